@@ -42,7 +42,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import read_text
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.experiment_design import Limits, suggest
-from gearbox_monitor.identification.isolability import LIMIT
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import expect_torque_input
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
@@ -106,7 +106,7 @@ def run(args: Namespace) -> int:
     if args.json and args.json != '-':
         Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
     print(json.dumps(data, indent=2) if args.json == '-' else text(motions, args, model.axis))
-    return 0 if motion.least > LIMIT else 1
+    return 0 if motion.least > THRESHOLDS.isolable else 1
 
 
 def _question(args: Namespace) -> tuple[dict[str, Any], list[tuple[str, str]], list[float]]:
@@ -168,8 +168,8 @@ def text(motions: Sequence[Any], args: Namespace, axis: str = 'rotary') -> str:
         lines += [on_axis(line, axis) for line in entry]
         for (a, b), value in sorted(motion.separation.items(), key=lambda item: item[1]):
             lines.append(f'   {a} from {b}: d s2 {value:.3g}'
-                         + ('' if value > LIMIT else ', not enough'))
-    if motions[0].least <= LIMIT:
+                         + ('' if value > THRESHOLDS.isolable else ', not enough'))
+    if motions[0].least <= THRESHOLDS.isolable:
         lines.append('no motion within the limits separates all of them: allow more, record '
                      'longer, or lower the noise')
     lines += [f'written: {name}' for name in (args.out, args.csv) if name]

@@ -28,24 +28,11 @@ from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.residual_dependence import (
     ResidualDependence, strongest_dependence)
 from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 
-LACK = 0.08          # excess of chi2 that is no matter of the noise level
-SIGMA_ERROR = 1.6    # relative error of a noise level from N fourth differences, times sqrt(N)
-SIGMA_ERRORS = 3.7   # of them that are chance: LACK with 10 s of two encoders at 1 kHz
-LACK_RELATIVE = 2e-4  # of the gap: integration is not more accurate
-STRUCTURE = 3.8      # standard deviations of the residual in a frequency band (skewed: chi2)
-PAIR_STRUCTURE = 2.5  # the same for pairs, which imitate what is in no library
-NOISY_STRUCTURE = 6.0  # where torque noise was taken out, to first order
-ROUGH_LACK, ROUGH_STRUCTURE = 0.2, 30.0  # where an encoder has steps above its noise
-STRUCTURE_RELATIVE = 0.04  # of the gap, as LACK_RELATIVE
 BANDS = (0.0, 3.0, 8.0, 20.0, noise_model.MOTION)  # Hz
-REMAINDER = 30.0     # gain in chi2 of a free function of the motion; by chance: 29 at most of 300
-REMAINDER_RELATIVE = 1e-4  # of what the fit gains: integration is not more accurate
-MAX_SHARPENING = 0.15  # correction of sigma that is believed
-MAX_NOISE = 0.1      # of the torque's deviation: more is an error of the model, not of an actuator
-LOOSE = 0.2          # of the torque: more that lasts and is not explained is an unknown effect
 
 
 def spectrum(search: Search, residual: Array) -> tuple[Array, Array, Array]:
@@ -73,7 +60,7 @@ def sharpened(search: Search, fitted: CandidateFit) -> tuple[Search, CandidateFi
     long, none = search.long, search.fitted['']
     _, _, white = spectrum(search, long.parted(fitted.point.residual))
     factor = np.sqrt(white)
-    if not (np.abs(factor - 1.0) < MAX_SHARPENING).all():
+    if not (np.abs(factor - 1.0) < THRESHOLDS.sharpening).all():
         return search, fitted
     sigma = long.sigma.copy()
     sigma[long.channels] *= factor
@@ -158,9 +145,10 @@ def leaves_more_than_noise(search: Search, fitted: CandidateFit, rough: bool = F
     if search.model.process_torque_time > 0.0:
         # No model of a real drive explains everything: the torque that is left tells.
         if fitted.persistent is not None:
-            return bool((fitted.persistent > LOOSE * model_error.scales(search.recording)).any())
-        return bool(fitted.s > LOOSE * np.std(search.recording.torque))
-    noise = max(MAX_NOISE * float(np.std(search.recording.torque)),
+            return bool((fitted.persistent > THRESHOLDS.lasting_torque * model_error.scales(
+                search.recording)).any())
+        return bool(fitted.s > THRESHOLDS.lasting_torque * np.std(search.recording.torque))
+    noise = max(THRESHOLDS.torque_noise * float(np.std(search.recording.torque)),
                 search.model.process_torque or 0.0)
     if search.noisy and fitted.s > noise:
         return True
@@ -168,12 +156,13 @@ def leaves_more_than_noise(search: Search, fitted: CandidateFit, rough: bool = F
     excess, structure = misfit(search, fitted, int(DISTURBANCE.id in fitted.candidate.ids))
     null_excess, _ = misfit(search, search.fitted[''])
     readings = len(search.recording.u) * len(search.long.channels)
-    lack = ROUGH_LACK if rough else max(LACK, 2.0 * SIGMA_ERRORS * SIGMA_ERROR / readings ** 0.5)
-    limit = (ROUGH_STRUCTURE if rough else
-             NOISY_STRUCTURE if search.noisy else
-             PAIR_STRUCTURE if len(fitted.candidate.ids) > 1 else STRUCTURE)
-    return (excess > max(lack, LACK_RELATIVE * null_excess)
-            or structure > limit + STRUCTURE_RELATIVE * null_excess)
+    chance = 2.0 * THRESHOLDS.level_errors * THRESHOLDS.level_error / readings ** 0.5
+    lack = THRESHOLDS.rough_excess if rough else max(THRESHOLDS.excess, chance)
+    limit = (THRESHOLDS.rough_structure if rough else
+             THRESHOLDS.noisy_structure if search.noisy else
+             THRESHOLDS.pair_structure if len(fitted.candidate.ids) > 1 else THRESHOLDS.structure)
+    return (excess > max(lack, THRESHOLDS.excess_relative * null_excess)
+            or structure > limit + THRESHOLDS.structure_relative * null_excess)
 
 
 def residual_law(search: Search, fitted: CandidateFit) -> ResidualDependence | None:
@@ -192,8 +181,8 @@ def residual_law(search: Search, fitted: CandidateFit) -> ResidualDependence | N
     # A motion that the fit misses is better taken from the readings.
     dependence = strongest_dependence(search, fitted,
                                       modelled=not leaves_more_than_noise(search, fitted))
-    return dependence if dependence.gain > REMAINDER + REMAINDER_RELATIVE * max(0.0,
-                                                                                gain) else None
+    least = THRESHOLDS.dependence + THRESHOLDS.dependence_relative * max(0.0, gain)
+    return dependence if dependence.gain > least else None
 
 
 def incomplete(search: Search, fitted: CandidateFit, rough: bool = False) -> bool:

@@ -36,13 +36,13 @@ from gearbox_monitor.identification.process_noise import noise_weighted_residual
 from gearbox_monitor.identification.search import Search, SETTLING
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows
 from gearbox_monitor.identification.smoothed_windows import fit_none
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MEMORIES
 from gearbox_monitor.quality.recording import UniformRecording
 
-VISIBLE = 1.02     # gap before, from which on a closed fraction means something
 FOLDS = 5
 DRAWS = 2000
 COVERAGE = (5.0, 95.0)  # percentiles
@@ -66,7 +66,7 @@ def closed_of(gap_before: float, gap_after: float) -> float | None:
         gap_before: misfit of the nominal model, in standard deviations.
         gap_after: misfit of the closed model, in standard deviations.
     """
-    return (gap_before - gap_after) / (gap_before - 1.0) if gap_before >= VISIBLE else None
+    return (gap_before - gap_after) / (gap_before - 1.0) if gap_before >= THRESHOLDS.gap else None
 
 
 def published(search: Search, none: CandidateFit,

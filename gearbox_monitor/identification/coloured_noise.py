@@ -25,12 +25,12 @@ import numpy as np
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import MOTION, spectrum
 from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 
 FITTED = 20.0     # Hz, above which a fitted effect leaves hardly anything
 WIDTH, HIGHEST = 1.26, 490.0  # of a band; Hz
 TRIED = np.linspace(0.0, 0.98, 99)
-LEAST, LIKE = 0.15, 0.15  # phi worth a word; how far (log power, rms) bands may be from their line
 
 
 def measured(residual: Array, dt: float,
@@ -64,7 +64,7 @@ def measured(residual: Array, dt: float,
         middle = weight @ ratio
         off = np.sqrt(weight @ (ratio - middle) ** 2)
         closest = int(off.argmin())
-        if TRIED[closest] >= LEAST and off[closest] < LIKE:
+        if TRIED[closest] >= THRESHOLDS.correlation and off[closest] < THRESHOLDS.colour:
             phi[i], size[i] = TRIED[closest], np.exp(0.5 * middle[closest])
     return (phi, size) if phi.any() else None
 

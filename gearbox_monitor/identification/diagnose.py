@@ -30,6 +30,7 @@ from gearbox_monitor.identification.random_effects import between_recordings
 from gearbox_monitor.identification.search import Search, SETTLING
 from gearbox_monitor.identification.selection import (
     decide, Evidence, parts, PositionEvidence)
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import DiagnosisVerdict, location_of, report
 from gearbox_monitor.plant.drive import DriveModel
@@ -37,8 +38,6 @@ from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
 
-QUANTISED = 0.5      # step of a lattice over sigma, from which on rounding matters
-ROUGH = 2.0          # the same, from which on it is no white noise any more
 # In the order of the encoders.
 LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
 
@@ -73,7 +72,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     with_map = TORQUE_MAP.id in ids
     ids = [i for i in ids if i != TORQUE_MAP.id]  # fitted to the remainder, not as an effect
     sigma, quantum = noise_floor(recording, model)
-    rough = bool((quantum > ROUGH * sigma).any())
+    rough = bool((quantum > THRESHOLDS.rough_lattice * sigma).any())
     if recording.motor is not None:
         by_position = PositionSearch(recording, model, sigma, ids, jobs, progress)
         search: Search = by_position
@@ -83,8 +82,9 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         search = Search(recording, model, sigma, ids, jobs, progress, settling=SETTLING)
         evidence = InnovationEvidence(search, rough)
         fitted, kind = decide(evidence)
-        if (kind == 'unknown' and (quantum <= QUANTISED * sigma).all() and leaves_more_than_noise(
-                search, fitted)):  # where one effect leaves white noise, it is white
+        if (kind == 'unknown' and (quantum <= THRESHOLDS.lattice * sigma).all()
+                and leaves_more_than_noise(search, fitted)):
+            # Where one effect leaves white noise, it is white.
             for lowest in (MOTION, coloured_noise.FITTED):
                 noise = coloured_noise.measure(search, fitted, lowest)
                 if noise is None:
@@ -118,7 +118,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     if kind == 'unknown':
         fitted, closed = parts(evidence, fitted, with_map)
     lattices = [name for i, name in enumerate(LATTICES)
-                if quantum[i] > QUANTISED * sigma[i] and search.long.weighing is None]
+                if quantum[i] > THRESHOLDS.lattice * sigma[i] and search.long.weighing is None]
     steps = next((name for name in lattices if kind == 'none' and name in exclude), None)
     verdict = report(search, fitted, closed, 'unknown' if steps else kind,
                      [name for name in lattices if name in ids], quantum, validate, seed)

@@ -27,15 +27,9 @@ from gearbox_monitor.identification import (
     basis_functions, input_estimation, likelihood, localisation)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-
-ON_FLOOR = 1.12      # chi2 per reading of a window in which nothing is missing
-ELSEWHERE = 50.0     # chi2 by which a torque at another place may be better; true ones: up to 10
-QUIET_SHARE = 0.35   # of the windows have no burst, at least
-FORETOLD = 0.4       # share of bursts: they come at times of their own, not with speed or torque
-BY_CHANCE = 0.01     # probability that bursts which choose their times meet the ends of travel
-STEADY = 0.6         # share of bursts that a steady oscillation may explain; of true ones: 0.3
 
 
 def disturbance_fit(search: Search) -> CandidateFit | None:
@@ -47,7 +41,7 @@ def disturbance_fit(search: Search) -> CandidateFit | None:
     """
     none = search.fitted['']
     length = search.long.size
-    if (none.point.chi2 < ON_FLOOR * length).mean() < QUIET_SHARE:
+    if (none.point.chi2 < THRESHOLDS.quiet * length).mean() < THRESHOLDS.quiet_share:
         return None
     free = localisation.free_forms(search, none, search.jobs, places=('arm_side',))['arm_side']
     price = float(np.log(length))
@@ -56,10 +50,11 @@ def disturbance_fit(search: Search) -> CandidateFit | None:
         return None
     worth, chi2 = _worth(search.long, none, free, runs, cost, price)
     use = runs.any(axis=1) & (worth > 0.0)
-    if (not use.any() or (~use).mean() < QUIET_SHARE or motion_share(search, free) > FORETOLD
-            or at_ends_of_travel(search, free, use[:, None] & runs) < BY_CHANCE
-            or sine_share(search, free) > STEADY
-            or advantage_of_other_places(search, free) > ELSEWHERE):
+    if (not use.any() or (~use).mean() < THRESHOLDS.quiet_share
+            or motion_share(search, free) > THRESHOLDS.burst_law
+            or at_ends_of_travel(search, free, use[:, None] & runs) < THRESHOLDS.burst_chance
+            or sine_share(search, free) > THRESHOLDS.burst_sine
+            or advantage_of_other_places(search, free) > THRESHOLDS.elsewhere):
         return None
     shorter = search.on_shorter_steps()
     if shorter is not None:  # impacts in steps too long are little bursts

@@ -25,7 +25,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.identification.adequacy import LACK, misfit, STRUCTURE
+from gearbox_monitor.identification.adequacy import misfit
 from gearbox_monitor.identification.candidates import with_free_shape
 from gearbox_monitor.identification.effect_scan import scan
 from gearbox_monitor.identification.effect_search import EffectSearch
@@ -36,11 +36,11 @@ from gearbox_monitor.identification.noise_model import white_level
 from gearbox_monitor.identification.remainder_map import by_innovations, closer_on_unseen
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.selection import (
-    convincing, Evidence, MARGIN, OWN_MARGIN, scatters, worth)
+    convincing, Evidence, scatters, worth)
 from gearbox_monitor.identification.smoothed_windows import (
     on_windows, training_spans, unseen_spans)
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 
-NEAR = 60.0        # -2 log L by which windows, which weigh more, may turn a ranking round
 COMPARED = 4       # single effects on windows at most
 SHAPED = 2         # best single effects that are tried with friction of another shape
 PAIRS = 3          # pairs on windows at most
@@ -90,7 +90,8 @@ class InnovationEvidence(Evidence):
             names.update(dict.fromkeys([*self.search.ranked()[:SHAPED], '']))
         else:
             excess, structure = misfit(self.search, fit)
-            if self.search.noisy or self.rough or max(excess / LACK, structure / STRUCTURE) < 1.0:
+            if self.search.noisy or self.rough or (
+                    excess < THRESHOLDS.excess and structure < THRESHOLDS.structure):
                 return None
         for name in [n for n in names if n in self.finished]:
             finished = self.finished[name]
@@ -100,14 +101,15 @@ class InnovationEvidence(Evidence):
             freed = len(candidate.coordinates) - len(finished.z)
             z = np.concatenate([np.zeros(freed), finished.z])
             fine = fitted(self.fine, evaluated(self.fine, candidate, z, finished.torque).alone())
-            if finished.deviance - fine.deviance < OWN_MARGIN:
+            if finished.deviance - fine.deviance < THRESHOLDS.scatter_gain:
                 continue
             shaped = on_windows(self.search, fine, self.whole, self.effects.score(fine))
             if not self.inadequate(shaped):
                 complete.append(shaped)
         if not complete:
             return None
-        best = min(complete, key=lambda f: f.score + MARGIN * bool(f.candidate.ids))
+        best = min(complete, key=lambda f: (
+            f.score + THRESHOLDS.effect_gain * bool(f.candidate.ids)))
         return self.search.keep(key_of(best), best)
 
     def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
@@ -162,7 +164,8 @@ class InnovationEvidence(Evidence):
         finished = self.finished.get(key_of(fit))
         if finished is None:
             return False
-        return any(p.gain > (OWN_MARGIN if scatters(self.search, p.name) else MARGIN)
+        return any(p.gain > (THRESHOLDS.scatter_gain if scatters(self.search, p.name)
+                             else THRESHOLDS.effect_gain)
                    for p in scan(self.fine, self.search.starts, finished, self.search.ids)
                    if np.isfinite(p.gain))
 
@@ -174,7 +177,7 @@ class InnovationEvidence(Evidence):
         search.use_orders(dict(table.orders))
         self.finish(none)
         for number, fit in enumerate(table.singles[:COMPARED]):
-            if number < 2 or fit.deviance < table.singles[0].deviance + NEAR:
+            if number < 2 or fit.deviance < table.singles[0].deviance + THRESHOLDS.near:
                 self.finish(fit)
         self.share_starts()
         self.place_behind(table.singles)

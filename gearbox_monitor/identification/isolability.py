@@ -17,7 +17,8 @@ Isolability: which effects a recording can distinguish, by the angles between th
 
 The signature of an effect is the change of the readings by a little of it, less what window states
 and nominal values can imitate. With evidence d for an effect (generalised likelihood ratio),
-another effect that leaves the share s2 of its signature is indistinguishable unless d s2 > LIMIT.
+another effect that leaves the share s2 of its signature is indistinguishable unless d s2 is more
+than THRESHOLDS.isolable.
 """
 import math
 from typing import TypeAlias
@@ -29,12 +30,11 @@ from gearbox_monitor.identification.candidates import (
     NOT_FITTED, PERIODIC, replaced_value, with_effects)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 
-LIMIT = 20.0  # in units of 2 log likelihood
 CAREFUL = 6   # best single effects, whose fits count
-LASTING_SHARE = 0.1  # of the evidence, where much lasts that no model explains
 TWINS = {name: effect.twin for name, effect in EFFECTS.items() if effect.twin}
 SMALL = 1e-9
 Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
@@ -214,7 +214,7 @@ def confusable(search: Search, fitted: CandidateFit,
     """
     Return the ids that this recording cannot distinguish from an effect of `fitted`.
 
-    An effect is confusable if it imitates all but LIMIT of the evidence (generalised likelihood
+    An effect is confusable if it imitates all but a little of the evidence (generalised likelihood
     ratio) and its own careful fit does not lag behind by more, or if its fit lags by less, linear
     or not. With model error, a fit must lag by a share of the evidence.
 
@@ -224,17 +224,17 @@ def confusable(search: Search, fitted: CandidateFit,
         separation_table: result of `separations`, computed if None.
     """
     single = len(fitted.candidate.ids) == 1
-    limit = LIMIT
+    limit = THRESHOLDS.isolable
     if search.long.weighing is not None:
-        limit = max(LIMIT, LASTING_SHARE * (search.fitted[''].score - fitted.score))
+        limit = max(limit, THRESHOLDS.isolable_share * (search.fitted[''].score - fitted.score))
     careful = search.ranked()[:CAREFUL]
     out = []
     for d, table in (separation_table or separations(search, fitted)).values():
         for rival, s2 in sorted(table.items(), key=lambda item: item[1]):
             rival_fit = search.fitted.get(rival)
             lags = (single and rival_fit is not None and rival in careful
-                    and rival_fit.score > fitted.score + LIMIT)
-            if d * s2 < LIMIT and not lags:
+                    and rival_fit.score > fitted.score + THRESHOLDS.isolable)
+            if d * s2 < THRESHOLDS.isolable and not lags:
                 out.append(rival)
     if single:
         out += [n for n in careful if search.fitted[n].score < fitted.score + limit

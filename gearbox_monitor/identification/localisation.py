@@ -33,9 +33,9 @@ from gearbox_monitor.identification.input_estimation import (
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import N_MEMORY
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array, Integers
 
-COMMANDED = 0.1     # share of a free torque that the command explains, at least, to be its cause
 THIRDS = ('low', 'mid', 'high')
 REVERSAL = 0.05     # s around a change of sign of the motor's speed
 BANDS = (3.0, 15.0)  # Hz, between low, mid and high frequency
@@ -277,7 +277,8 @@ def places(search: Search, fitted: CandidateFit, jobs: int = 1) -> dict[str, Any
         table[place] = {'left': reduced, 'explained': float(np.clip(share, 0.0, 1.0))}
     order = sorted(table, key=lambda p: table[p]['left'])
     laws = command_or_motion(search, estimates['motor_side'])
-    actuator = order[0] == 'motor_side' and laws['command'] > max(laws['motion'], COMMANDED)
+    actuator = order[0] == 'motor_side' and laws['command'] > max(
+        laws['motion'], THRESHOLDS.command_share)
     return {'place': order[0], 'location': 'actuator' if actuator else order[0], 'places': table,
             'margin': table[order[1]]['left'] / table[order[0]]['left'] if order[1:] else 1.0,
             'actuator': laws,

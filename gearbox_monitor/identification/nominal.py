@@ -40,6 +40,7 @@ from gearbox_monitor.identification.process_noise import noise_weighted_residual
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.smoothed_windows import likeliest, on_windows
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Values
@@ -52,10 +53,8 @@ from gearbox_monitor.quality.recording import concatenated, UniformRecording
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
-DETERMINED = 0.3   # standard error of the log, or of an offset over its scale, to count as known
 WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
 ROUNDS, ITERATIONS = 3, 40
-SAME = 1.01        # times the misfit of the start that counts as no worse
 
 
 @dataclass
@@ -174,7 +173,7 @@ def _require_improvement(search: Search, data: likelihood.WindowData,
             data, candidate, window_states.solved(data, candidate, fitted.point.at(z)),
             [fitted.point], half_gap=search.half_gap)
         gaps.append(closed_model.gap_of(trial.chi2[unseen], data.size))
-    if not gaps[1] <= SAME * gaps[0]:
+    if not gaps[1] <= THRESHOLDS.no_worse * gaps[0]:
         raise Undecided(f'gap after the fit {gaps[1]:.4g} standard deviations, of the model file '
                         f'{gaps[0]:.4g}: no solution; expected a model of this drive (see '
                         'check), or fewer values to fit (--free)')
@@ -317,7 +316,7 @@ def _known(data: likelihood.WindowData, fitted: CandidateFit,
     S, _, _, _ = likelihood.normal_equations(s, point.residual, data.train.astype(float), whiten)
     # The residual is not encoder noise: it counts as one number per window and encoder.
     misfit = max(1.0, float((residual[data.train] ** 2).mean()))
-    if misfit > 1.5:
+    if misfit > THRESHOLDS.encoder_noise:
         misfit *= data.windows.length
     prior = candidate.prior(point.z)[1]
     covariance = np.linalg.inv(S / misfit + np.diag(prior))
@@ -349,12 +348,12 @@ def _known(data: likelihood.WindowData, fitted: CandidateFit,
             start, value = own_starts[c.owner][name], own_values[c.owner][name]
             unit = next(p.unit for p in effect.parameters if p.name == name)
             name = f'{effect.id}.{name}'
-        determined = inside and error < DETERMINED * scale
+        determined = inside and error < THRESHOLDS.determined * scale
         values.append(FittedValue(name, on_axis(unit, model.axis), start, value,
                                   float(error * abs(value) if c.log else error), bool(determined)))
     r = covariance / np.outer(errors, errors)
     correlated = [(values[i].name, values[j].name, float(r[i, j])) for i in range(len(values))
-                  for j in range(i) if abs(r[i, j]) > 0.95]
+                  for j in range(i) if abs(r[i, j]) > THRESHOLDS.correlated]
     return values, correlated
 
 

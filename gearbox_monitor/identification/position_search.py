@@ -28,6 +28,7 @@ from gearbox_monitor.identification import gauss_newton, likelihood, model_error
 from gearbox_monitor.identification.candidates import CandidateModel, NOT_FITTED, PERIODIC
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import KEEP_REFINED, Search
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.prescribed_motion import MOVES
@@ -35,7 +36,6 @@ from gearbox_monitor.plant.prescribed_motion import MOVES
 KEEP_SCREENED = 6
 SETTLING, STILL = 4, 5.0  # further rounds at most; gain in BIC below which a fit stands still
 STRAY = 50.0  # chi2 by which a window may be worse than without effect before it counts as lost
-FAR = 2.5     # tolerances from which on a nominal value is tried as an effect of its own
 
 
 class PositionSearch(Search):
@@ -124,7 +124,7 @@ class PositionSearch(Search):
     def far(self, fitted: CandidateFit) -> list[str]:
         """Return the ids whose value `fitted` has moved far beyond its tolerance."""
         shifted = {c.name for c, z in zip(fitted.candidate.coordinates, fitted.point.z)
-                   if c.owner < 0 and abs(z) > FAR * c.prior}
+                   if c.owner < 0 and abs(z) > THRESHOLDS.far_value * c.prior}
         return [i for i in self.ids if i in EFFECTS and EFFECTS[i].replaces
                 and EFFECTS[i].parameters[0].name in shifted]
 

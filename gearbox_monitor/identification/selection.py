@@ -33,19 +33,11 @@ from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.pair_search import find_pairs, forward_gains, with_third
 from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
-
-MARGIN = 25.0        # gain in BIC of one effect over none: covers the search over some 35
-ROUGH_MARGIN = 250.0  # the same of bursts, where an encoder has steps above its noise
-OWN_MARGIN = 16.0    # gain in -2 log L where the effect is a value that may scatter anyway
-BOUND_MARGIN = 10.0  # gain in BIC that a parameter at its bound must bring
-ALIKE = 1e-3         # share of the gain by which models are apart that move the drive alike
-PAIR_MARGIN = 40.0   # gain in BIC of a second effect
-PAIR_HINT = 60.0     # linearised gain of a second effect from which on pairs are fitted
-SHARE = 0.5          # of what bursts explain, from which on one effect is a part of the answer
 
 
 def gain(search: Search, fitted: CandidateFit) -> float:
@@ -63,7 +55,7 @@ def convincing(search: Search, fitted: CandidateFit) -> bool:
     """Return whether `fitted` (one effect) beats none by more than the search itself explains."""
     if scatters(search, fitted.candidate.ids[0]):
         return gain(search, fitted) > own_margin(search)
-    return gain(search, fitted) > MARGIN
+    return gain(search, fitted) > THRESHOLDS.effect_gain
 
 
 def scatters(search: Search, name: str) -> bool:
@@ -89,7 +81,7 @@ def own_margin(search: Search) -> float:
     Args:
         search: fits of all candidates to one recording.
     """
-    return OWN_MARGIN - float(np.log(search.long.n_train))
+    return THRESHOLDS.scatter_gain - float(np.log(search.long.n_train))
 
 
 class Evidence(ABC):
@@ -186,7 +178,7 @@ def parts(evidence: Evidence, fit: CandidateFit,
         mapped = evidence.mapped(base)
         if mapped is None or not evidence.holds(mapped, base):
             continue
-        if chosen is None or (chosen[1].score - mapped.score > PAIR_MARGIN
+        if chosen is None or (chosen[1].score - mapped.score > THRESHOLDS.further_effect_gain
                               and evidence.holds(mapped, chosen[1])):
             chosen = base, mapped
     if chosen and nearest.score < chosen[1].score and evidence.holds(nearest, chosen[1]):
@@ -210,7 +202,7 @@ class PositionEvidence(Evidence):
     def lacks(self, fit: CandidateFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
         gains = [gain for gain, _ in forward_gains(self.windows, fit).values()]
-        return max(gains, default=0.0) > PAIR_HINT
+        return max(gains, default=0.0) > THRESHOLDS.pair_hint
 
     def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
         """Return the best fit of two or three effects that is worth more than `fit`, else it."""
@@ -266,8 +258,8 @@ def explained_by_pulses(search: Search, rough: bool,
     if pulses is None or inadequate(pulses):
         return None
     explained = max(0.0, gain_on_all_windows(search, search.fitted[search.ranked()[0]]))
-    margin = ROUGH_MARGIN if rough else MARGIN
-    if gain(search, pulses) < margin + explained / SHARE:
+    margin = THRESHOLDS.rough_burst_gain if rough else THRESHOLDS.effect_gain
+    if gain(search, pulses) < margin + explained / THRESHOLDS.burst_rival:
         return None
     return search.keep(DISTURBANCE.id, pulses)
 
@@ -283,7 +275,8 @@ def worth(search: Search, single: CandidateFit, pair: CandidateFit) -> bool:
     """
     added = [i for i in pair.candidate.ids if i not in single.candidate.ids]
     own = len(added) == 1 and scatters(search, added[0])
-    return single.score - pair.score > (own_margin(search) if own else PAIR_MARGIN)
+    margin = own_margin(search) if own else THRESHOLDS.further_effect_gain
+    return single.score - pair.score > margin
 
 
 def simpler(search: Search, best_fit: CandidateFit) -> CandidateFit:
@@ -299,10 +292,10 @@ def simpler(search: Search, best_fit: CandidateFit) -> CandidateFit:
     """
     if not best_fit.candidate.at_bound(best_fit.point.z):
         return best_fit
-    similar = max(2.0 * BOUND_MARGIN, ALIKE * gain(search, best_fit))
+    similar = max(2.0 * THRESHOLDS.bound_gain, THRESHOLDS.alike * gain(search, best_fit))
     for name in search.ranked()[1:]:
         rival = search.fitted[name]
-        if rival.score - best_fit.score > BOUND_MARGIN:
+        if rival.score - best_fit.score > THRESHOLDS.bound_gain:
             break
         distance = ((rival.point.residual - best_fit.point.residual)[search.long.train] ** 2).sum()
         if rival.candidate.n_effect < best_fit.candidate.n_effect and distance < similar:

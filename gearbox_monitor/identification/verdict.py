@@ -28,18 +28,14 @@ from gearbox_monitor.identification.candidates import (
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.residual_dependence import ResidualDependence
 from gearbox_monitor.identification.search import Search
-from gearbox_monitor.identification.selection import gain, MARGIN
+from gearbox_monitor.identification.selection import gain
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import UniformRecording
 
-TIE = 1.01  # ratio of chi2 that free signals leave at places that they do not tell apart
-AS_MUCH = 1.1  # times what a free signal leaves, a law leaves where it tells as much
-BEYOND = 5.0   # standard deviations: below, a motion is too small to be missed
-SHAPE_DIFFERS = 0.2  # logarithm of a sharpness that is worth a word
-NEARLY = 0.85  # share of the gap in chi2: what explains it acts where the effect does
 LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
 UNREPEATABLE = tuple(name for name, effect in EFFECTS.items() if not effect.fitted)
 
@@ -196,7 +192,7 @@ def _require_solution(search: Search, data: Mapping[str, Any]) -> None:
     rows = windows.first[:, None] + np.arange(windows.length)
     readings = (search.recording.y / search.long.sigma)[rows][:, :, list(search.long.channels)]
     rest = float(np.sqrt(readings.var(axis=1).mean()))
-    if data['gap_after'] > max(rest, BEYOND):
+    if data['gap_after'] > max(rest, THRESHOLDS.motion):
         raise Undecided(f'diagnose: free runs of 1 s miss the readings by {gaps[1]:.4g} standard '
                         f'deviations, one that stood still by {rest:.4g}: no solution; check '
                         'the model file, or fit it with fit-nominal')
@@ -221,8 +217,8 @@ def unknown_place(places: Mapping[str, Any], law: ResidualDependence | None,
     """
     free_chi2 = {place: figures['left'] for place, figures in places['places'].items()}
     smallest = min(free_chi2.values())
-    if (law is not None and reduced_chi2 < AS_MUCH * smallest
-            and free_chi2[localisation.signal_of(law.place)] < TIE * smallest):
+    if (law is not None and reduced_chi2 < THRESHOLDS.law_tie * smallest
+            and free_chi2[localisation.signal_of(law.place)] < THRESHOLDS.place_tie * smallest):
         return law.place
     return str(places['location'])
 
@@ -239,7 +235,7 @@ def nearly_known(search: Search, best_fit: CandidateFit) -> str | None:
     none = float(search.fitted[''].point.chi2.sum())
     gap = none - search.long.size * len(search.long.windows)
     explained = none - float(best_fit.point.chi2.sum())
-    if search.noisy or len(classes) != 1 or explained < NEARLY * gap:
+    if search.noisy or len(classes) != 1 or explained < THRESHOLDS.nearly_all * gap:
         return None
     return classes.pop()
 
@@ -306,14 +302,14 @@ def warnings(search: Search, best_fit: CandidateFit, kind: str, nuisances: Mappi
             f'{sharpness[name]:.3g}, not {value:.3g} s/rad; its size stands'
             for name, side, value in (('alpha', 'motor', search.model.friction_sharpness),
                                       ('alpha_arm', 'arm', search.model.arm_sharpness))
-            if name in nuisances and abs(np.log1p(nuisances[name])) > SHAPE_DIFFERS]
+            if name in nuisances and abs(np.log1p(nuisances[name])) > THRESHOLDS.shape]
     bound = best_fit.candidate.at_bound(best_fit.point.z)
     if (kind == 'unknown' and len(search.long.channels) == 1
             and search.model.transmission.kind != 'rigid'):
         out.append('one encoder: where an unknown effect acts is a guess, record both to know')
     if bound and kind != 'none':
         out.append(f'{", ".join(bound)}: at the bound of what is possible')
-    if nuisances and best_fit.candidate.penalty(best_fit.point.z) > MARGIN:
+    if nuisances and best_fit.candidate.penalty(best_fit.point.z) > THRESHOLDS.effect_gain:
         shift = shifts(best_fit.candidate, nuisances)
         farthest = max(shift, key=lambda n: abs(shift[n]))
         out.append(f'nominal values lie far outside their tolerance (most: {farthest}, '

@@ -21,6 +21,7 @@ import numpy as np
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.likelihood import (
     carried, FitPoint, shortened, squares, state_sensitivity, updated, WindowData)
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
@@ -169,7 +170,7 @@ def rescue(data: WindowData, candidate: CandidateModel, point: FitPoint,
         return point
     begun = point
     point = _with_memories(data, candidate, point)
-    stuck = point.chi2 > max(STUCK * float(np.median(point.chi2)), 1.12 * data.size)
+    stuck = point.chi2 > max(STUCK * float(np.median(point.chi2)), THRESHOLDS.quiet * data.size)
     worse_than_rival = np.zeros(len(stuck), bool)
     for rival in rivals:
         worse_than_rival |= rival.chi2 < point.chi2 - RIVAL

@@ -19,8 +19,8 @@ import json
 import re
 from typing import Any, TypeAlias
 
-from gearbox_monitor.identification.isolability import LIMIT
 from gearbox_monitor.identification.model_overlay import clipped_to_range, Overlay, smoothed
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
@@ -410,7 +410,7 @@ class EffectRanking(Section):
     close: Sequence[str]
     imitators: Sequence[Imitators]
     matrix: MatrixView | None
-    limit: float = LIMIT
+    limit: float = THRESHOLDS.isolable
 
     @classmethod
     def of(cls, data: VerdictData, evidence: DiagnosisEvidence) -> 'EffectRanking':
@@ -426,7 +426,8 @@ class EffectRanking(Section):
                                'closed' if name == effect else 'closed faint'))
         has_effect = data['verdict'] == 'effect'
         close = [name for name in ranking if name != effect and name not in rivals
-                 and gains.get(effect or '', 0.0) - gains[name] < LIMIT] if has_effect else []
+                 and gains.get(effect or '', 0.0) - gains[name] < THRESHOLDS.isolable
+                 ] if has_effect else []
         matrix = evidence.matrix and MatrixView(
             evidence.matrix[0], (100.0 * evidence.matrix[1]).tolist())
         return cls(bars(rows), has_effect, rivals, close, _imitators(evidence.separations), matrix)
@@ -439,7 +440,8 @@ def _imitators(separations: Mapping[str, tuple[float, Mapping[str, float]]]) -> 
         nearest = sorted(shares.items(), key=lambda item: item[1])[:RIVALS]
         if nearest:
             imitators.append(Imitators(name, d, PageTable(('effect', 's2', 'd s2', ''), [
-                (rival, f'{s2:.3f}', number(d * s2), '' if d * s2 > LIMIT else 'too close')
+                (rival, f'{s2:.3f}', number(d * s2),
+                 '' if d * s2 > THRESHOLDS.isolable else 'too close')
                 for rival, s2 in nearest], (1, 2))))
     return imitators
 

@@ -24,8 +24,8 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import experiment_design as motions, gauss_newton, likelihood
 from gearbox_monitor.identification.experiment_design import DT, Limits, separations, suggest
-from gearbox_monitor.identification.isolability import LIMIT
 from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
@@ -65,7 +65,7 @@ def test_limits_hold_in_simulation(found):
 def test_the_suggestion_separates_what_slow_motion_does_not(found):
     t = np.arange(12000) * DT
     before, _ = separations(MODEL, {'actuator_lag': {'T': LAG['T']}}, slow(t), SIGMA, [PAIR])
-    assert before[PAIR] < LIMIT < found[0].separation[PAIR]
+    assert before[PAIR] < THRESHOLDS.isolable < found[0].separation[PAIR]
 
 
 def test_it_is_what_the_evidence_of_fits_says():
@@ -101,7 +101,7 @@ def test_from_a_verdict_to_parameters_of_the_plant(tmp_path, capsys, monkeypatch
     assert main([*line, '--out', 'motion.yaml', '--csv', 'motion.csv', '--json', '-']) == 0
     best = json.loads(capsys.readouterr()[0])[0]
     plant = yaml.safe_load((tmp_path / 'motion.yaml').read_text())['plant']['ros__parameters']
-    assert plant == best['excitation'] and best['least'] > LIMIT
+    assert plant == best['excitation'] and best['least'] > THRESHOLDS.isolable
     t, u = np.loadtxt('motion.csv', delimiter=',', skiprows=1).T
     again = Excitation(plant['excitation'], plant['amplitudes'], plant['frequencies'],
                        plant['period'])

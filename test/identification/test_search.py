@@ -33,6 +33,7 @@ from gearbox_monitor.identification.residual_dependence import (
     ResidualDependence, strongest_dependence)
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.smoothed_windows import fit_none
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels import sensor_noise
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -253,7 +254,7 @@ def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
         'motor_encoder_quantisation', 'arm_coulomb', 'torque_offset']).data
     assert data['effect'] == 'motor_encoder_quantisation', data['misfit']
     assert data['params']['motor_encoder_quantisation']['q'] == pytest.approx(0.04)
-    assert data['misfit']['structure'] > adequacy.STRUCTURE
+    assert data['misfit']['structure'] > THRESHOLDS.structure
     data = diagnose.diagnose([found], DriveModel(), only=['arm_coulomb', 'torque_offset'],
                              exclude=['motor_encoder_quantisation']).data
     assert data['verdict'] == 'unknown' and data['location'] == 'motor_sensor', data['warnings']
@@ -279,7 +280,7 @@ def test_what_training_windows_let_pass_is_judged_on_all():
     none = fit_none(search)
     assert not adequacy.incomplete(search, none)
     law = adequacy.residual_law(*adequacy.on_all(search, none))
-    assert law.place == 'arm_side' and law.gain > 2.0 * adequacy.REMAINDER
+    assert law.place == 'arm_side' and law.gain > 2.0 * THRESHOLDS.dependence
     data = diagnose.diagnose([found], DriveModel(), only=['motor_viscous']).data
     assert data['verdict'] == 'unknown' and data['location'] == 'arm_side', data['misfit']
     assert data['misfit']['follows']['over'] == 'angle of the arm in its turn'
@@ -331,7 +332,7 @@ def test_what_is_left_is_a_function_of_the_motion(name, values, place, over):
     search = Search(record([{'id': name, **values}]), DriveModel(), SIGMA, [name])
     none = fit_none(search)
     found = strongest_dependence(search, none)
-    assert (found.place, found.over) == (place, over) and found.gain > 3.0 * adequacy.REMAINDER
+    assert (found.place, found.over) == (place, over) and found.gain > 3.0 * THRESHOLDS.dependence
     assert strongest_dependence(search, fitted_from(search, name, values)).gain < 30.0
 
 
@@ -361,7 +362,7 @@ def test_noise_of_the_readings_is_no_law():
                     ['stribeck'])
     none = fit_none(search)
     read = strongest_dependence(search, none)
-    assert read.over == 'rate of the twist' and read.gain > adequacy.REMAINDER
+    assert read.over == 'rate of the twist' and read.gain > THRESHOLDS.dependence
     assert strongest_dependence(search, none, modelled=True).gain < 20.0
     assert adequacy.residual_law(search, none) is None
 

@@ -33,7 +33,7 @@ from gearbox_monitor.benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, require_whole)
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.identification.experiment_design import DT, separations, suggest
-from gearbox_monitor.identification.isolability import LIMIT
+from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.excitation import Excitation
@@ -171,8 +171,8 @@ def evaluate(n, count, seed, progress=lambda: None):
             row = case(PAIRS[k % len(PAIRS)], random, count)
         rows.append(row)
         progress()
-    can = [r for r in rows if max(r['suggested'], r['drawn']) > LIMIT]
-    does = [r for r in can if r['suggested'] > LIMIT]
+    can = [r for r in rows if max(r['suggested'], r['drawn']) > THRESHOLDS.isolable]
+    does = [r for r in can if r['suggested'] > THRESHOLDS.isolable]
     bars = BarTable()
     bars.judge('separated where any motion can', len(does) / len(can) if can else None, low=SHARE,
                count=f'{len(does)}/{len(can)}')
@@ -184,7 +184,8 @@ def text(data):
     lines = [f'{"pair":<52}{"before":>7}{"suggested":>10}{"drawn":>9}']
     lines += [f'{r["pair"][:51]:<52}{r["before"]:7.1f}{r["suggested"]:10.3g}{r["drawn"]:9.3g}'
               for r in data['rows']]
-    lines += ['', f'd s2 of the best motion; above {LIMIT:g} two effects are told apart']
+    lines += ['', f'd s2 of the best motion; above {THRESHOLDS.isolable:g} '
+              'two effects are told apart']
     return '\n'.join([*lines, *bar_lines(data['bars'])])
 
 

@@ -1,0 +1,143 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Thresholds of the verdict, each with its derivation: what decides stands here and nowhere else.
+
+Settings of an optimiser or of a numerical method, which change how soon a fit arrives and not what
+counts as an answer, stand where they are used. "Blind sets" are those of `benchmark blind`: true
+answers must stay on the one side of a threshold, wrong ones on the other.
+"""
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """
+    Limits that decide a verdict.
+
+    Gains are in BIC or -2 log L, excesses in chi2 per reading, structures in standard deviations
+    of the power in a frequency band.
+    """
+
+    # --- Selection
+    # Gain of one effect over none: the best of some 35 effects gains up to 10 by chance.
+    effect_gain: float = 25.0
+    # The same of bursts beside an encoder with steps: what the steps leave looks like bursts.
+    rough_burst_gain: float = 250.0
+    # Gain of a value that may scatter anyway: four standard deviations of one number.
+    scatter_gain: float = 16.0
+    # Gain of a parameter that sits at its bound: chance gives the best effect as much.
+    bound_gain: float = 10.0
+    # Distance of two fits over their gain: below a thousandth, both are one limit of two effects.
+    alike: float = 1e-3
+    # Gain of a further effect: more than effect_gain, since some 600 pairs are searched.
+    further_effect_gain: float = 40.0
+    # Linearised gain that makes pairs worth a fit: more than that of the fit, which keeps less.
+    pair_hint: float = 60.0
+    # Share of the gain of bursts that one effect may reach: with more, it is a part of the answer.
+    burst_rival: float = 0.5
+    # Tolerances by which a nominal value is off that is tried as an effect: 1 % by chance.
+    far_value: float = 2.5
+    # -2 log L by which windows, which carry more evidence, may turn a ranking round: blind sets.
+    near: float = 60.0
+
+    # --- Adequacy
+    # Excess of a noise level that is too low by 4 %; 0.05 called 1 of 29 exact models unknown.
+    excess: float = 0.08
+    # Relative error of a noise level from N fourth differences, times sqrt(N): simulated.
+    level_error: float = 1.6
+    # Such errors that are chance: `excess` in 10 s of two encoders at 1 kHz.
+    level_errors: float = 3.7
+    # Excess over that without effects: the integration is not more accurate.
+    excess_relative: float = 2e-4
+    # Structure of a right model: at most 2.7 of white noise in 300 simulated recordings.
+    structure: float = 3.8
+    # The same of several effects, which imitate what is in no library: blind sets.
+    pair_structure: float = 2.5
+    # The same where torque noise was taken out, which is right to first order only.
+    noisy_structure: float = 6.0
+    # Excess and structure beside an encoder with steps above its noise: rounding is not white.
+    rough_excess: float = 0.2
+    rough_structure: float = 30.0
+    # Structure over the excess without effects: the integration is not more accurate.
+    structure_relative: float = 0.04
+    # Gain of a free function of the motion: right answers leave at most 29 in 300 recordings.
+    dependence: float = 30.0
+    # The same over the gain of the fit: the integration is not more accurate.
+    dependence_relative: float = 1e-4
+    # Correction of a noise level by the residual that is believed: more is misfit, not noise.
+    sharpening: float = 0.15
+    # Torque noise over the torque: more is an error of the model, not of an actuator.
+    torque_noise: float = 0.1
+    # Lasting unexplained torque over the torque, on a real drive: more is an unknown effect.
+    lasting_torque: float = 0.2
+    # Step of a lattice of readings over their noise: below, rounding adds 1 % to the noise.
+    lattice: float = 0.5
+    # The same for noise that is no longer white: the step spans one deviation to either side.
+    rough_lattice: float = 2.0
+    # Correlation of coloured noise: below, its power at rest is that of white noise within 16 %.
+    correlation: float = 0.15
+    # Distance of a spectrum from that of first-order noise, rms of log power: blind sets.
+    colour: float = 0.15
+
+    # --- Bursts
+    # chi2 per reading of a window that lacks nothing: `excess`, and chance in 1 s.
+    quiet: float = 1.12
+    # Share of the windows without a burst: what is in most of them is no rare event.
+    quiet_share: float = 0.35
+    # chi2 by which a torque at another place may be better: for true bursts up to 10.
+    elsewhere: float = 50.0
+    # Share of bursts that one quantity of the motion explains: they come at times of their own.
+    burst_law: float = 0.4
+    # Probability that bursts at times of their own meet the ends of travel: 1 %.
+    burst_chance: float = 0.01
+    # Share of bursts that a steady oscillation explains: of true ones 0.3 at most.
+    burst_sine: float = 0.6
+
+    # --- Place
+    # Ratio of what free signals leave at places that tie: the deviation of chi2 in 10 s.
+    place_tie: float = 1.01
+    # What a law leaves over what a free signal leaves where it tells as much: blind sets.
+    law_tie: float = 1.1
+    # Share of the gap that an effect explains at whose place the unknown is: blind sets.
+    nearly_all: float = 0.85
+    # Share of a free torque that the command explains if the actuator is its cause: blind sets.
+    command_share: float = 0.1
+
+    # --- Isolability
+    # 2 log likelihood between effects that are told apart: a Bayes factor of e^10.
+    isolable: float = 20.0
+    # The same over the evidence where much lasts that no model explains: real drives.
+    isolable_share: float = 0.1
+
+    # --- Statement
+    # Gap from which on a closed fraction is stated: below, the error of the noise is as large.
+    gap: float = 1.02
+    # Standard deviations by which a motion stands out of the noise if a fit can miss it.
+    motion: float = 5.0
+    # Logarithm of a ratio of sharpnesses that is worth a word: a fifth.
+    shape: float = 0.2
+    # Standard error of the logarithm of a value that counts as determined: a third of it.
+    determined: float = 0.3
+    # Misfit over that of the model file that is no worse: two deviations of it in 10 s.
+    no_worse: float = 1.01
+    # chi2 per reading up to which a residual counts as encoder noise: beyond, neighbouring
+    # readings say the same, so that a window counts as one.
+    encoder_noise: float = 1.5
+    # Correlation of two values that are hardly distinguishable: 10 % of each is its own.
+    correlated: float = 0.95
+
+
+THRESHOLDS = Thresholds()

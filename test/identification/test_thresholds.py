@@ -1,0 +1,55 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Thresholds of the verdict: in one place, none of them idle."""
+import ast
+from dataclasses import fields, FrozenInstanceError
+from pathlib import Path
+
+import pytest
+
+from gearbox_monitor import identification
+from gearbox_monitor.identification.thresholds import Thresholds, THRESHOLDS
+
+FOLDER = Path(identification.__file__).parent
+# Modules that decide; the others measure and fit.
+DECIDING = ('adequacy', 'diagnose', 'disturbance_pulses', 'innovation_selection', 'localisation',
+            'selection', 'verdict', 'verdict_parts')
+
+
+def test_thresholds_stay_as_they_are():
+    with pytest.raises(FrozenInstanceError):
+        THRESHOLDS.effect_gain = 0.0
+
+
+def test_every_threshold_decides():
+    used = {node.attr for path in FOLDER.parent.rglob('*.py')
+            for node in ast.walk(ast.parse(path.read_text(encoding='utf-8')))
+            if isinstance(node, ast.Attribute) and ast.unparse(node.value) == 'THRESHOLDS'}
+    assert used == {field.name for field in fields(Thresholds)}
+
+
+@pytest.mark.parametrize('module', DECIDING)
+def test_no_decision_has_a_threshold_of_its_own(module):
+    """Nothing is compared with a number that the module itself defines, but 0 and 1."""
+    tree = ast.parse((FOLDER / f'{module}.py').read_text(encoding='utf-8'))
+    numbers = {target.id for node in tree.body if isinstance(node, ast.Assign)
+               for target in node.targets if isinstance(target, ast.Name)
+               and isinstance(node.value, ast.Constant) and isinstance(node.value.value, float)}
+    own = [ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Compare)
+           for part in ast.walk(node)
+           if (isinstance(part, ast.Name) and part.id in numbers)
+           or (isinstance(part, ast.Constant) and isinstance(part.value, float)
+               and part.value not in (0.0, 1.0))]
+    assert not own
