@@ -35,20 +35,6 @@ from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 BANDS = (0.0, 3.0, 8.0, 20.0, noise_model.MOTION)  # Hz
 
 
-def spectrum(search: Search, residual: Array) -> tuple[Array, Array, Array]:
-    """
-    Return (power [W, L, C], frequencies [L] Hz, white [C]) of residuals [W, L, C].
-
-    white: mean power above the frequencies of motion.
-
-    Args:
-        search: fits of all candidates to one recording.
-        residual: residual [W, L, C], in standard deviations.
-    """
-    power, at, high = noise_model.spectrum(residual, search.recording.dt)
-    return power, at, power[:, high].mean(axis=(0, 1))
-
-
 def sharpened(search: Search, fitted: CandidateFit) -> tuple[Search, CandidateFit]:
     """
     Return (search, fitted) with sigma as the residual of `fitted` has it at high frequencies.
@@ -58,8 +44,9 @@ def sharpened(search: Search, fitted: CandidateFit) -> tuple[Search, CandidateFi
         fitted: fit on the long windows.
     """
     long, none = search.long, search.fitted['']
-    _, _, white = spectrum(search, long.parted(fitted.point.residual))
-    factor = np.sqrt(white)
+    power, _, high = noise_model.spectrum(
+        long.parted(fitted.point.residual), search.recording.dt)
+    factor = np.sqrt(power[:, high].mean(axis=(0, 1)))
     if not (np.abs(factor - 1.0) < THRESHOLDS.sharpening).all():
         return search, fitted
     sigma = long.sigma.copy()

@@ -13,11 +13,9 @@
 # limitations under the License.
 
 """
-Where in the motion a residual sits: binned over speed, angle, twist and time.
+Laws of a signal over the motion: over speed, angle, twist and time.
 
 Arrays in, arrays out. Nothing here knows models.
-
-x, y: values of the axes; x_edges, y_edges, edges: of their bins.
 """
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import savgol_filter
 
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array
 
 BINS = 24
 TAIL = 0.5        # percent of the samples on either end that share the outermost bins
@@ -34,20 +32,6 @@ SMOOTHING = 0.01  # s, half width
 FOLDS = 5
 STIFFNESSES = (1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0)  # how hard a Law bends
 VAGUE = 4.0       # times the median error, from which on a bin of a Law says nothing
-
-
-@dataclass(frozen=True)
-class BinnedMap:
-    """
-    A quantity over a motion variable: edges [B + 1], count [B], mean [B], rms [B].
-
-    NaN in bins with too few samples.
-    """
-
-    edges: Array
-    count: Integers
-    mean: Array
-    rms: Array
 
 
 @dataclass(frozen=True)
@@ -105,55 +89,6 @@ def edges_about_zero(x: Array, bins: int = BINS) -> Array:
     top = float(np.percentile(np.abs(x), 100.0 - TAIL)) or 0.5
     share = np.linspace(-1.0, 1.0, bins + 1)
     return top * np.sign(share) * share ** 2
-
-
-def binned(x: Array, value: Array, edges: Array) -> BinnedMap:
-    """
-    Return the Map of `value` [...] over x [...], or of value [..., C]: channels together.
-
-    What lies beyond the edges counts in the outermost bins.
-
-    Args:
-        x: motion variable in each sample.
-        value: quantity to average, of the shape of `x`, or with channels as a last axis.
-        edges: edges of the bins [B + 1], in the unit of the motion variable.
-    """
-    bins = len(edges) - 1
-    x = np.asarray(x, float)
-    value = np.asarray(value, float).reshape(*x.shape, -1)
-    at = np.clip(np.searchsorted(edges, x.ravel(), side='right') - 1, 0, bins - 1)
-    count = np.bincount(at, minlength=bins)
-    populated = count >= max(1.0, FEWEST * x.size)
-
-    def mean(v: Array) -> Array:
-        """Return the mean of `v` in each bin, NaN if it holds too few samples."""
-        total = np.bincount(at, v.mean(axis=-1).ravel(), minlength=bins)
-        return np.where(populated, total / np.where(populated, count, 1), np.nan)
-    return BinnedMap(edges, count, mean(value), np.sqrt(mean(value ** 2)))
-
-
-def plane(x: Array, y: Array, value: Array, x_edges: Array, y_edges: Array) -> Array:
-    """
-    Return the rms [Y, X] of value [..., C] over two variables; NaN where samples are few.
-
-    Args:
-        x: motion variable in each sample.
-        y: second motion variable in each sample.
-        value: quantity to average, of the shape of `x`, or with channels as a last axis.
-        x_edges: edges of the columns [X + 1].
-        y_edges: edges of the rows [Y + 1].
-    """
-    shape = len(y_edges) - 1, len(x_edges) - 1
-    x, y = np.asarray(x, float), np.asarray(y, float)
-    power = (np.asarray(value, float).reshape(*x.shape, -1) ** 2).mean(axis=-1).ravel()
-    column = np.clip(np.searchsorted(x_edges, x.ravel(), side='right') - 1, 0, shape[1] - 1)
-    row = np.clip(np.searchsorted(y_edges, y.ravel(), side='right') - 1, 0, shape[0] - 1)
-    at = row * shape[1] + column
-    count = np.bincount(at, minlength=shape[0] * shape[1])
-    populated = count >= max(1.0, FEWEST / 10.0 * x.size)
-    total = np.bincount(at, power, minlength=len(count))
-    return np.sqrt(np.where(populated, total / np.where(populated, count, 1),
-                            np.nan)).reshape(shape)
 
 
 def law(x: Array, signal: Array, precision: Array, basis: Array, edges: Array) -> Law:

@@ -98,8 +98,13 @@ class CandidateModel:
 
     @property
     def name(self) -> str:
-        """Ids joined by '+', 'none' without any."""
-        return '+'.join(self.ids) or 'none'
+        """Ids joined by '+'."""
+        return '+'.join(self.ids)
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """Ids in the order of the alphabet: the same for the same effects."""
+        return tuple(sorted(self.ids))
 
     @property
     def n_effect(self) -> int:
@@ -179,6 +184,24 @@ class CandidateModel:
             parameters[i] = {**table, 'values': torque, 'deviations': [0.0] * len(torque)}
         return nuisances, parameters
 
+    def parameter(self, coordinate: Coordinate) -> str:
+        """Return the name under which a coordinate of an effect is reported."""
+        name = self.ids[coordinate.owner]
+        wave = {'As': amplitude(name), 'Ac': 'phi'} if name in PHASED else {}
+        return wave.get(coordinate.name, coordinate.name)
+
+    def wave_jacobian(self, z: Array) -> Array:
+        """Return the derivative [P, P] of coordinates, waves as size and phase, by `z` [P]."""
+        out = np.eye(len(z))
+        for i, name in enumerate(self.ids):
+            if name in PHASED:
+                own = [k for k, c in enumerate(self.coordinates) if c.owner == i]
+                sine, cosine = z[own]
+                size = max(math.hypot(sine, cosine), 1e-300)
+                out[np.ix_(own, own)] = [[sine / size, cosine / size],
+                                         [-cosine / size ** 2, sine / size ** 2]]
+        return out
+
     def model(self, z: Array) -> DriveModel:
         """Return the DriveModel at z [P]."""
         nuisances, parameters = self.values(z)
@@ -191,17 +214,33 @@ def amplitude(name: str) -> str:
     return EFFECTS[name].parameters[0].name
 
 
+def probes(candidate: CandidateModel, share: float,
+           value: float | None = None) -> list[tuple[dict[str, Any], float]]:
+    """
+    Return [(effect, size)], a little of an effect in each direction in which it is linear.
+
+    Args:
+        candidate: of this effect alone.
+        share: of the scale of its coordinates.
+        value: of the model, which the effect replaces; None if it replaces none.
+    """
+    name, free = candidate.ids[0], [c for c in candidate.coordinates if c.owner == 0]
+    size = share * free[0].scale
+    if name in PHASED:
+        wave = {'id': name, amplitude(name): size}
+        if name in PERIODIC:
+            wave['N'] = candidate.orders[0]
+        return [({**wave, 'phi': phi}, size) for phi in (0.0, 0.5 * math.pi)]
+    if value is not None:
+        return [({'id': name, free[0].name: value + size}, size)]
+    values = {c.name: c.start if c.start else share * c.scale for c in free}
+    return [({'id': name, **values}, values[free[0].name])]
+
+
 def sine_and_cosine(name: str, values: Mapping[str, Any]) -> dict[str, float]:
     """Return {As, Ac}: the coordinates of the wave `name` with the parameters `values`."""
     size, phi = values[amplitude(name)], values.get('phi', 0.0)
     return {'As': size * math.cos(phi), 'Ac': size * math.sin(phi)}
-
-
-def wave_jacobian(coordinates: Array) -> Array:
-    """Return the derivative [2, 2] of size and phase of a wave by its `coordinates` As, Ac."""
-    sine, cosine = coordinates
-    size = max(math.hypot(sine, cosine), 1e-300)
-    return np.array([[sine / size, cosine / size], [-cosine / size ** 2, sine / size ** 2]])
 
 
 def scaled(model: DriveModel, nuisances: Mapping[str, float]) -> DriveModel:
@@ -343,6 +382,21 @@ class Starts:
                     replace(c, start=math.exp(v) if c.log else float(v))
                     for c, v in zip(candidate.coordinates, z) if c.owner == i])
         return self._candidate(tuple(ids), groups, orders)
+
+    def alone(self, candidate: CandidateModel, z: Array, i: int) -> tuple[CandidateModel, Array]:
+        """
+        Return the Candidate of the effect number `i` of another one alone, and where that has it.
+
+        Args:
+            candidate: of several effects.
+            z: its coordinates [P].
+            i: number of the effect.
+        """
+        single = self.candidates(candidate.ids[i], candidate.orders.get(i))[0]
+        values = {(c.owner == i, c.name): v for c, v in zip(candidate.coordinates, z)
+                  if c.owner in (-1, i)}
+        return single, np.array([values.get((c.owner == 0, c.name), v)
+                                 for c, v in zip(single.coordinates, single.start())])
 
     def _candidate(self, ids: tuple[str, ...], groups: Sequence[Sequence[Coordinate]],
                    orders: dict[int, int]) -> CandidateModel:

@@ -27,7 +27,7 @@ import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
-    amplitude, CandidateModel, NOT_FITTED, PERIODIC, PHASED, wave_jacobian, ZERO)
+    CandidateModel, NOT_FITTED, PERIODIC, ZERO)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
@@ -283,22 +283,14 @@ def standard_errors(search: Search,
     condition = float(np.linalg.cond(scaled))
     misfit = max(1.0, float((residual[data.train] ** 2).mean()))
     covariance = misfit * scale[:, None] * scale * np.linalg.pinv(scaled, rcond=1e-13)
-    out = {}
-    for i, name in enumerate(candidate.ids):
-        own = [k for k, c in enumerate(candidate.coordinates) if c.owner == i]
-        part = covariance[np.ix_(own, own)]
-        if name in PHASED:
-            jacobian = wave_jacobian(point.z[own])
-            errors = np.sqrt(np.diag(jacobian @ part @ jacobian.T))
-            out[name] = dict(zip((amplitude(name), 'phi'), errors.tolist()))
-            if name in PERIODIC:
-                out[name]['N'] = 0.0  # a whole number, found by search
-            continue
-        out[name] = {}
-        for k, variance in zip(own, np.diag(part)):
-            c = candidate.coordinates[k]
-            factor = math.exp(point.z[k]) if c.log else 1.0
-            out[name][c.name] = factor * math.sqrt(max(variance, 0.0))
+    jacobian = candidate.wave_jacobian(point.z)
+    errors = np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))
+    # The order of a periodic effect is a whole number, identified by search.
+    out = {name: {'N': 0.0} if name in PERIODIC else {} for name in candidate.ids}
+    for c, error, z in zip(candidate.coordinates, errors, point.z):
+        if c.owner >= 0:
+            out[candidate.ids[c.owner]][candidate.parameter(c)] = float(
+                error * (math.exp(z) if c.log else 1.0))
     return out, condition
 
 

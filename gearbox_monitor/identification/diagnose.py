@@ -32,14 +32,13 @@ from gearbox_monitor.identification.selection import (
     decide, Evidence, parts, PositionEvidence)
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
-from gearbox_monitor.identification.verdict import DiagnosisVerdict, location_of, report
+from gearbox_monitor.identification.verdict import (
+    DiagnosisVerdict, LATTICES, location_of, report)
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import EFFECTS, library
+from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
-
-# In the order of the encoders.
-LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
 
 
 def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
@@ -73,27 +72,29 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     ids = [i for i in ids if i != TORQUE_MAP.id]  # fitted to the remainder, not as an effect
     sigma, quantum = noise_floor(recording, model)
     rough = bool((quantum > THRESHOLDS.rough_lattice * sigma).any())
-    if recording.motor is not None:
-        by_position = PositionSearch(recording, model, sigma, ids, jobs, progress)
-        search: Search = by_position
-        evidence: Evidence = PositionEvidence(by_position, rough)
-        fitted, kind = decide(evidence)
-    else:
-        search = Search(recording, model, sigma, ids, jobs, progress, settling=SETTLING)
-        evidence = InnovationEvidence(search, rough)
-        fitted, kind = decide(evidence)
-        if (kind == 'unknown' and (quantum <= THRESHOLDS.lattice * sigma).all()
-                and leaves_more_than_noise(search, fitted)):
-            # Where one effect leaves white noise, it is white.
-            for lowest in (MOTION, coloured_noise.FITTED):
-                noise = coloured_noise.measure(search, fitted, lowest)
-                if noise is None:
-                    break
-                sigma = noise[0]
-                search = Search(recording, model, sigma, ids, jobs, progress, noise[1],
-                                settling=SETTLING)
-                evidence = InnovationEvidence(search, rough)
-                fitted, kind = decide(evidence)
+
+    def decided(sigma: Array,
+                colour: Array | None = None) -> tuple[Evidence, CandidateFit, str]:
+        """Return (evidence, fit, kind) with noise of the encoders of the size `sigma` [2]."""
+        evidence: Evidence
+        if recording.motor is not None:
+            evidence = PositionEvidence(
+                PositionSearch(recording, model, sigma, ids, jobs, progress), rough)
+        else:
+            evidence = InnovationEvidence(Search(
+                recording, model, sigma, ids, jobs, progress, colour, settling=SETTLING), rough)
+        return evidence, *decide(evidence)
+    evidence, fitted, kind = decided(sigma)
+    if (kind == 'unknown' and recording.motor is None
+            and (quantum <= THRESHOLDS.lattice * sigma).all()
+            and leaves_more_than_noise(evidence.search, fitted)):
+        # Where one effect leaves white noise, it is white.
+        for lowest in (MOTION, coloured_noise.FITTED):
+            noise = coloured_noise.measure(evidence.search, fitted, lowest)
+            if noise is None:
+                break
+            evidence, fitted, kind = decided(*noise)
+    search = evidence.search
 
     @cache
     def inadequate(candidate_fit: CandidateFit) -> bool:
@@ -118,7 +119,8 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     if kind == 'unknown':
         fitted, closed = parts(evidence, fitted, with_map)
     lattices = [name for i, name in enumerate(LATTICES)
-                if quantum[i] > THRESHOLDS.lattice * sigma[i] and search.long.weighing is None]
+                if quantum[i] > THRESHOLDS.lattice * search.long.sigma[i]
+                and search.long.weighing is None]
     steps = next((name for name in lattices if kind == 'none' and name in exclude), None)
     verdict = report(search, fitted, closed, 'unknown' if steps else kind,
                      [name for name in lattices if name in ids], quantum, validate, seed)

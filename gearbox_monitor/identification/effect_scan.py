@@ -19,15 +19,15 @@ The efficient score of Rao: the part that the fit's own coordinates can imitate 
 It needs no fit, only one sensitivity for each start of an effect. Values that may be far off have
 further starts, of which the likelihood itself is taken: behind a hidden arm it has local maxima.
 """
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 import math
 
 import numpy as np
 
 from gearbox_monitor.identification.candidates import (
-    amplitude, CandidateModel, Coordinate, NOT_FITTED, ORDERS, PERIODIC, PHASED,
-    replaced_value, Starts, with_effects)
+    CandidateModel, Coordinate, NOT_FITTED, ORDERS, PERIODIC, PHASED, probes, replaced_value,
+    Starts, with_effects)
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, InnovationFit)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
@@ -98,37 +98,16 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
             run = likelihood.run(with_effects(model, [
                 {'id': name, free[0].name: TINY * free[0].scale}]), fit.torque)
         if name in MEMORIES and free[0].start == 0.0:
-            run = likelihood.run(with_effects(model, [
-                {'id': name, **_values(free, TINY)}]), fit.torque)
+            run = likelihood.run(with_effects(model, [probes(candidate, TINY)[0][0]]), fit.torque)
         elif name in MEMORIES:
             out.append(Proposal(name, order, number, math.inf))
             continue
-        probes = _probes(name, order, free, value)
-        columns = np.stack([(likelihood.change(run, with_effects(model, [{'id': name, **probe}]))
-                             * scale).ravel() for probe, _ in probes], axis=1)
+        effects, sizes = zip(*probes(candidate, A_LITTLE, value))
+        columns = np.stack([(likelihood.change(run, with_effects(model, [effect]))
+                             * scale).ravel() for effect in effects], axis=1)
         gain, step = score_test(own, prior, columns, residual)
-        sizes = [size for _, size in probes]
         out.append(Proposal(name, order, number, gain, _started(name, free, step * sizes)))
     return sorted(out, key=lambda p: -p.gain)
-
-
-def _values(free: Sequence[Coordinate], share: float) -> dict[str, float]:
-    return {c.name: c.start if c.start else share * c.scale for c in free}
-
-
-def _probes(name: str, order: int | None, free: Sequence[Coordinate],
-            value: float | None) -> list[tuple[Mapping[str, float], float]]:
-    """Return [(parameters, size)] of a little of the effect in each direction that is linear."""
-    if name in PHASED:
-        size = A_LITTLE * free[0].scale
-        fixed = {'N': float(order)} if order is not None else {}
-        return [({amplitude(name): size, 'phi': phi, **fixed}, size)
-                for phi in (0.0, 0.5 * math.pi)]
-    if value is not None:
-        size = A_LITTLE * free[0].scale
-        return [({free[0].name: value + size}, size)]
-    values = _values(free, A_LITTLE)
-    return [(values, values[free[0].name])]
 
 
 def _started(name: str, free: Sequence[Coordinate], step: Array) -> Array:

@@ -27,13 +27,11 @@ from functools import partial
 import math
 from typing import TypeVar
 
-import numpy as np
 
-from gearbox_monitor.identification.candidates import CandidateModel, Starts
+from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.effect_scan import joined, Proposal, scan
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
-from gearbox_monitor.kernels.types import Array
 
 Item = TypeVar('Item')
 Value = TypeVar('Value')
@@ -48,7 +46,6 @@ class SearchEffort:
     screened effects more than can be right. Two starts of an effect are enough after the test.
     """
 
-    begin: float = 0.05        # torque noise to begin with, of the std of the torque
     screened: int = 12         # effects that are fitted a little
     starts: int = 2            # starts or orders of each
     rounds: tuple[tuple[int, int], ...] = ((99, 2), (8, 3), (4, 15))  # how many, iterations
@@ -92,9 +89,8 @@ class EffectSearch:
     def none(self) -> InnovationFit:
         """Return the fit without effects."""
         candidate = self.starts.none()
-        torque = np.full(2, EFFORT.begin * max(self.starts.scales.torque, 1e-3))
-        return fitted(self.likelihood, evaluated(self.likelihood, candidate, candidate.start(),
-                                                 torque))
+        return fitted(self.likelihood, InnovationFit(candidate, candidate.start(),
+                                                     self.likelihood.first_noise))
 
     def _begun(self, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
         candidate = joined(self.starts, fit.candidate, fit.z, proposal)
@@ -111,9 +107,9 @@ class EffectSearch:
             done += racing[survivors:]
             racing = self._map(partial(fitted, self.likelihood, iterations=iterations),
                                racing[:survivors])
-        best: dict[str, InnovationFit] = {}
+        best: dict[tuple[str, ...], InnovationFit] = {}
         for fit in sorted([*racing, *done], key=self.score):
-            best.setdefault(name_of(fit.candidate), fit)
+            best.setdefault(fit.candidate.key, fit)
         return list(best.values())
 
     def singles(self, none: InnovationFit) -> FitTable:
@@ -165,16 +161,5 @@ class EffectSearch:
 
     def alone(self, pair: InnovationFit, i: int) -> InnovationFit:
         """Return the effect number `i` of `pair`, fitted alone from where the pair stands."""
-        name = pair.candidate.ids[i]
-        single = self.starts.candidates(name, pair.candidate.orders.get(i))[0]
-        values = {(c.owner == i, c.name): v for c, v in zip(pair.candidate.coordinates, pair.z)
-                  if c.owner in (-1, i)}
-        z: Array = np.array([values.get((c.owner == 0, c.name), v)
-                             for c, v in zip(single.coordinates, single.start())])
-        start = evaluated(self.likelihood, single, z, pair.torque)
-        return fitted(self.likelihood, start, 4)
-
-
-def name_of(candidate: CandidateModel) -> str:
-    """Return the ids of `candidate` in the order of the alphabet, joined by '+'."""
-    return '+'.join(sorted(candidate.ids)) or 'none'
+        single, z = self.starts.alone(pair.candidate, pair.z, i)
+        return fitted(self.likelihood, InnovationFit(single, z, pair.torque), 4)

@@ -170,7 +170,7 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
 
 
 def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequence[Pair],
-            limits: Limits, sigma: Array, seconds: float = 12.0, seed: int = 0,
+            limits: Limits, sigma: Array, seconds: float = 12.0,
             progress: Callable[..., object] | None = None) -> list[SuggestedMotion]:
     """
     Return the motions that separate `pairs` within `limits`, best first.
@@ -184,7 +184,6 @@ def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequ
         limits: largest torque, speed and travel allowed.
         sigma: noise of the encoders [2], rad.
         seconds: duration, s.
-        seed: seed of the random numbers.
         progress: callback with (done, total).
 
     Raises:
@@ -195,7 +194,7 @@ def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequ
              if not {a, b} & set(NOT_FITTED) and isolability.TWINS.get(a) != b]
     if not pairs:
         raise InputError('motion: no pair of effects that a motion could separate')
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(0)
     motions, done, total = [], 0, len(KINDS) * len(SHARES) + CHANGES
 
     def tried(kind: str, amplitudes: Iterable[float], frequencies: Iterable[float],

@@ -19,7 +19,8 @@ Levenberg-Marquardt on whitened innovations, coordinates and logarithms of the t
 Fisher step; the exact likelihood accepts it. The noise anneals by itself: it is large where the
 model is wrong. One start is enough for most effects, that without it.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+import math
 
 import numpy as np
 
@@ -44,13 +45,13 @@ class InnovationFit:
     State of the fit of a candidate.
 
     z [P] coordinates; torque [2] noise on motor and arm, N m; deviance: -2 log L with the prior,
-    as InnovationLikelihood counts it.
+    as InnovationLikelihood counts it, infinite before it is evaluated.
     """
 
     candidate: CandidateModel
     z: Array
     torque: Array
-    deviance: float
+    deviance: float = math.inf
 
     @property
     def name(self) -> str:
@@ -62,7 +63,7 @@ class InnovationFit:
 class FilteredFit(InnovationFit):
     """An InnovationFit with the run of its filter, which needs much memory."""
 
-    run: Filtered
+    run: Filtered = field(kw_only=True)
 
     def alone(self) -> InnovationFit:
         """Return the InnovationFit without the run."""
@@ -81,7 +82,8 @@ def evaluated(likelihood: InnovationLikelihood, candidate: CandidateModel, z: Ar
         torque: noise [2] on motor and arm, N m rms in a sample.
     """
     run = likelihood.run(candidate.model(z), torque)
-    return FilteredFit(candidate, z, torque, run.deviance + candidate.penalty(z), run)
+    return FilteredFit(candidate, z, torque, run.deviance + candidate.penalty(z),
+                       run=run)
 
 
 def annealed(likelihood: InnovationLikelihood, fit: FilteredFit) -> Array:

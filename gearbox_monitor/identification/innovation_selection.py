@@ -29,7 +29,7 @@ from gearbox_monitor.identification.adequacy import misfit
 from gearbox_monitor.identification.candidates import with_free_shape
 from gearbox_monitor.identification.effect_scan import scan
 from gearbox_monitor.identification.effect_search import EffectSearch
-from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
+from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import white_level
@@ -67,11 +67,9 @@ class InnovationEvidence(Evidence):
 
     def finish(self, fit: InnovationFit) -> CandidateFit:
         """Finish `fit` on short steps and on windows; it joins the fits of the search."""
-        fine = fitted(self.fine, fit, 8)
-        name = key_of(fit)
-        self.finished[name] = fine
-        return self.search.keep(name, on_windows(self.search, fine, self.whole,
-                                                 self.effects.score(fine)))
+        fine = self.finished[fit.name] = fitted(self.fine, fit, 8)
+        return self.search.keep(on_windows(self.search, fine, self.whole,
+                                           self.effects.score(fine)))
 
     def shaped(self, fit: CandidateFit) -> CandidateFit | None:
         """
@@ -85,7 +83,7 @@ class InnovationEvidence(Evidence):
             fit: that leaves more than noise.
         """
         complete: list[CandidateFit] = []
-        names = {key_of(fit): None}
+        names = {fit.name: None}
         if self.inadequate(fit):
             names.update(dict.fromkeys([*self.search.ranked()[:SHAPED], '']))
         else:
@@ -100,7 +98,7 @@ class InnovationEvidence(Evidence):
                 continue
             freed = len(candidate.coordinates) - len(finished.z)
             z = np.concatenate([np.zeros(freed), finished.z])
-            fine = fitted(self.fine, evaluated(self.fine, candidate, z, finished.torque).alone())
+            fine = fitted(self.fine, InnovationFit(candidate, z, finished.torque))
             if finished.deviance - fine.deviance < THRESHOLDS.scatter_gain:
                 continue
             shaped = on_windows(self.search, fine, self.whole, self.effects.score(fine))
@@ -110,7 +108,7 @@ class InnovationEvidence(Evidence):
             return None
         best = min(complete, key=lambda f: (
             f.score + THRESHOLDS.effect_gain * bool(f.candidate.ids)))
-        return self.search.keep(key_of(best), best)
+        return self.search.keep(best)
 
     def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
         """
@@ -122,7 +120,7 @@ class InnovationEvidence(Evidence):
             fit: on windows.
             base: of a simpler model.
         """
-        of_fit, of_base = map(self.finished.get, (key_of(fit), key_of(base)))
+        of_fit, of_base = map(self.finished.get, (fit.name, base.name))
         if self.unseen is not None and of_fit is not None and of_base is not None:
             deviances = [self.unseen.run(f.candidate.model(f.z), f.torque).deviance
                          for f in (of_fit, of_base)]
@@ -132,7 +130,7 @@ class InnovationEvidence(Evidence):
 
     def mapped(self, fit: CandidateFit) -> CandidateFit | None:
         """Return `fit` with a map of the torque that it leaves, None where none is worth it."""
-        finished = self.finished.get(key_of(fit))
+        finished = self.finished.get(fit.name)
         best = finished and by_innovations(self.search, fit, finished, self.fine)
         if best is None:
             return None
@@ -146,7 +144,7 @@ class InnovationEvidence(Evidence):
             return
         points = {name: fit.point for name, fit in search.fitted.items()}
         for name, fit in list(search.fitted.items()):
-            search.keep(name, search.polish(
+            search.keep(search.polish(
                 fit, [point for other, point in points.items() if other != name]))
 
     def place_behind(self, fits: Iterable[InnovationFit]) -> None:
@@ -156,12 +154,11 @@ class InnovationEvidence(Evidence):
         waiting = [f for f in fits if f.name not in self.search.fitted]
         for fit in waiting:
             score = worst + BEHIND + fit.deviance - waiting[0].deviance
-            self.search.keep(fit.name, CandidateFit(
-                fit.candidate, replace(none.point, z=fit.z), score))
+            self.search.keep(CandidateFit(fit.candidate, replace(none.point, z=fit.z), score))
 
     def lacks(self, fit: CandidateFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
-        finished = self.finished.get(key_of(fit))
+        finished = self.finished.get(fit.name)
         if finished is None:
             return False
         return any(p.gain > (THRESHOLDS.scatter_gain if scatters(self.search, p.name)
@@ -195,8 +192,3 @@ class InnovationEvidence(Evidence):
             if worth(self.search, fit, pair) and (lacking or not self.inadequate(pair)):
                 return pair
         return fit
-
-
-def key_of(fit: CandidateFit | InnovationFit) -> str:
-    """Return the key of `fit` in tables of fits: its name, '' without effects."""
-    return fit.name if fit.candidate.ids else ''

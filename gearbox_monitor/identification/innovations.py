@@ -27,8 +27,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.identification import innovation_filter as kernels
-from gearbox_monitor.identification.innovation_filter import (
+from gearbox_monitor.estimation import innovation_filter as kernels
+from gearbox_monitor.estimation.innovation_filter import (
     FilterInput, FilterStart, FilterTrace, LASTING, MOST_STATES, N_FILTER, SampleSchedule)
 from gearbox_monitor.identification.shooting import Simulator
 from gearbox_monitor.kernels.types import Array
@@ -40,6 +40,7 @@ from gearbox_monitor.plant.effects.registry import INTEGRAL, LATE_A, LATE_B, LAT
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, plugin_of
 from gearbox_monitor.quality.recording import UniformRecording
 
+FIRST_NOISE = 0.05  # of the standard deviation of the torque
 BEGIN = 0.04        # s of readings from which the states at the begin of a part are taken
 SPEED_ERROR = 0.3   # rad/s, by which a speed from so few readings may be off at least
 MOVES = (1e-6, 1e-6, 1e-5, 1e-5)  # rad and rad/s, by which states are moved for the tangent
@@ -124,6 +125,11 @@ class InnovationLikelihood:
         """Number of readings that count."""
         count = int((self.end - self.begin - 1).sum()) // self.every
         return count * len(self.recording.channels)
+
+    @property
+    def first_noise(self) -> Array:
+        """Torque noise [2] on motor and arm with which fits begin, N m rms in a sample."""
+        return np.full(2, FIRST_NOISE * max(self._torque, 1e-3))
 
     def _start(self, model: DriveModel) -> FilterStart:
         places, moves = [0, 1, 2, 3], list(MOVES)

@@ -20,6 +20,7 @@ and nominal values can imitate. With evidence d for an effect (generalised likel
 another effect that leaves the share s2 of its signature is indistinguishable unless d s2 is more
 than THRESHOLDS.isolable.
 """
+from collections.abc import Iterable
 import math
 from typing import TypeAlias
 
@@ -27,7 +28,7 @@ import numpy as np
 
 from gearbox_monitor.identification import likelihood
 from gearbox_monitor.identification.candidates import (
-    NOT_FITTED, PERIODIC, replaced_value, with_effects)
+    NOT_FITTED, PERIODIC, replaced_value)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.thresholds import THRESHOLDS
@@ -69,15 +70,9 @@ class Space:
             name: id of an effect.
             order: order N of a periodic effect, None for the others.
         """
-        data, point = self.search.long, self.fitted.point
-        columns = []
-        for probe in self.search.probes(name, order):
-            for values in probe:
-                model = with_effects(
-                    self.model, [*self.model.effects, {'id': name, **values}])
-                r, _ = data.residual(model, point.states, point.memory)
-                columns.append(point.residual - r)
-        return self.clean(np.stack(columns, axis=2))
+        effects = [effect for probe in self.search.probes(name, order) for effect in probe]
+        return self.clean(likelihood.effect_columns(
+            self.search.long, self.model, self.fitted.point, effects))
 
 
 def _orders(search: Search, name: str) -> int | None:
@@ -87,11 +82,7 @@ def _orders(search: Search, name: str) -> int | None:
     candidate_fit = search.fitted.get(name)
     if candidate_fit is not None:
         return candidate_fit.candidate.orders[0]
-    try:
-        return search.found_orders(name)[0]
-    except KeyError:  # nothing was screened yet
-        search.find_orders()
-        return search.found_orders(name)[0]
+    return search.found_orders(name)[0]
 
 
 def share_left(a: Array, b: Array) -> float:
@@ -248,26 +239,18 @@ def confusable(search: Search, fitted: CandidateFit,
     return list(dict.fromkeys(i for i in out if i not in fitted.candidate.ids))
 
 
-def matrix(search: Search, fitted: CandidateFit | None = None) -> tuple[list[str], Array]:
+def matrix(search: Search, ids: Iterable[str]) -> tuple[list[str], Array]:
     """
-    Return (ids, s2 [A, B]): share of the signature of a that b cannot imitate.
-
-    Signatures about `fitted`, by default none.
+    Return (ids, s2 [A, B]): share of the signature of a that b cannot imitate, about no effect.
 
     Args:
         search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
+        ids: ids of the effects; those that are not fitted as a motion are left out.
     """
-    fitted = fitted or search.fitted['']
-    space = Space(search, fitted)
-    _, prior = fitted.candidate.prior(fitted.point.z)
-    ids = [n for n in search.ids if n not in NOT_FITTED and n not in fitted.candidate.ids]
+    none = search.fitted['']
+    space = Space(search, none)
+    _, prior = none.candidate.prior(none.point.z)
+    ids = [n for n in ids if n not in NOT_FITTED]
     columns = [remove(space.signature(n, _orders(search, n)), space.own, prior) for n in ids]
-    spans = [_orthonormal(c) for c in columns]
-    s2 = np.ones((len(ids), len(ids)))
-    for i, a in enumerate(columns):
-        a = a[:, :1] if a.shape[1] and ids[i] not in PERIODIC else a
-        total = max((a * a).sum(), 1e-300)
-        for j, q in enumerate(spans):
-            s2[i, j] = np.clip(1.0 - ((q.T @ a) ** 2).sum() / total, 0.0, 1.0)
-    return ids, s2
+    first = [a[:, :1] if name not in PERIODIC else a for name, a in zip(ids, columns)]
+    return ids, np.array([[share_left(a, b) for b in columns] for a in first])

@@ -27,11 +27,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification.candidates import CandidateModel
+from gearbox_monitor.identification.candidates import CandidateModel, with_effects
 from gearbox_monitor.identification.model_error import Weighing
 from gearbox_monitor.identification.noise_model import prewhitened
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows, Simulator
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MEMORIES
 from gearbox_monitor.plant.effects.controller import SERVO_DELAY, SERVO_INTEGRATOR
@@ -311,7 +311,7 @@ class Sensitivity:
 
 
 def coordinate_sensitivity(data: WindowData, candidate: CandidateModel, point: FitPoint,
-                           indices: Iterable[int] | None = None, stretch: float = 1.0) -> Array:
+                           stretch: float = 1.0) -> Array:
     """
     Return d(-residual)/dz [W, 2L, P]; memories stay as they are.
 
@@ -319,16 +319,13 @@ def coordinate_sensitivity(data: WindowData, candidate: CandidateModel, point: F
         data: windows of readings and how residuals are weighted.
         candidate: model to be fitted, with its coordinates.
         point: where the fit stands: coordinates, window states and memories.
-        indices: coordinates that are varied (default: all).
         stretch: factor on the steps of the finite differences.
     """
     steps = stretch * data.simulator.stretch * candidate.steps()
-    indices = range(len(steps)) if indices is None else indices
     out = np.zeros((*point.residual.shape, len(steps)))
-    for i in indices:
+    for i, step in enumerate(steps):
         moved = point.z.copy()
-        moved[i] += steps[i]
-        step = steps[i]
+        moved[i] += step
         if candidate.bounded(moved)[i] != moved[i]:
             step = -step
             moved[i] = point.z[i] + step
@@ -417,6 +414,50 @@ def gained(S: Array, g: Array, base: int) -> float:
     total = damped_solve(S, g, 1e-9) @ g
     base_gain = damped_solve(S[:base, :base], g[:base], 1e-9) @ g[:base] if base else 0.0
     return float(total - base_gain)
+
+
+def effect_columns(data: WindowData, model: DriveModel, point: FitPoint,
+                   effects: Iterable[Values]) -> Array:
+    """
+    Return the changes [W, C L, E] of the readings by each of E effects, in units of the residual.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        model: model of the drive where the fit stands.
+        point: where the fit stands: coordinates, window states and memories.
+        effects: that are added to the model or take the place of its own.
+    """
+    return np.stack([point.residual - data.residual(
+        with_effects(model, [*model.effects, effect]), point.states, point.memory)[0]
+        for effect in effects], axis=2)
+
+
+def widened(s: Sensitivity, columns: Array) -> Sensitivity:
+    """
+    Return the Sensitivity with further coordinates.
+
+    Args:
+        s: sensitivities at the point.
+        columns: derivatives by the further coordinates [W, C L, E].
+    """
+    return Sensitivity(s.Jx, np.concatenate([s.Jz, columns], axis=2))
+
+
+def linear_gain(s: Sensitivity, columns: Array, residual: Array, weight: Array,
+                prior: Array) -> float:
+    """
+    Return the gain in chi2 of one linear step along `columns`; coordinates and states give way.
+
+    Args:
+        s: sensitivities at the point.
+        columns: derivatives of -residual by what is added [W, C L, E].
+        residual: residual of the windows [W, C L].
+        weight: weights of the windows [W].
+        prior: weights of the prior of the coordinates [P].
+    """
+    S, g, _, _ = normal_equations(widened(s, columns), residual, weight)
+    S[np.diag_indices(len(prior))] += prior
+    return gained(S, g, len(prior))
 
 
 def objective(candidate: CandidateModel, point: FitPoint, weight: Array) -> float:

@@ -24,7 +24,6 @@ import numpy as np
 
 from gearbox_monitor.identification.closed_model import crossed, free_run, gap_of, windowed
 from gearbox_monitor.identification.noise_model import noise_floor
-from gearbox_monitor.identification.search import held_out
 from gearbox_monitor.identification.shooting import ShootingWindows
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.kernels.types import Array, Flags
@@ -100,8 +99,7 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
         fits = crossed(fits)
     windows = fits[0][0].long.windows
     index = windows.first[:, None] + np.arange(windows.length)
-    train, _ = held_out(recording, windows)
-    channels = tuple(getattr(recording, 'channels', (0, 1)))
+    train = fits[0][0].long.train
     runs = []
     for name, (search, candidate, point) in zip(models, fits):
         model = candidate.model(point.z)
@@ -110,25 +108,4 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
         runs.append(ModelRun(name, y, point.chi2, gap_of(point.chi2, point.residual.shape[1]),
                              Begin(point.states, point.memory), free))
     return Overlay(recording, windows, recording.t[index], recording.y[index], ~train,
-                   np.asarray(sigma, float), channels, tuple(runs))
-
-
-def smoothed(residual: Array, dt: float, seconds: float = 0.02) -> Array:
-    """
-    Return the moving mean [N] of a residual [N] over `seconds`: what is more than noise.
-
-    Args:
-        residual: residual of one encoder [N].
-        dt: sample time, s.
-        seconds: length of the moving mean, s.
-    """
-    width = max(1, min(round(seconds / dt), len(residual)))
-    ones = np.ones(width)
-    return np.convolve(residual, ones, 'same') / np.convolve(np.ones(len(residual)), ones, 'same')
-
-
-def clipped_to_range(y: Array, measured: Array) -> Array:
-    """Return y [N], NaN where it is far off all that was measured [N]: fit to be drawn."""
-    low, high = float(measured.min()), float(measured.max())
-    with np.errstate(invalid='ignore'):
-        return np.where(np.abs(y - 0.5 * (low + high)) < 2.0 * (high - low), y, np.nan)
+                   np.asarray(sigma, float), recording.channels, tuple(runs))

@@ -30,8 +30,8 @@ import numpy as np
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification import closed_model, gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
-    amplitude, BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered,
-    PERIODIC, PHASED, sine_and_cosine, Starts, wave_jacobian, ZERO)
+    BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered,
+    PERIODIC, PHASED, sine_and_cosine, Starts, ZERO)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
@@ -289,7 +289,7 @@ def _settled(search: Search, candidate: CandidateModel,
                 key=lambda p: float(p.chi2.sum()))
     for _ in range(ROUNDS):
         point = gauss_newton.fit(search.long, candidate, point, 8, robust=True, refresh=range(8))
-    search.keep('', search.as_fitted(candidate, point))
+    search.keep(search.as_fitted(candidate, point), '')
     search.settle([''])
     search.weigh_by_error([''])
     return search.fitted['']
@@ -320,11 +320,7 @@ def _known(data: likelihood.WindowData, fitted: CandidateFit,
         misfit *= data.windows.length
     prior = candidate.prior(point.z)[1]
     covariance = np.linalg.inv(S / misfit + np.diag(prior))
-    jacobian = np.eye(len(point.z))  # waves are listed by size and phase, not by As and Ac
-    for i, name in enumerate(candidate.ids):
-        if name in PHASED:
-            own = [k for k, c in enumerate(candidate.coordinates) if c.owner == i]
-            jacobian[np.ix_(own, own)] = wave_jacobian(point.z[own])
+    jacobian = candidate.wave_jacobian(point.z)
     covariance = jacobian @ covariance @ jacobian.T
     errors = np.sqrt(np.diag(covariance))
     starts = start_values(model)
@@ -341,9 +337,7 @@ def _known(data: likelihood.WindowData, fitted: CandidateFit,
                 unit = ''  # a factor on efforts that are torques
         else:
             effect = library()[candidate.ids[c.owner]]
-            name = c.name
-            if effect.id in PHASED:
-                name = amplitude(effect.id) if name == 'As' else 'phi'
+            name = candidate.parameter(c)
             scale = 1.0 if name == 'phi' else scale
             start, value = own_starts[c.owner][name], own_values[c.owner][name]
             unit = next(p.unit for p in effect.parameters if p.name == name)

@@ -18,7 +18,7 @@ Two simultaneous effects on windows: forward selection, exchange and backward el
 Many proposals start on the beginnings of the windows, and the best of each round continue on
 longer parts (successive halving).
 """
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from itertools import combinations
 import math
@@ -28,7 +28,7 @@ import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, isolability, likelihood
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, NOT_FITTED, ORDERS, PERIODIC, with_effects)
+    CandidateModel, NOT_FITTED, ORDERS, PERIODIC)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.kernels.types import Array
@@ -41,34 +41,37 @@ TOP_ORDERS = 4  # where the motor is driven: what is made small is jagged, a gai
 # The same on the other side: the torque of a motor whose motion is put in shows their sum.
 SIDES = {name: effect.counterpart for name, effect in EFFECTS.items() if effect.counterpart}
 EXCHANGED = 3
-BEGUN = 3  # steps of a fit by which starts and orders are compared
 SETTLED = 4
 RACE = ((0.25, 6), (0.5, 4), (1.0, 3))  # share of the windows fitted, pairs that go on from there
 Gain: TypeAlias = tuple[float, int | None]
 Started: TypeAlias = tuple[CandidateModel, likelihood.FitPoint]
 
 
-def forward_gains(search: PositionSearch, fitted: CandidateFit) -> dict[str, Gain]:
+def gains_beside(search: PositionSearch, data: likelihood.WindowData, candidate: CandidateModel,
+                 point: likelihood.FitPoint) -> dict[str, list[Gain]]:
     """
-    Return {id: (linearised gain in chi2, N)} of adding each effect to `fitted`.
+    Return {id: [(linearised gain in chi2 of adding it, N), ..., best first]}, best first.
 
     Args:
         search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
+        data: its windows, or their beginnings.
+        candidate: effects so far.
+        point: where its fit stands.
     """
-    gains = _gains(search, search.long, fitted.candidate, fitted.point)
-    return {name: effect_gains[0] for name, effect_gains in gains.items()}
-
-
-def _gains(search: PositionSearch, data: likelihood.WindowData, candidate: CandidateModel,
-           point: likelihood.FitPoint) -> dict[str, list[Gain]]:
-    """Return {id: [(linearised gain in chi2 of adding it, N), ..., best first]}."""
     ids = [i for i in search.ids if i not in candidate.ids]
     gains: dict[str, list[Gain]] = {}
     for (name, order), gain in search.gains(data, candidate, point, ids, ORDERS).items():
         gains.setdefault(name, []).append((gain, order))
-    return {name: sorted(effect_gains, key=lambda g: -g[0]) for name,
-            effect_gains in gains.items()}
+    for effect_gains in gains.values():
+        effect_gains.sort(key=lambda g: -g[0])
+    return dict(sorted(gains.items(), key=lambda item: -item[1][0][0]))
+
+
+def _starts(search: PositionSearch, gains: dict[str, list[Gain]], name: str,
+            orders: int = 1) -> list[CandidateModel]:
+    """Return the starts of the effect `name` with its best `orders`."""
+    return [start for _, order in gains[name][:orders]
+            for start in search.starts.candidates(name, order)]
 
 
 def find_pairs(search: PositionSearch, firsts: Sequence[str]) -> list[str]:
@@ -79,7 +82,7 @@ def find_pairs(search: PositionSearch, firsts: Sequence[str]) -> list[str]:
     a linearised search over all of them. Many start on the beginnings of the windows, few arrive
     at whole ones.
     """
-    gains = {first: _gains(search, search.long, search.fitted[first].candidate,
+    gains = {first: gains_beside(search, search.long, search.fitted[first].candidate,
                            search.fitted[first].point) for first in firsts}
     chosen = [*_raced(search, _proposed(search, gains)), *_joined(search, gains)]
     chosen = sorted({*chosen} & {*search.fitted},
@@ -106,17 +109,15 @@ def with_third(search: PositionSearch, pair: CandidateFit) -> CandidateFit | Non
         search: fits of all candidates to one recording.
         pair: fit of two effects.
     """
-    gains = _gains(search, search.long, pair.candidate, pair.point)
-    names = sorted(gains, key=lambda n: -gains[n][0][0])[:TOP_FORWARD]
-    thirds = [third for name in names for _, order in gains[name][:TOP_ORDERS]
-              for third in search.starts.candidates(name, order)]
-
+    gains = gains_beside(search, search.long, pair.candidate, pair.point)
+    thirds = [third for name in list(gains)[:TOP_FORWARD]
+              for third in _starts(search, gains, name, TOP_ORDERS)]
     fits = search.map(lambda third: _extended(search, pair, third, third.start()), thirds,
                       'three effects')
     if not fits:
         return None
     best = min(fits, key=lambda f: f.score)
-    return search.keep(best.name, best)
+    return search.keep(best)
 
 
 def _raced(search: PositionSearch, racing: list[Started]) -> list[str]:
@@ -128,14 +129,13 @@ def _raced(search: PositionSearch, racing: list[Started]) -> list[str]:
     for share, survivors in RACE:
         data = likelihood.shortened(search.long, share)
         racing = search.map(partial(_run_on, data), racing, 'pairs')
-        best_starts: dict[tuple[tuple[str, ...], tuple[int, ...]], Started] = {}
+        best_starts: dict[tuple[object, ...], Started] = {}
         # Of starts of one pair all windows tell: where an effect shows in few of them, all of its
         # starts are alike to the others.
         all_windows = np.ones(len(data.windows))
         for joint, point in sorted(racing,
                                    key=lambda r: likelihood.objective(r[0], r[1], all_windows)):
-            orders = tuple(sorted(joint.orders.values()))
-            best_starts.setdefault((_key(joint.ids), orders), (joint, point))
+            best_starts.setdefault((joint.key, *sorted(joint.orders.values())), (joint, point))
         racing = sorted(best_starts.values(), key=lambda r: search.score(data, *r))[:survivors]
     return [search.keep_better(search.as_fitted(*r)).name for r in racing]
 
@@ -152,9 +152,9 @@ def _joined(search: PositionSearch, gains: dict[str, dict[str, list[Gain]]]) -> 
     jobs = [(first_fit, second_fit.candidate, second_fit.point.z)
             for first_fit, second_fit in combinations(singles, 2)]
     for first, effect_gains in gains.items():
-        for name in sorted(effect_gains, key=lambda n: -effect_gains[n][0][0])[:1]:
-            jobs += [(search.fitted[first], second, second.start())
-                     for second in search.starts.candidates(name, effect_gains[name][0][1])]
+        jobs += [(search.fitted[first], second, second.start())
+                 for name in list(effect_gains)[:1]
+                 for second in _starts(search, effect_gains, name)]
     return [search.keep_better(pair).name for pair in search.map(
         lambda job: _extended(search, *job), jobs, 'pairs')]
 
@@ -179,12 +179,11 @@ def _proposed(search: PositionSearch, forward: dict[str, dict[str, list[Gain]]])
         fitted = search.fitted[first]
         base, point = fitted.candidate, _begun(search, data, fitted)
         for gains, top in ((whole, TOP_FORWARD),
-                           (_gains(search, data, base, point), TOP_BEGUN)):
-            names = sorted(gains, key=lambda n: -gains[n][0][0])[:top]
+                           (gains_beside(search, data, base, point), TOP_BEGUN)):
+            names = list(gains)[:top]
             names += [n for n in map(SIDES.get, names) if n in gains and n not in names]
             for name in names:
-                for second in [c for _, order in gains[name][:TOP_ORDERS]
-                               for c in search.starts.candidates(name, order)]:
+                for second in _starts(search, gains, name, TOP_ORDERS):
                     joint = search.starts.joint([(base, point.z), (second, second.start())])
                     jobs.append((joint, point.at(_with_nuisances(search, joint, point))))
     none = _begun(search, data, search.fitted[''])
@@ -206,10 +205,6 @@ def _run_on(data: likelihood.WindowData, pair: Started) -> Started:
     joint, point = pair
     return joint, gauss_newton.fit(data, joint, data.evaluate(joint, point), 6, robust=True,
                                    refresh=(0, 1, 2, 4))
-
-
-def _key(ids: Iterable[str]) -> tuple[str, ...]:
-    return tuple(sorted(ids))
 
 
 def _with_nuisances(search: PositionSearch, joint: CandidateModel,
@@ -237,15 +232,12 @@ def _screened(search: PositionSearch) -> list[tuple[CandidateModel, CandidateMod
         for order in search.found_orders(name) if name in PERIODIC else [None]:
             for candidate, probe in zip(search.starts.candidates(name, order),
                                         search.probes(name, order)):
-                options.append((candidate, [{'id': name, **c} for c in probe]))
+                options.append((candidate, probe))
     columns = search.map(
-        lambda e: point.residual - data.residual(
-            with_effects(model, [*model.effects, e]), point.states, point.memory)[0],
-        [e for _, es in options for e in es], 'pairs')
+        lambda option: likelihood.effect_columns(data, model, point, option[1]), options, 'pairs')
     base_size = s.Jz.shape[2]
-    joint = likelihood.Sensitivity(s.Jx, np.concatenate(
-        [s.Jz, np.stack(columns, axis=2)], axis=2))
-    S, g, _, _ = likelihood.normal_equations(joint, point.residual, weight)
+    S, g, _, _ = likelihood.normal_equations(
+        likelihood.widened(s, np.concatenate(columns, axis=2)), point.residual, weight)
     _, prior = base.prior(point.z)
     S[range(base_size), range(base_size)] += prior
     places, at = [], base_size
@@ -258,7 +250,7 @@ def _screened(search: PositionSearch) -> list[tuple[CandidateModel, CandidateMod
             continue
         use = [*range(base_size), *places[i], *places[j]]
         gain = float(likelihood.damped_solve(S[np.ix_(use, use)], g[use], 1e-6) @ g[use])
-        key = _key((*a.ids, *b.ids))
+        key = tuple(sorted((*a.ids, *b.ids)))
         if gain > best_gains.get(key, (-math.inf,))[0]:
             best_gains[key] = (gain, (a, b))
     return [parts for _, parts in sorted(best_gains.values(), key=lambda v: -v[0])]
@@ -278,10 +270,10 @@ def _exchanged(search: PositionSearch, pair: CandidateFit) -> list[Started]:
         kept_single = _alone(search, pair, 1 - i)
         base = kept_single.candidate
         point = data.evaluate(base, kept_single.point)
-        gains = _gains(search, data, base, point)
+        gains = gains_beside(search, data, base, point)
         _, shares = separations[name]
         names = [*sorted(shares, key=shares.__getitem__)[:EXCHANGED],
-                 *sorted(gains, key=lambda n: -gains[n][0][0])[:EXCHANGED]]
+                 *list(gains)[:EXCHANGED]]
         options = [(replacement, gains[replacement][0][1]) for replacement in dict.fromkeys(names)
                    if replacement != name and replacement in gains]
         if name in PERIODIC:
@@ -300,11 +292,10 @@ def _exchanged(search: PositionSearch, pair: CandidateFit) -> list[Started]:
 
 def _alone(search: PositionSearch, pair: CandidateFit, i: int) -> CandidateFit:
     """Return the effect number `i` of `pair` with its values and window states, not fitted."""
-    values = {c.name: v for c, v in zip(pair.candidate.coordinates, pair.point.z) if c.owner == i}
-    single = search.starts.candidates(pair.candidate.ids[i], pair.candidate.orders.get(i))[0]
-    begun = single.start_from(search.fitted[''].candidate, search.fitted[''].point.z)
-    z = np.array([values[c.name] if c.owner == 0 else v
-                  for c, v in zip(single.coordinates, begun)])
+    single, z = search.starts.alone(pair.candidate, pair.point.z, i)
+    none = search.fitted['']
+    nominal = np.array([c.owner < 0 for c in single.coordinates])
+    z = np.where(nominal, single.start_from(none.candidate, none.point.z), z)
     return CandidateFit(single, pair.point.at(z))
 
 

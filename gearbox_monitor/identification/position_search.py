@@ -46,7 +46,7 @@ class PositionSearch(Search):
         candidate = self.starts.none()
         point = gauss_newton.robust_then_plain(
             self.long, candidate, likelihood.fresh(self.long, candidate), (8, 8))
-        return self.keep('', self.as_fitted(candidate, point))
+        return self.keep(self.as_fitted(candidate, point))
 
     def none_and_singles(self) -> None:
         """Fit the model without effects and with each single one."""
@@ -55,7 +55,6 @@ class PositionSearch(Search):
 
     def screen(self) -> dict[str, list[CandidateFit]]:
         """Return the rough fits of each single effect, one for each start and order."""
-        self.find_orders()
         candidates = [candidate for name in self.ids if name not in NOT_FITTED
                       for order in (self.found_orders(name) if name in PERIODIC else (None,))
                       for candidate in self.starts.candidates(name, order)]
@@ -105,10 +104,10 @@ class PositionSearch(Search):
         self.reweigh(min((fit for group in by_id.values() for fit in group),
                          key=lambda f: f.score))
         by_id = {name: [self.rescored(fit) for fit in group] for name, group in by_id.items()}
-        none = self.keep('', self.polish(self.fitted['']))
+        none = self.keep(self.polish(self.fitted['']))
         gains = {}
         for name, group in by_id.items():
-            self.keep(name, min(group, key=lambda f: f.score))
+            self.keep(min(group, key=lambda f: f.score))
             gains[name] = max(self.promise(f.candidate, f.point) - f.candidate.n_effect * cost
                               for f in group)
         ranked = sorted(gains, key=gains.__getitem__, reverse=True)[:KEEP_SCREENED]
@@ -138,7 +137,7 @@ class PositionSearch(Search):
         names = names or ['', *self.ranked()[:KEEP_REFINED]]
         for name, fit in zip(names, self.map(
                 self.polish, [self.fitted[n] for n in names], 'comparing')):
-            self.keep(name, fit)
+            self.keep(fit, name)
 
     def settle(self, names: Sequence[str]) -> None:
         """Polish the fits `names` until they stand still: what they leave is to be judged."""
@@ -157,7 +156,7 @@ class PositionSearch(Search):
         self.long = replace(self.long, weighing=model_error.weighing(
             self.recording, self.model, self.long.sigma, self._persistent(reference)))
         for name, fit in self.fitted.items():
-            self.keep(name, self.rescored(fit))
+            self.keep(self.rescored(fit), name)
 
     def rescored(self, fit: CandidateFit) -> CandidateFit:
         """Return `fit` as its residuals count."""
@@ -173,8 +172,8 @@ class PositionSearch(Search):
         for name in names:
             fit = self.fitted[name]
             persistent = self._persistent(fit)
-            self.keep(name, replace(fit, persistent=persistent, white=fit.point.residual,
-                                    s=float(persistent[0])))
+            self.keep(replace(fit, persistent=persistent, white=fit.point.residual,
+                              s=float(persistent[0])), name)
 
     def _persistent(self, fitted: CandidateFit) -> Array:
         """Return the size [2], N m and rad, of what lasts in the residual of `fitted`."""

@@ -30,14 +30,13 @@ from scipy.stats import t as student
 
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovation_fit import (
-    coordinate_columns, COORDINATE_STEP, evaluated, fitted)
+    coordinate_columns, COORDINATE_STEP, evaluated, fitted, InnovationFit)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.quality.recording import UniformRecording
 
 CONFIDENCE = 0.9
 EXACT = 1e-9   # relative error of a value that has none
-TORQUE = 0.05  # torque noise to begin with, of the standard deviation of the torque
 
 
 @dataclass(frozen=True)
@@ -103,9 +102,8 @@ def between_recordings(recordings: Sequence[UniformRecording], candidate: Candid
     measured: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for recording in recordings:
         likelihood = InnovationLikelihood(recording, candidate.nominal, sigma, recording.segments)
-        torque = np.full(2, TORQUE * max(float(np.std(recording.torque)), 1e-3))
-        fit = fitted(likelihood, evaluated(likelihood, candidate, z, torque))
-        fit = evaluated(likelihood, candidate, fit.z, fit.torque)
+        likeliest = fitted(likelihood, InnovationFit(candidate, z, likelihood.first_noise))
+        fit = evaluated(likelihood, candidate, likeliest.z, likeliest.torque)
         columns = coordinate_columns(likelihood, fit)
         covariance = np.linalg.pinv(
             columns.T @ columns + np.diag(candidate.prior(fit.z)[1]), 1e-12, hermitian=True)

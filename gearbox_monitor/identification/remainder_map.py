@@ -208,8 +208,8 @@ def by_innovations(search: Search, fitted: CandidateFit, fit: InnovationFit,
     fits = []
     for proposal in [p for p in ranked if p.gain > 0.0][:FITTED]:
         mapped = with_map(candidate, proposal.table, scale)
-        begun = evaluated(filter_, mapped, np.concatenate([fit.z, proposal.values]), fit.torque)
-        fits.append(likeliest_fit(filter_, begun.alone(), 8))
+        begun = InnovationFit(mapped, np.concatenate([fit.z, proposal.values]), fit.torque)
+        fits.append(likeliest_fit(filter_, begun, 8))
     cost = np.log(filter_.readings)
     best = min(fits, key=lambda f: f.deviance + f.candidate.n_effect * cost, default=None)
     if best is None or fit.deviance - best.deviance < cost * (

@@ -73,7 +73,6 @@ def strongest_dependence(search: Search, fitted: CandidateFit,
     weight = likelihood.weights(data, point.chi2, True)
     own = likelihood.sensitivity(data, candidate, point)
     _, prior = candidate.prior(point.z)
-    own_size = len(prior)
     positions = data.positions(candidate.model(point.z), point)
     moved = motion_of(search, _modelled(search, fitted, positions) if modelled else positions)
     visible = localisation.visible_places(search)
@@ -84,10 +83,7 @@ def strongest_dependence(search: Search, fitted: CandidateFit,
             columns = _sensor_columns(search, fitted, place, over)
         else:
             columns = _torque_columns(search, fitted, place, moved[over], over)
-        joint = likelihood.Sensitivity(own.Jx, np.concatenate([own.Jz, columns], axis=2))
-        S, g, _, _ = likelihood.normal_equations(joint, point.residual, weight)
-        S[np.diag_indices(own_size)] += prior
-        return likelihood.gained(S, g, own_size)
+        return likelihood.linear_gain(own, columns, point.residual, weight, prior)
     dependences = [ResidualDependence(place, over, gain(localisation.signal_of(place), over))
                    for place, over in (LAWS if search.model.axis == 'prismatic' else LAWS + TURNS)
                    if localisation.signal_of(place) in visible]

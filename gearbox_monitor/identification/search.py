@@ -22,27 +22,28 @@ from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
 import math
-from typing import Any, TypeAlias, TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, likelihood, model_error, window_states
 from gearbox_monitor.identification.candidates import (
-    amplitude, CandidateModel, NOT_FITTED, ORDERS, PERIODIC, PHASED, replaced_value, Starts,
-    with_effects)
+    CandidateModel, NOT_FITTED, ORDERS, PERIODIC, probes, replaced_value, Starts)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.shooting import shooting_windows, ShootingWindows, Simulator
 from gearbox_monitor.identification.torque_domain import simulator
-from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.kernels.types import Array, Flags, Values
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import EFFECTS, MAX_SETPOINT_DELAY
+from gearbox_monitor.plant.effects import MAX_SETPOINT_DELAY
 from gearbox_monitor.quality.recording import UniformRecording
 
 LONG = 1.0  # s
 SETTLING = MAX_SETPOINT_DELAY  # s, after which what was commanded before a recording has acted
 HELD_OUT = 0.3
-KEEP_REFINED = 4
-JAGGED_PROBE = 0.3  # of the scale, where what is made small is jagged (multiscale)
+KEEP_REFINED, KEPT_ORDERS = 4, 3
+# Share of the scale in which an effect is tried: of a value that it replaces less; more where
+# what is made small is jagged (multiscale).
+PROBE, VALUE_PROBE, JAGGED_PROBE = 0.1, 0.02, 0.3
 FINER = 4     # times as many steps, where long ones are suspected
 Item = TypeVar('Item')
 Outcome = TypeVar('Outcome')
@@ -102,17 +103,16 @@ class Search:
         """Fits by name, '' without effects."""
         return self._fitted
 
-    def keep(self, name: str, fit: CandidateFit) -> CandidateFit:
-        """Let `fit` be the one of this name; return it."""
-        self._fitted[name] = fit
+    def keep(self, fit: CandidateFit, name: str | None = None) -> CandidateFit:
+        """Let `fit` be the one of its name, or of another `name`; return it."""
+        self._fitted[fit.name if name is None else name] = fit
         return fit
 
     def keep_better(self, fit: CandidateFit) -> CandidateFit:
         """Keep `fit` or the one that has the same effects in any order; return the better one."""
         same = [name for name, other in self._fitted.items()
-                if sorted(other.candidate.ids) == sorted(fit.candidate.ids)]
-        best = min([*(self._fitted.pop(name) for name in same), fit], key=lambda f: f.score)
-        return self.keep(best.name, best)
+                if other.candidate.key == fit.candidate.key]
+        return self.keep(min([*map(self._fitted.pop, same), fit], key=lambda f: f.score))
 
     def with_data(self, long: likelihood.WindowData,
                   fitted: Mapping[str, CandidateFit]) -> 'Search':
@@ -190,7 +190,9 @@ class Search:
                             smooth=smooth)
 
     def found_orders(self, name: str) -> list[int]:
-        """Return the orders N that find_orders found for the periodic effect `name`."""
+        """Return the orders N of the periodic effect `name` that find_orders found."""
+        if name not in self._orders:
+            self.find_orders()
         return self._orders[name]
 
     def polish(self, fitted: CandidateFit,
@@ -237,14 +239,14 @@ class Search:
             return best_fit
         long, none = self.long, self.fitted['']
         self.long = shorter
-        refitted = self.keep('', self._refitted(none))
+        refitted = self.keep(self._refitted(none))
         if best_fit.candidate.ids:
             refitted = self._refitted(best_fit)
         if inadequate(refitted):
             self.long = long
-            self.keep('', none)
+            self.keep(none)
             return best_fit
-        return self.keep(refitted.name, refitted) if best_fit.candidate.ids else refitted
+        return self.keep(refitted)
 
     def _refitted(self, fitted: CandidateFit) -> CandidateFit:
         """Return `fitted` refitted from where it is: windows run otherwise than they did."""
@@ -273,32 +275,21 @@ class Search:
         names = [n for n, f in list(self.fitted.items()) if len(f.candidate.ids) == size]
         return sorted(names, key=lambda n: self.fitted[n].score)
 
-    def probes(self, name: str, order: int | None = None) -> list[list[dict[str, Any]]]:
+    def probes(self, name: str, order: int | None = None) -> list[list[Values]]:
         """
-        Return lists of effects (one per column) that stand for a little of effect `name`.
+        Return lists of effects, one per column, that are a little of effect `name`, per start.
 
         Args:
-            name: id of an effect, or name of a fit.
+            name: id of an effect.
             order: order N of a periodic effect, None for the others.
         """
-        effect = EFFECTS.get(name)
-        a_little = None if self.recording.motor is None else JAGGED_PROBE
-        if effect is not None and effect.replaces:
-            value = replaced_value(self.model, name) or 0.0
-            c = self.starts.candidates(name)[0].coordinates[-1]
-            return [[{effect.parameters[0].name: value + (a_little or 0.02) * c.scale}]]
-        out: list[list[dict[str, Any]]] = []
-        for candidate in self.starts.candidates(name, order):
-            group = [c for c in candidate.coordinates if c.owner == 0]
-            z = {c.name: c.start if c.start else (a_little or 0.1) * c.scale for c in group}
-            if name in PHASED:
-                size = (a_little or 0.1) * group[0].scale
-                fixed = {'N': order} if name in PERIODIC else {}
-                out.append([{amplitude(name): size, 'phi': p, **fixed}
-                            for p in (0.0, 0.5 * math.pi)])
-            else:
-                out.append([z])
-        return out
+        value = replaced_value(self.model, name)
+        candidates = self.starts.candidates(name, order)
+        share = VALUE_PROBE if value is not None else PROBE
+        if self.recording.motor is not None:
+            share = JAGGED_PROBE
+        return [[effect for effect, _ in probes(candidate, share, value)]
+                for candidate in (candidates if value is None else candidates[:1])]
 
     def gains(self, data: likelihood.WindowData, base: CandidateModel, point: likelihood.FitPoint,
               ids: Iterable[str], orders: Iterable[int] | None = None) -> dict[Trial, float]:
@@ -321,36 +312,25 @@ class Search:
         _, prior = base.prior(point.z)
         out: dict[Trial, float] = {}
 
-        def one(job: tuple[Trial, list[dict[str, Any]]]) -> tuple[Trial, float]:
+        def one(job: tuple[Trial, list[Values]]) -> tuple[Trial, float]:
             """Return the trial of `job` and its linearised gain."""
-            key, columns = job
-            residuals = [(point.residual - data.residual(
-                with_effects(model, [*model.effects, {'id': key[0], **column}]), point.states,
-                point.memory)[0]) for column in columns]
-            joint = likelihood.Sensitivity(s.Jx, np.concatenate(
-                [s.Jz, np.stack(residuals, axis=2)], axis=2))
-            S, g, _, _ = likelihood.normal_equations(joint, point.residual, weight)
-            S[np.diag_indices(len(prior))] += prior
-            return key, likelihood.gained(S, g, len(prior))
+            key, effects = job
+            columns = likelihood.effect_columns(data, model, point, effects)
+            return key, likelihood.linear_gain(s, columns, point.residual, weight, prior)
         jobs = []
         for name in ids:
             if name in base.ids or name in NOT_FITTED:
                 continue
             tried = orders or self._orders.get(name) or ORDERS
             for order in tried if name in PERIODIC else [None]:
-                jobs += [((name, order), columns) for columns in self.probes(name, order)]
+                jobs += [((name, order), effects) for effects in self.probes(name, order)]
         for key, gain in self._pool.map(one, jobs):
             out[key] = max(out.get(key, 0.0), gain)
         return out
 
-    def find_orders(self, keep: int = 3) -> None:
-        """
-        Find the orders N of the periodic effects with the largest linearised gains.
-
-        Args:
-            keep: orders kept of each effect.
-        """
+    def find_orders(self) -> None:
+        """Find the orders N of the periodic effects with the largest linearised gains."""
         periodic, none = [i for i in PERIODIC if i in self.ids], self.fitted['']
         gain = self.gains(self.long, none.candidate, none.point, periodic, ORDERS)
         for name in periodic:
-            self._orders[name] = sorted(ORDERS, key=lambda n: -gain[name, n])[:keep]
+            self._orders[name] = sorted(ORDERS, key=lambda n: -gain[name, n])[:KEPT_ORDERS]

@@ -30,7 +30,7 @@ from gearbox_monitor.identification.adequacy import incomplete
 from gearbox_monitor.identification.candidates import nuisances_of, ZERO
 from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.pair_search import find_pairs, forward_gains, with_third
+from gearbox_monitor.identification.pair_search import find_pairs, gains_beside, with_third
 from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.thresholds import THRESHOLDS
@@ -201,8 +201,8 @@ class PositionEvidence(Evidence):
 
     def lacks(self, fit: CandidateFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
-        gains = [gain for gain, _ in forward_gains(self.windows, fit).values()]
-        return max(gains, default=0.0) > THRESHOLDS.pair_hint
+        gains = gains_beside(self.windows, self.search.long, fit.candidate, fit.point)
+        return any(best > THRESHOLDS.pair_hint for (best, _), *_ in gains.values())
 
     def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
         """Return the best fit of two or three effects that is worth more than `fit`, else it."""
@@ -261,7 +261,7 @@ def explained_by_pulses(search: Search, rough: bool,
     margin = THRESHOLDS.rough_burst_gain if rough else THRESHOLDS.effect_gain
     if gain(search, pulses) < margin + explained / THRESHOLDS.burst_rival:
         return None
-    return search.keep(DISTURBANCE.id, pulses)
+    return search.keep(pulses)
 
 
 def worth(search: Search, single: CandidateFit, pair: CandidateFit) -> bool:

@@ -30,6 +30,7 @@ from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue, steps_of
 from gearbox_monitor.plant.effects import MAX_DELAY, MAX_SETPOINT_DELAY
 from gearbox_monitor.plant.effects.composition import (
     actuator, COMMAND_PLACES, lead, steady_command)
+from gearbox_monitor.plant.effects.effect import Torques
 from gearbox_monitor.plant.free_runs import Begin, Driving, free_runs, RunResult, RunSpans
 from gearbox_monitor.plant.simulate import (
     N_STATE, PackedDrive, plugin_of, ProcessNoise, with_plugin)
@@ -128,7 +129,6 @@ class Simulator:
         self._padded = np.concatenate([np.full(self._keep, self.u[0]), self.u])
         self._joints = [self._keep + cut for cut in recording.cuts[1:]]
         self._acting: dict[Any, Array] = {}
-        self._kernels: dict[str | None, Any] = {None: free_runs}
         self._noise = ProcessNoise(np.zeros((self.n, 4)), np.zeros(4))
 
     def acting(self, e: Array) -> Array:
@@ -160,23 +160,31 @@ class Simulator:
             memory: memories of the effects where the windows start [W, 4].
             extra: external torques on motor, arm and transmission [N, 3], N m.
         """
-        plugin, theta = plugin_of(model) if model.effects else (None, np.zeros(0))
-        name = plugin.id if plugin else None
-        if plugin and name not in self._kernels:
-            self._kernels[name] = with_plugin(plugin.torques, free_runs)[0]
-        e = model.pack_effects()
-        if model.transmission.kind == 'rigid':
-            states = states[:, [0, 0, 2, 2]]
-        w = len(windows)
-        y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
-        p, extra = model.pack(), self.extra if extra is None else extra
-        spans = RunSpans(windows.begin, windows.first, windows.length, windows.carry_at)
-        start, driving = Begin(states, memory), Driving(self.acting(e), extra, self.dt)
-        drive, result = PackedDrive(p, e, theta), RunResult(y, carry)
-        if batch.suited(windows, p, plugin):
+        e, w = model.pack_effects(), len(windows)
+        plugin, theta = plugin_of(model)
+        result = RunResult(np.empty((w, windows.length, 2)), np.empty((w, N_STATE)))
+        self._fill(
+            RunSpans(windows.begin, windows.first, windows.length, windows.carry_at),
+            Begin(self._begun(windows, model, states), memory),
+            Driving(self.acting(e), self.extra if extra is None else extra, self.dt),
+            PackedDrive(model.pack(), e, theta),
+            None if plugin is None else plugin.torques, result)
+        return result.y, result.carry
+
+    def _begun(self, windows: ShootingWindows, model: DriveModel, states: Array) -> Array:
+        """Return the states [W, 4] in which runs of the windows begin."""
+        return states[:, [0, 0, 2, 2]] if model.transmission.kind == 'rigid' else states
+
+    def _fill(self, spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive,
+              added: Torques | None, result: RunResult) -> None:
+        """Run the drive, with the torques `added` by a plug-in, and fill in `result`."""
+        if batch.suited(spans.begin, drive.p, added):
             batch.runs(spans, start, driving, drive, np.empty(batch.N_LANE_STATE),
-                       np.empty((batch.LANES, windows.length + self._keep, 4)), result)
-            return y, carry
-        rows = np.empty((windows.length + self._keep + 1, N_STATE))
-        self._kernels[name](spans, start, driving, drive, self._noise, rows, result)
-        return y, carry
+                       np.empty((batch.LANES, spans.length + self._keep, 4)), result)
+            return
+        kernel = free_runs if added is None else with_plugin(added, free_runs)[0]
+        kernel(spans, start, driving, drive, self._noise, self._rows(spans), result)
+
+    def _rows(self, spans: RunSpans) -> Array:
+        """Return a workspace for the states of one run."""
+        return np.empty((spans.length + self._keep + 1, N_STATE))

@@ -26,14 +26,13 @@ import numpy as np
 
 from gearbox_monitor.identification import gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import CandidateModel
-from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
+from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit, FitPoint, WindowData
 from gearbox_monitor.identification.noise_model import white_level
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array
 
-TORQUE = 0.05  # torque noise to begin with, of the standard deviation of the torque
 ROUNDS = 3     # of windows that begin elsewhere and of fits, at most
 
 
@@ -75,8 +74,8 @@ def likeliest(search: Search, candidate: CandidateModel, starts: Sequence[Array]
     """
     filter_ = InnovationLikelihood(search.recording, candidate.nominal, search.long.sigma,
                                    training_spans(search))
-    torque = np.full(2, TORQUE * max(float(np.std(search.recording.torque)), 1e-3))
-    fits = [fitted(filter_, evaluated(filter_, candidate, z, torque), iterations) for z in starts]
+    fits = [fitted(filter_, InnovationFit(candidate, z, filter_.first_noise), iterations)
+            for z in starts]
     return min(fits, key=lambda f: f.deviance)
 
 
@@ -142,4 +141,4 @@ def fit_none(search: Search) -> CandidateFit:
     whole = InnovationLikelihood(search.recording, search.model, search.long.sigma,
                                  search.spans)
     fit = likeliest(search, candidate, [candidate.start()])
-    return search.keep('', on_windows(search, fit, whole, fit.deviance))
+    return search.keep(on_windows(search, fit, whole, fit.deviance))

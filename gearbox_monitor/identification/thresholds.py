@@ -117,7 +117,7 @@ class Thresholds:
     command_share: float = 0.1
 
     # --- Isolability
-    # 2 log likelihood between effects that are told apart: a Bayes factor of e^10.
+    # 2 log likelihood between distinguishable effects: a Bayes factor of e^10.
     isolable: float = 20.0
     # The same over the evidence where much lasts that no model explains: real drives.
     isolable_share: float = 0.1

@@ -26,12 +26,13 @@ from scipy.signal import savgol_coeffs, savgol_filter
 
 from gearbox_monitor.identification.shooting import ShootingWindows, Simulator
 from gearbox_monitor.kernels.sensor_noise import noise_levels
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant import prescribed_motion as kernels
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.composition import arm_positions, DELAY2
+from gearbox_monitor.plant.effects.effect import Torques
 from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
-from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, plugin_of
+from gearbox_monitor.plant.simulate import PackedDrive
 from gearbox_monitor.quality.recording import UniformRecording
 
 HALF_WIDTHS = (0.003, 0.005, 0.008, 0.012, 0.018, 0.025, 0.035, 0.05)  # s
@@ -127,47 +128,25 @@ class DrivenSimulator(Simulator):
         # One number of steps for all candidates: otherwise a difference in accuracy is evidence.
         self.n = kernels.steps(model, self.dt)
         self._logged = np.ascontiguousarray(recording.u)
-        self._kernels = {None: kernels.driven_runs}
         self._arm = np.concatenate([_arm(recording.y[part, 1], self.dt)
                                     for part in recording.segments])
 
-    def run(self, windows: ShootingWindows, model: DriveModel, states: Array, memory: Array,
-            extra: Array | None = None) -> tuple[Array, Array]:
-        """
-        Return (y [W, L, 2], carry [W, 8]): torque that the motor needs (N m), reading of the arm.
-
-        As Simulator.run; `states` count for nothing.
-
-        Args:
-            windows: windows to simulate.
-            model: model of the drive.
-            states: ignored: runs start where the arm encoder says.
-            memory: memories of the effects where the windows start [W, 4].
-            extra: external torques on motor, arm and transmission [N, 3], N m.
-        """
-        plugin, theta = plugin_of(model) if model.effects else (None, np.zeros(0))
-        name = plugin.id if plugin else None
-        if plugin and name not in self._kernels:
-            self._kernels[name] = kernels.with_plugin(plugin.torques)
+    def _begun(self, windows: ShootingWindows, model: DriveModel, states: Array) -> Array:
+        """Return the states [W, 4] of the arm as its encoder says; `states` count for nothing."""
         e = model.pack_effects()
-        w = len(windows)
-        y, carry = np.empty((w, windows.length, 2)), np.empty((w, N_STATE))
-        rows = np.empty((windows.length + self._keep + 1, N_STATE))
-        self._kernels[name](
-            RunSpans(windows.begin, windows.first, windows.length, windows.carry_at),
-            Begin(self._begun(windows.begin, e), memory),
-            Driving(self.acting(e), self.extra if extra is None else extra, self.dt),
-            kernels.MotorMotion(self._logged, self.motor), PackedDrive(model.pack(), e, theta),
-            rows, RunResult(y, carry))
-        return y, carry
-
-    def _begun(self, begin: Integers, e: Array) -> Array:
-        read, speed = self._arm[begin].T
+        read, speed = self._arm[windows.begin].T
         x2 = np.empty(len(read))
         arm_positions(read, e, x2)
-        states = np.zeros((len(begin), 4))
-        states[:, 1], states[:, 3] = x2 + e[DELAY2] * speed, speed
-        return states
+        begun = np.zeros_like(states)
+        begun[:, 1], begun[:, 3] = x2 + e[DELAY2] * speed, speed
+        return begun
+
+    def _fill(self, spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive,
+              added: Torques | None, result: RunResult) -> None:
+        """Fill in the torque that the motor needs (N m) as y [W, L, 0], the reading of the arm."""
+        kernel = kernels.driven_runs if added is None else kernels.with_plugin(added)
+        kernel(spans, start, driving, kernels.MotorMotion(self._logged, self.motor), drive,
+               self._rows(spans), result)
 
 
 def _arm(y: Array, dt: float) -> Array:

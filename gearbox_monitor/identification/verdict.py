@@ -24,7 +24,7 @@ from gearbox_monitor.identification import (
     closed_model, isolability, localisation, verdict_parts)
 from gearbox_monitor.identification.adequacy import misfit, on_all, residual_law, sharpened
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, GAINS, NUISANCES, SHAPES, with_effects, ZERO)
+    CandidateModel, GAINS, NOT_FITTED, NUISANCES, SHAPES, with_effects, ZERO)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.residual_dependence import ResidualDependence
 from gearbox_monitor.identification.search import Search
@@ -36,8 +36,8 @@ from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import UniformRecording
 
+# In the order of the encoders.
 LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
-UNREPEATABLE = tuple(name for name, effect in EFFECTS.items() if not effect.fitted)
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def report(search: Search, best_fit: CandidateFit, closed_fit: CandidateFit, kin
     weighed, weighed_fit, phi = search, best_fit, search.long.colour
     search = weighed.in_sensor_units()
     if search is not weighed:
-        best_fit = search.fitted[best_fit.name if ids else '']
+        best_fit = search.fitted[best_fit.name]
         if phi is None:
             search, best_fit = sharpened(search, best_fit)
     else:
@@ -121,7 +121,7 @@ def report(search: Search, best_fit: CandidateFit, closed_fit: CandidateFit, kin
         locations = [places['location']]
     nuisances, parameters = closed_fit.candidate.values(closed_fit.point.z)
     model = closed_fit.candidate.model(closed_fit.point.z)
-    if set(best_fit.candidate.ids) & set(UNREPEATABLE):
+    if set(best_fit.candidate.ids) & set(NOT_FITTED):
         model = none.candidate.model(none.point.z)
     params = {name: {k: float(v) for k, v in values.items()}
               for name, values in zip(best_fit.candidate.ids, parameters)}  # no map
@@ -139,7 +139,7 @@ def report(search: Search, best_fit: CandidateFit, closed_fit: CandidateFit, kin
     if phi is not None and closure['standard_errors']:
         closure['standard_errors'], closure['condition'] = closed_model.standard_errors(
             weighed, weighed_fit)
-    if kind == 'effect' and any(i in UNREPEATABLE for i in ids):
+    if kind == 'effect' and any(i in NOT_FITTED for i in ids):
         closure.update(closed_fraction=None, closed_fraction_ci=None)
     ranked = [name for size in (1, 2, 3) for name in weighed.ranked(size)]
     ranked = sorted(ranked, key=lambda n: weighed.fitted[n].score)

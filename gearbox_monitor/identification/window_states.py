@@ -97,7 +97,7 @@ def solved(data: WindowData, candidate: CandidateModel, point: FitPoint) -> FitP
 
 
 def grown_states(data: WindowData, model: DriveModel, memory: Array, index: Integers,
-                 half_gap: float, last: float = 1.0) -> Array:
+                 half_gap: float) -> Array:
     """
     Return states [M, 4] of the windows `index`, fitted on their beginnings, which get longer.
 
@@ -110,7 +110,6 @@ def grown_states(data: WindowData, model: DriveModel, memory: Array, index: Inte
         memory: memories of the effects where the windows start [W, 4].
         index: numbers of the windows [M]; repeats are allowed.
         half_gap: half backlash on which states are started elsewhere, rad.
-        last: share of the windows to end with.
     """
     raw = data.raw_states()[index]
     starts = [raw]
@@ -125,8 +124,7 @@ def grown_states(data: WindowData, model: DriveModel, memory: Array, index: Inte
     winner = chi2.reshape(len(index), -1).argmin(axis=1)
     states = states.reshape(len(index), -1, 4)[np.arange(len(index)), winner]
     for share in SHARES[1:]:
-        if share <= last:
-            states, _ = solve_states(shortened(data, share), model, states, memory[index], index)
+        states, _ = solve_states(shortened(data, share), model, states, memory[index], index)
     return states
 
 

@@ -14,7 +14,6 @@
 
 """What the page of a diagnosis shows, as arrays: overlays, maps, distinguishable effects."""
 from collections.abc import Mapping, Sequence
-import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +29,7 @@ from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
+from gearbox_monitor.report.residual_views import binned, BinnedMap, plane
 from gearbox_monitor.report.words import ids_of
 
 COMPARED = 10  # effects in the matrix of distinguishable effects
@@ -73,7 +73,7 @@ class DiagnosisEvidence:
     labels: Mapping[str, str]
     overlay: Overlay
     windows: Sequence[tuple[str, int]]
-    maps: Mapping[str, Sequence[basis_functions.BinnedMap]]
+    maps: Mapping[str, Sequence[BinnedMap]]
     planes: ResidualPlanes
     missing: MissingSignal | None
     matrix: tuple[list[str], Array] | None
@@ -94,13 +94,8 @@ def gather(verdict: DiagnosisVerdict, recordings: Sequence[UniformRecording], mo
     Returns:
         Arrays that the page and the pictures show.
 
-    Raises:
-        ValueError: the verdict has no search.
-
     """
     data, search = verdict.data, verdict.search
-    if search is None:
-        raise ValueError('verdict: no search, expected one')
     recording = concatenated([driven(r, model) for r in recordings])
     models = {'nominal model': model}
     if verdict.model != model:
@@ -112,7 +107,7 @@ def gather(verdict: DiagnosisVerdict, recordings: Sequence[UniformRecording], mo
               if name != 'twist' or model.transmission.kind != 'rigid'}
     residuals = [laid.residual(run) for run in laid.runs]
     edges = {name: basis_functions.edges_of(value) for name, value in motion.items()}
-    maps = {name: [basis_functions.binned(value, r, edges[name]) for r in residuals]
+    maps = {name: [binned(value, r, edges[name]) for r in residuals]
             for name, value in motion.items()}
     missing = None
     if data['verdict'] != 'none':
@@ -132,7 +127,7 @@ def _planes(motion: Mapping[str, Array], residuals: Sequence[Array]) -> Residual
     x, y = 'speed', 'twist' if 'twist' in motion else 'angle'
     x_edges, y_edges = (basis_functions.edges_of(motion[name], PLANE_BINS) for name in (x, y))
     return ResidualPlanes(x, y, x_edges, y_edges, [
-        basis_functions.plane(motion[x], motion[y], r, x_edges, y_edges) for r in residuals])
+        plane(motion[x], motion[y], r, x_edges, y_edges) for r in residuals])
 
 
 def closed_name(data: Values) -> str:
@@ -184,10 +179,7 @@ def distinguishable(search: Search, data: Values) -> tuple[list[str], Array] | N
                               *(i for i in data['confusable'] if i in ids), *ids]))
     if len(ids) < 2:
         return None
-    fewer = copy.copy(search)
-    fewer.ids = ids[:COMPARED]
-    names, s2 = isolability.matrix(fewer)
-    return list(names), s2
+    return isolability.matrix(search, ids[:COMPARED])
 
 
 def explained_by(name: str, law: basis_functions.Law) -> str:

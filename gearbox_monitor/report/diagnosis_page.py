@@ -19,7 +19,7 @@ import json
 import re
 from typing import Any, TypeAlias
 
-from gearbox_monitor.identification.model_overlay import clipped_to_range, Overlay, smoothed
+from gearbox_monitor.identification.model_overlay import Overlay
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
@@ -31,6 +31,7 @@ from gearbox_monitor.report.diagnosis_evidence import (
 from gearbox_monitor.report.figures import (
     BarRow, bars, BarView, chart, ChartView, heat_maps, HeatAxis, HeatMapsView, PageTable, Panel,
     Span, Trace)
+from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
 from gearbox_monitor.report.words import (
     dense_regions, gain_text, headline, ids_of, meaning, MEANINGS, next_steps, number, percent,
     place_text, torque_map_of, undefined, unit_of)

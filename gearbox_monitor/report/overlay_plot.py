@@ -20,10 +20,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 
-from gearbox_monitor.identification.model_overlay import clipped_to_range, Overlay, smoothed
+from gearbox_monitor.identification.model_overlay import Overlay
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.report.diagnosis_evidence import DiagnosisEvidence, explained_by
 from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, RED
+from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
 from gearbox_monitor.report.words import gain_text, PLACES, unit_of
 
 COLORS = (RED, BLUE)  # nominal, closed

@@ -22,6 +22,7 @@ import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
@@ -64,6 +65,16 @@ def test_values_are_found_again(tmp_path, capsys):
     fitted = load_model(out)
     assert fitted.transmission.stiffness == pytest.approx(25.0, rel=0.05)
     assert fitted.torque_offset == pytest.approx(0.1, rel=0.05)
+
+
+def test_states_are_smoothed_once_for_each_model(tmp_path, capsys, monkeypatch):
+    smoothed, calls = InnovationLikelihood.smoothed, []
+    monkeypatch.setattr(InnovationLikelihood, 'smoothed',
+                        lambda self, run: calls.append(run.model) or smoothed(self, run))
+    bag = record(tmp_path / 'a.csv', TRUE, zero=0.0)
+    main(['fit-nominal', bag, '--model', model_file(tmp_path / 'd.yaml', TRUE), '--free', 'u0',
+          '--windows', '4', '--json', '-'])
+    assert len(calls) == 2 and calls[0] != calls[1]  # of the model file, and fitted
 
 
 def test_a_weight_has_a_size_and_a_phase(tmp_path, capsys):

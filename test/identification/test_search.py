@@ -87,12 +87,12 @@ def fitted_from(search, name, values):
 def test_a_start_that_one_fit_has_serves_the_others():
     search = Search(record([]), DriveModel(), SIGMA, ['stiffness'])
     none = fit_none(search)
-    search.keep('stiffness', fitted_from(search, 'stiffness', {'K': 25.0}))
+    search.keep(fitted_from(search, 'stiffness', {'K': 25.0}))
     states, good = none.point.states.copy(), none.point.chi2
     states[2, 2] += 0.005  # rad/s: not enough to stand out
     spoiled = search.long.evaluate(none.candidate, replace(none.point, states=states))
     assert good[2] + 20.0 < spoiled.chi2[2] < 1.1 * search.long.size
-    search.keep('', search.as_fitted(none.candidate, spoiled))
+    search.keep(search.as_fitted(none.candidate, spoiled))
     InnovationEvidence(search).share_starts()
     np.testing.assert_allclose(search.fitted[''].point.chi2, good, atol=1.0)
 
@@ -165,7 +165,7 @@ def test_one_speed_cannot_tell_viscous_from_coulomb_friction():
     for u in (slow, levels):
         search = Search(record([], 4, u=u), DriveModel(), SIGMA, ids)
         fit_none(search)
-        names, s2 = isolability.matrix(search)
+        names, s2 = isolability.matrix(search, ids)
         assert np.diag(s2) == pytest.approx(0.0, abs=1e-6)
         found.append({(a, b): s2[i, j] for i, a in enumerate(names)
                       for j, b in enumerate(names)})
@@ -194,19 +194,19 @@ def test_a_parameter_at_its_bound_is_no_discovery():
     none = search.fitted['']
     for name in search.ids:
         candidate = search.starts.candidates(name)[0]
-        search.keep(name, CandidateFit(candidate, replace(none.point, z=candidate.start()), 0.0))
+        search.keep(CandidateFit(candidate, replace(none.point, z=candidate.start()), 0.0))
     drift, plain = (search.fitted[name] for name in ('viscous_drift', 'motor_viscous'))
     drift = replace(drift, score=-5.0)
     assert selection.simpler(search, drift) is drift
     # Of the logarithm of the time constant, too.
     drift = replace(drift, point=replace(drift.point, z=np.full(len(drift.point.z), -50.0)))
     assert drift.candidate.at_bound(drift.point.z)
-    search.keep('viscous_drift', drift)
+    search.keep(drift)
     assert selection.simpler(search, drift) is plain
-    better = search.keep('viscous_drift', replace(drift, score=-20.0))
+    better = search.keep(replace(drift, score=-20.0))
     assert selection.simpler(search, better) is better
-    search.keep('viscous_drift', drift)
-    search.keep('motor_viscous', replace(plain, point=replace(  # as good, but another motion
+    search.keep(drift)
+    search.keep(replace(plain, point=replace(  # as good, but another motion
         plain.point, residual=plain.point.residual + 1.0)))
     assert selection.simpler(search, drift) is drift
 

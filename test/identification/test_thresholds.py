@@ -20,7 +20,7 @@ from pathlib import Path
 import pytest
 
 from gearbox_monitor import identification
-from gearbox_monitor.identification.thresholds import Thresholds, THRESHOLDS
+from gearbox_monitor.identification.thresholds import THRESHOLDS, Thresholds
 
 FOLDER = Path(identification.__file__).parent
 # Modules that decide; the others measure and fit.

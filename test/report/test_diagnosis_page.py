@@ -28,13 +28,12 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.identification import basis_functions
 from gearbox_monitor.identification.localisation import triangles
-from gearbox_monitor.identification.model_overlay import clipped_to_range, smoothed
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.quality import excitation_checks, input_checks
 from gearbox_monitor.quality.admission import admitted
-from gearbox_monitor.report import figures
+from gearbox_monitor.report import figures, residual_views
 from gearbox_monitor.report.suggestion import suggestion, UNEXCITED
 
 MODEL = DriveModel()
@@ -216,13 +215,13 @@ def test_ticks_and_thinning():
 def test_binned_over_a_motion():
     x = np.linspace(0.0, 1.0, 1000)
     value = np.stack([np.where(x > 0.5, 3.0, 1.0), np.where(x > 0.5, 3.0, 1.0)], axis=1)
-    found = basis_functions.binned(x, value, np.linspace(0.0, 1.0, 11))
+    found = residual_views.binned(x, value, np.linspace(0.0, 1.0, 11))
     assert found.count.sum() == 1000
     assert found.rms == pytest.approx(np.where(np.arange(10) < 5, 1.0, 3.0))
-    few = basis_functions.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0),
+    few = residual_views.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0),
                                  np.linspace(0.0, 10.0, 11))
     assert np.isnan(few.rms[1:]).all() and np.isfinite(few.rms[0])
-    plane = basis_functions.plane(x, x, value, np.array([0.0, 0.5, 1.0]),
+    plane = residual_views.plane(x, x, value, np.array([0.0, 0.5, 1.0]),
                                   np.array([0.0, 0.5, 1.0]))
     assert plane[[0, 1], [0, 1]] == pytest.approx([1.0, 3.0])
     assert np.isnan(plane[[0, 1], [1, 0]]).all()
@@ -263,8 +262,9 @@ def test_edges_about_zero_are_closest_there():
 
 
 def test_curves_to_draw():
-    assert smoothed(np.ones(100), 1e-3) == pytest.approx(1.0)
-    drawn = clipped_to_range(np.array([0.5, 1e9, np.nan]), np.array([0.0, 1.0, 0.5]))
+    assert residual_views.smoothed(np.ones(100), 1e-3) == pytest.approx(1.0)
+    drawn = residual_views.clipped_to_range(np.array([0.5, 1e9, np.nan]),
+                                            np.array([0.0, 1.0, 0.5]))
     assert drawn[0] == 0.5 and np.isnan(drawn[1:]).all()
 
 

@@ -185,7 +185,7 @@ def text(data):
     lines += [f'{r["pair"][:51]:<52}{r["before"]:7.1f}{r["suggested"]:10.3g}{r["drawn"]:9.3g}'
               for r in data['rows']]
     lines += ['', f'd s2 of the best motion; above {THRESHOLDS.isolable:g} '
-              'two effects are told apart']
+              'two effects are distinguishable']
     return '\n'.join([*lines, *bar_lines(data['bars'])])
 
 

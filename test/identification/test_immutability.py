@@ -1,0 +1,78 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Nobody writes into another's object: searches, fits, points and windows."""
+import ast
+from dataclasses import FrozenInstanceError
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gearbox_monitor import identification
+from gearbox_monitor.identification.likelihood import FitPoint
+
+MODULES = sorted(Path(identification.__file__).parent.glob('*.py'))
+
+
+def written(node):
+    """Return what the statement `node` assigns to."""
+    if isinstance(node, ast.AugAssign):
+        return [node.target]
+    targets = node.targets if isinstance(node, ast.Assign) else []
+    return [part for target in targets
+            for part in (target.elts if isinstance(target, ast.Tuple) else [target])]
+
+
+def foreign_writes(source):
+    """Return the assignments to attributes of what is neither `self` nor a copy of it."""
+    out = []
+    for function in ast.walk(ast.parse(source)):
+        if not isinstance(function, ast.FunctionDef):
+            continue
+        nodes = list(ast.walk(function))
+        own = {'self'} | {ast.unparse(node.targets[0]) for node in nodes
+                          if isinstance(node, ast.Assign)
+                          and ast.unparse(node.value) == 'copy(self)'}
+        for node in nodes:
+            for target in written(node):
+                attribute = False
+                while isinstance(target, (ast.Attribute, ast.Subscript)):
+                    attribute |= isinstance(target, ast.Attribute)
+                    target = target.value
+                if attribute and ast.unparse(target) not in own:
+                    out.append(ast.unparse(node))
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == 'setattr':
+                out.append(ast.unparse(node))
+    return out
+
+
+@pytest.mark.parametrize('path', MODULES, ids=lambda path: path.stem)
+def test_a_module_writes_into_no_object_of_another(path):
+    assert not foreign_writes(path.read_text(encoding='utf-8'))
+
+
+@pytest.mark.parametrize('statement', [
+    'fit.score = 0.0', 'search.long.train[:] = True', 'a, search.smooth = 1, 2',
+    'point.chi2[0] += 1.0', 'setattr(point, "z", 0)'])
+def test_such_a_write_is_seen(statement):
+    assert foreign_writes(f'def f():\n    {statement}') == [
+        ast.unparse(ast.parse(statement))]
+
+
+def test_where_a_fit_stands_stays_as_it_is():
+    point = FitPoint(np.zeros(1), np.zeros((2, 4)), np.zeros((2, 4)))
+    with pytest.raises(FrozenInstanceError):
+        point.z = np.ones(1)
+    assert (point.at(np.ones(1)).z == 1.0).all() and (point.z == 0.0).all()
