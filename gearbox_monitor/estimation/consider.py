@@ -120,8 +120,7 @@ def torque_errors_at_tolerance(drive: DriveModel, n: int, records: Array) -> dic
     names = [name for name, _, _ in _changes(drive)]
     _, _, at_s, _ = sensitivities(n, records.shape[1])
     errors = records[:, at_s + TAU_K + n * np.arange(len(names))]
-    with np.errstate(over='ignore'):  # a value for which the filter is not stable
-        return dict(zip(names, (np.sqrt(np.mean(errors ** 2, axis=0)) / UNIFORM).tolist()))
+    return dict(zip(names, (np.sqrt(np.mean(errors ** 2, axis=0)) / UNIFORM).tolist()))
 
 
 @jit_inline

@@ -646,8 +646,9 @@ def fastest_eigenvalue(model: DriveModel) -> float:
     """
     Return the magnitude of the fastest eigenvalue (1/s) of the drive `model`, linearised at rest.
 
-    In contact, and where the friction slopes Cv + Cc (2/pi) alpha of motor and arm are steepest.
-    Friction that depends on the load counts with the torque of a twist by the half gap.
+    In contact and in the gap, where strong damping is faster, and where the friction slopes
+    Cv + Cc (2/pi) alpha of motor and arm are steepest. Friction that depends on the load counts
+    with the torque of a twist by the half gap.
     """
     model = model.folded()
     p = model.pack()
@@ -669,16 +670,18 @@ def fastest_eigenvalue(model: DriveModel) -> float:
     if model.transmission.kind == 'rigid':
         inertia = model.motor_inertia + model.arm_inertia
         return max((slope + arm_slope) / inertia, math.sqrt(spring / inertia))
-    k = model.transmission.stiffness + model.transmission.hysteresis_stiffness
     m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
-    a = np.array([
-        [0.0, 0.0, 1.0, 0.0],
-        [0.0, 0.0, 0.0, 1.0],
-        [-(k + model.position_gain + spring) / m1, k / m1, -(d + slope) / m1, d / m1],
-        [k / m2, -(k + p[G]) / m2, d / m2, -(d + arm_slope) / m2]])
-    if not np.isfinite(a).all():
-        return math.inf
-    return float(np.abs(np.linalg.eigvals(a)).max())
+    fastest = 0.0
+    for k in (model.transmission.stiffness + model.transmission.hysteresis_stiffness, 0.0):
+        a = np.array([
+            [0.0, 0.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+            [-(k + model.position_gain + spring) / m1, k / m1, -(d + slope) / m1, d / m1],
+            [k / m2, -(k + p[G]) / m2, d / m2, -(d + arm_slope) / m2]])
+        if not np.isfinite(a).all():
+            return math.inf
+        fastest = max(fastest, float(np.abs(np.linalg.eigvals(a)).max()))
+    return fastest
 
 
 def fast_values(model: DriveModel) -> str:

@@ -15,9 +15,11 @@
 """Models too fast to be computed in time are refused by name, before a kernel sees them."""
 import math
 
+import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.parameters import FILTER_NAMES, MODEL
 from gearbox_monitor.plant.drive import (
@@ -76,3 +78,19 @@ def test_the_number_of_substeps_is_bounded():
     expect_integrable(PACKAGED, 0.25, 'model')
     with pytest.raises(InputError, match='expected at most'):
         expect_integrable(PACKAGED, 1e3, 'model')
+
+
+def test_damping_that_is_fastest_in_the_gap_leaves_the_deviations_stable():
+    """In contact this joint of an arm is slower: one substep at 500 Hz would not be stable."""
+    model = PACKAGED.with_(
+        motor_inertia=0.15, arm_inertia=1.7e-3, damping=3.0, viscous_friction=0.6,
+        coulomb_friction=1.2, position_gain=0.0, stiffness=3e3, half_gap=5e-4)
+    assert fastest_eigenvalue(model) > 3.0 / 1.7e-3 > math.sqrt(3e3 / 1.7e-3)
+    count = 1000
+    y = 2e-5 * np.random.default_rng(1).normal(size=(count, 2))
+    estimates = Estimator(model, {
+        'arm_load': 'none', 'smoother_lag': 0.0, 'r_std_motor': 2e-5, 'r_std_arm': 2e-5,
+        'q_std_motor_speed': 0.01, 'q_std_arm_speed': 0.01, 'q_std_tau_k': 0.3}).run(Samples(
+            (1 + np.arange(count, dtype=np.int64)) * 2_000_000,
+            np.column_stack([np.zeros(count), np.full(count, np.nan)]), y))
+    assert np.median(estimates.tau_k_std[-100:]) < 3.0 * estimates.tau_k_noise_std[-1]
