@@ -205,7 +205,7 @@ class EstimatorParameters(ParameterSet):
         0.1, '-', 'robot_description: how far mass and inertia of each link may be off, either '
         'way', low=0.0, high=1.0, change=AT_ONCE)
     robot_error_time: float = row(
-        0.3, 's', 'robot_description: how long an error of the load lasts', low=1e-3,
+        1.0, 's', 'robot_description: how long an error of the load lasts', low=1e-3,
         high=1e4, change=AT_ONCE)
     robot_acceleration_time: float = row(
         0.005, 's', 'robot_description: time constant of the filter for accelerations, which are '

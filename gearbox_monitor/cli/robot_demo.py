@@ -21,7 +21,6 @@ import yaml
 
 from gearbox_monitor.cli import demo_run
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.estimator import DESCRIBED_FILTERS
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
 from gearbox_monitor.files.yaml_files import save_model
@@ -33,6 +32,7 @@ from gearbox_monitor.robot import example_arm
 from gearbox_monitor.robot.working_arm import program
 
 FAULTY = 0     # number of the joint whose gap grows
+FILTER = 'ekf'  # takes the load by a description, and tau_K by its curve
 
 
 class RobotDemo(demo_run.Demo):
@@ -63,10 +63,9 @@ class RobotDemo(demo_run.Demo):
         return self.out / f'{joint}.yaml'
 
     def check_filter(self, name: str) -> None:
-        """Raise InputError unless the filter `name` takes the load by a description."""
-        if name not in DESCRIBED_FILTERS:
-            raise InputError(f'--filter: {name!r}, expected one of {", ".join(DESCRIBED_FILTERS)} '
-                             'with --robot')
+        """Raise InputError unless the filter `name` takes the parameters of the arm."""
+        if name != FILTER:
+            raise InputError(f'--filter: {name!r}, expected {FILTER!r} with --robot')
 
     @property
     def window(self) -> float:

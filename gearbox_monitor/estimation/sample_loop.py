@@ -61,7 +61,7 @@ REASONS = {
 PERIOD, ERROR_MOTOR, ERROR_ARM, DESCRIBED, N_CLOCK = range(5)
 SECOND = 1_000_000_000
 NEW_PAYLOAD = -1.0  # at DESCRIBED
-TRANSFER = 0.05  # s in which a robot takes over a payload, or sets it down
+TRANSFER = 0.05  # s in which a robot takes over a payload, or sets it down: 1 / e is left
 NEVER = -1  # at STOP_AT: no evaluation is due
 # A jump of the clock, or of a position, is believed when this many samples follow it consistently.
 CONFIRM = 3
@@ -98,8 +98,9 @@ class Stream(NamedTuple):
     """
     N samples: stamps int64 [N] ns; inputs [N, 2], motor torque and measured load on the arm, N m.
 
-    Where a robot's description gives the load, inputs [N, 5]: also the load by it, its standard
-    deviation (N m) and the inertia of the arm (kg m^2), see robot.arm_load.
+    Where a robot's description gives the load, inputs [N, 6]: also the load by it, its standard
+    deviation (N m), the inertia of the arm (kg m^2) and the noise of the load ((N m)^2/s), see
+    robot.arm_load.
     outputs [N, 2]: motor and arm position, rad. NaN = not measured.
     """
 
@@ -230,10 +231,10 @@ def _described(described: DescribedLoad | None, measured: float, row: Array,
     Return the load on the arm by a robot's description, which sets what p has of the arm.
 
     The state tau_arm is what the load differs by, an Ornstein-Uhlenbeck process with the stated
-    deviation; here it decays over the step, its noise comes with that of the others. Without a
-    value, the last load goes on and the state is an unknown load; with the next value it takes
-    over what that differs by. With a new payload load and tau_K may move by as much: the robot
-    takes it over at some moment that is not stated.
+    deviation and the noise of the load; here it decays over the step, its noise comes with that
+    of the others. Without a value, the last load goes on and the state is an unknown load; with
+    the next value it takes over what that differs by. With a new payload the load may jump by as
+    much at any moment of the TRANSFER, and tau_K follow it.
 
     Args:
         described: None: there is no description; the load is `measured`.
@@ -250,7 +251,7 @@ def _described(described: DescribedLoad | None, measured: float, row: Array,
         return measured
     (place, dt), efforts, clock = at, state.efforts, state.clock
     last = efforts[place - 1, 1]
-    load, deviation, inertia = row[2], row[3], row[4]
+    load, deviation, inertia, noise = row[2], row[3], row[4], row[5]
     if not math.isfinite(load):
         p[Q0 + TAU_ARM], clock[DESCRIBED] = described.noise, 0.0
         p[Q0 + TAU_K] = described.torque_noise
@@ -260,19 +261,23 @@ def _described(described: DescribedLoad | None, measured: float, row: Array,
             belief.z[TAU_ARM] += last - load
         elif states[1] is None:
             belief.z[TAU_K] += load - last
-        if clock[DESCRIBED] <= 0.0:
-            clock[DESCRIBED] = 1.0 + clock[DESCRIBED] * clock[DESCRIBED] * (load - last) ** 2
-        moving = (clock[DESCRIBED] - 1.0) / TRANSFER
-        clock[DESCRIBED] = 1.0 + math.exp(-dt / TRANSFER) * (clock[DESCRIBED] - 1.0)
         n, share = belief.z.shape[0], math.exp(-dt / described.time)
+        if clock[DESCRIBED] <= 0.0:
+            variance = (clock[DESCRIBED] * (load - last)) ** 2
+            clock[DESCRIBED] = 1.0 + variance
+            belief.P[TAU_ARM * n + TAU_ARM] += variance
+        variance = clock[DESCRIBED] - 1.0
+        clock[DESCRIBED] = 1.0 + math.exp(-2.0 * dt / TRANSFER) * variance
         belief.z[TAU_ARM] *= share
         for i in range(n):
             belief.P[i * n + TAU_ARM] *= share
             belief.P[TAU_ARM * n + i] *= share
-        p[Q0 + TAU_ARM] = moving + min(
+        for i in range(state.companions.number):
+            state.companions.s[i * n + TAU_ARM] *= share
+        p[Q0 + TAU_ARM] = variance / dt + noise + min(
             described.noise, 2.0 * deviation * deviation / described.time)
         if states[1] is None:
-            p[Q0 + TAU_K] = described.torque_noise + moving
+            p[Q0 + TAU_K] = described.torque_noise + variance / TRANSFER
         p[INVERSE_M2] = 1.0 / inertia
         p[EIGENVALUE] = described.eigenvalue * max(1.0, described.inertia / inertia)
     efforts[place, 1] = load

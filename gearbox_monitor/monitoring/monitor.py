@@ -41,7 +41,7 @@ from gearbox_monitor.monitoring.checks.outcome import (
     Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, with_more)
 from gearbox_monitor.monitoring.checks.row_check import middle, thinned
 from gearbox_monitor.monitoring.history import EstimateHistory, Recent, RowHistory
-from gearbox_monitor.parameters import EstimatorParameters, PAYLOAD
+from gearbox_monitor.parameters import CURVES, EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
 
@@ -397,6 +397,8 @@ class Monitor:
         if not len(self._smoothed_rows) or not self.parameters.arm_joint:
             return broken, values
         for check, alarm, counts in zip(ROW_CHECKS, self._row_alarms, self._row_counts):
+            if check.free_torque and self.parameters.tau_k_model in CURVES:
+                continue
             begin = max(settled, stamp_ns - round(check.window * SECOND))
             rows = thinned(self._smoothed_rows.after(begin))
             result = check.check(rows[self._certain(rows)], self.estimator.drive)

@@ -28,7 +28,7 @@ from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.robot.dynamics import move, RobotArrays, torque_on
 
-LOAD, DEVIATION, INERTIA, N_LOAD = range(4)
+LOAD, DEVIATION, INERTIA, NOISE, N_LOAD = range(5)
 SMOOTHED, UNSEEN = 3, 4
 LAG = 3.0  # of the acceleration, in times of the filter
 SETTLED = 10.0  # times of the filter until its accelerations count
@@ -96,10 +96,12 @@ def _follow(motion: JointMotion, stamp: int, positions: Array, time: float) -> b
 def write_loads(robot: RobotArrays, motion: JointMotion, joint: int, time: float, stamps: Integers,
                 positions: Array, out: Array, weight: Array) -> None:
     """
-    Write load, its standard deviation and the inertia of a joint for N samples.
+    Write load, its errors and the inertia of a joint for N samples.
 
     The load is what the joint's own acceleration does not take: weight, friction-free coupling
-    with the other joints, centrifugal and Coriolis torque.
+    with the other joints, centrifugal and Coriolis torque. The deviation is by masses and inertias
+    of the description that are off, in the torque for the joint's own acceleration, too. What the
+    accelerations of the others lag behind, as in an impact, changes as fast as they do: the noise.
 
     Args:
         robot: with the payload.
@@ -108,7 +110,9 @@ def write_loads(robot: RobotArrays, motion: JointMotion, joint: int, time: float
         time: of the filter for speeds and accelerations, s.
         stamps: [N], ns.
         positions: of all joints [N, n], rad; NaN = not measured.
-        out: [N, N_LOAD], N m, N m and kg m^2; NaN where the motion is not known (well enough).
+        out: [N, N_LOAD]: load and its deviation, N m; inertia, kg m^2; spectral density of the
+            noise in the rate of the load, (N m)^2/s. NaN where the motion is not known (well
+            enough).
         weight: [N], the load at rest, N m, NaN likewise; [0]: it is not wanted.
 
     """
@@ -119,7 +123,7 @@ def write_loads(robot: RobotArrays, motion: JointMotion, joint: int, time: float
         for i in range(joints.shape[1]):
             good = good and joints[UNSEEN, i] <= LONGEST
         if not good:
-            out[k, LOAD] = out[k, DEVIATION] = out[k, INERTIA] = math.nan
+            out[k, :] = math.nan
             if weight.shape[0] > 0:
                 weight[k] = math.nan
             continue
@@ -132,12 +136,13 @@ def write_loads(robot: RobotArrays, motion: JointMotion, joint: int, time: float
             acting[0, i], acting[1, i], acting[2, i] = joints[0, i], joints[1, i], joints[2, i]
         acting[2, joint] = 0.0
         move(robot, acting)
-        out[k, LOAD], variance, out[k, INERTIA] = torque_on(robot, joint)
+        out[k, LOAD], variance, out[k, INERTIA] = torque_on(robot, joint, joints[2, joint])
         for i in range(joints.shape[1]):
             acting[2, i] = joints[SMOOTHED, i] if i != joint else 0.0
         move(robot, acting)
         late = torque_on(robot, joint)[0] - out[k, LOAD]
-        out[k, DEVIATION] = math.sqrt(variance + late * late)
+        out[k, DEVIATION] = math.sqrt(variance)
+        out[k, NOISE] = 2.0 * late * late / (LAG * time)
 
 
 class ArmLoad:
@@ -156,7 +161,7 @@ class ArmLoad:
 
     def inputs(self, stamps: Integers, u: Array, positions: Array) -> Array:
         """
-        Return the inputs [N, 5] of sample_loop.Stream.
+        Return the inputs [N, 6] of sample_loop.Stream.
 
         Args:
             stamps: [N], ns.

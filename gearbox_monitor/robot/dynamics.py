@@ -263,13 +263,14 @@ def _jacobians(robot: RobotArrays, b: int, joint: int) -> tuple[Triple, Triple]:
 
 
 @jit
-def torque_on(robot: RobotArrays, joint: int) -> Triple:
+def torque_on(robot: RobotArrays, joint: int, acceleration: float = 0.0) -> Triple:
     """
     Return the torque that a joint needs for the motion of `move`.
 
     Args:
         robot: moved.
         joint: number in RobotDescription.joints.
+        acceleration: of the joint beyond that of `move`, rad/s^2; the variance counts it.
 
     Returns:
         Torque (N m), its variance by the deviations of the bodies, and the inertia (kg m^2) that
@@ -281,11 +282,14 @@ def torque_on(robot: RobotArrays, joint: int) -> Triple:
         body = robot.bodies[b]
         linear, angular = _jacobians(robot, b, joint)
         by_mass, by_inertia = _dot(linear, _at(body, FORCE)), _dot(angular, _at(body, MOMENT))
+        of_mass, of_inertia = (robot.mass[b] * _dot(linear, linear),
+                               _dot(angular, _times(body, angular)))
         amount, deviation = robot.amounts[b], robot.deviations[b]
         torque += amount * (by_mass + by_inertia)
+        inertia += amount * (of_mass + of_inertia)
+        by_mass, by_inertia = (by_mass + acceleration * of_mass,
+                               by_inertia + acceleration * of_inertia)
         variance += deviation * deviation * (by_mass * by_mass + by_inertia * by_inertia)
-        inertia += amount * (robot.mass[b] * _dot(linear, linear)
-                             + _dot(angular, _times(body, angular)))
     return torque, variance, inertia
 
 

@@ -74,6 +74,9 @@ def test_the_deviation_is_the_spread_of_the_torque():
         torque, variance, _ = torque_on(stated, joint)
         assert np.sqrt(variance) == pytest.approx(spread, rel=0.1)
         assert torque == pytest.approx(np.mean(torques, axis=0)[joint], abs=0.15 * spread)
+        move(stated, np.array([q, v, np.where(np.arange(6) == joint, 0.0, a)]))
+        assert torque_on(stated, joint, a[joint])[1] == pytest.approx(variance)
+        move(stated, np.array([q, v, a]))
 
 
 def test_an_arm_without_friction_keeps_its_energy():

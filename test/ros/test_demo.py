@@ -218,7 +218,7 @@ def test_dead_node_is_told(demo, tmp_path):
     (['--duration', '3'], '--duration: 3, expected 16 to 86400'),
     (['--duration', 'nan'], '--duration: nan, expected'),
     (['--robot', '--duration', '30'], '--duration: 30, expected 45 to 86400'),
-    (['--robot', '--filter', 'aekf'], "--filter: 'aekf', expected one of ekf, ukf with --robot"),
+    (['--robot', '--filter', 'aekf'], "--filter: 'aekf', expected 'ekf' with --robot"),
 ])
 def test_bad_input_is_one_line(options, text, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

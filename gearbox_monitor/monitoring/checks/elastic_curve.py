@@ -197,4 +197,4 @@ def check(rows: Array, drive: DriveModel) -> Result:
     return broken, values
 
 
-CHECK = RowCheck('elastic', WINDOW, check, down=1)
+CHECK = RowCheck('elastic', WINDOW, check, down=1, free_torque=True)

@@ -36,13 +36,15 @@ class RowCheck:
 
     name: what its keys begin with; window: s of rows that it looks at; check: takes `thinned` rows
     [N, N_SMOOTHED] in order of time (columns rts_smoother.S_*) and the drive of the filter; down:
-    results in a row that lower its level, 1 where the windows overlap by far.
+    results in a row that lower its level, 1 where the windows overlap by far; free_torque: whether
+    it needs a tau_K that the filter does not take from the twist.
     """
 
     name: str
     window: float
     check: Callable[[Array, DriveModel], Result]
     down: int = 5
+    free_torque: bool = False
 
 
 def thinned(rows: Array) -> Array:
