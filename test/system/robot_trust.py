@@ -16,15 +16,17 @@
 Alerts of a simulated six-axis arm with its description: false ones, and the joint of a fault.
 
 Masses, inertias and frictions of each arm are off within their tolerances. Healthy arms pick and
-place random payloads at random poses: every component of a joint that leaves OK is an alert. Then
-one joint of an arm that repeats a program gets a fault (Coulomb friction x 2, gap x 3, or an
-encoder late by 10 ms): the joint named is the one with most alerts since, weighted by level.
+place random payloads at random poses: every component of a joint that leaves OK is an alert.
+Other arms repeat a program; after a while one joint gets a fault (Coulomb friction x 2, gap x 3,
+or an encoder late by 10 ms), on PER_ARM copies of each arm: the joint named is the one with most
+alerts since, weighted by level.
 
 usage examples:
   .venv/bin/python test/system/robot_trust.py
   .venv/bin/python test/system/robot_trust.py --arms 24 --minutes 60 --cases 60 --json trust.json
 """
 from dataclasses import replace
+from multiprocessing import get_context
 import sys
 
 import numpy as np
@@ -43,9 +45,11 @@ from gearbox_monitor.robot.arm_plant import ArmPlant, pick_and_place
 
 T0 = 1_700_000_000_000_000_000
 DT, SPREAD, SETTLED, SECOND = 1e-3, 0.1, 6.0, 1000  # s, relative, s, samples
-MOVES, HEALTHY, FAULTY = 8, 5, 4  # of a program, repetitions before and after the fault
+MOVES, HEALTHY, FAULTY = 8, 16, 10  # of a program, repetitions before and after the fault
 FAULTS = ('friction', 'backlash', 'encoder')
+PER_ARM = 6  # faults of which each begins with the same healthy arm
 LATE = 10  # samples
+WORKED = []  # the arm of which processes take a copy, with its seed
 RIGHT = 0.98
 FILE = str(config_path('arm6.urdf'))
 
@@ -129,9 +133,8 @@ def false_alarms(robot, seed, minutes):
     return worked, arm.alerts, arm.messages
 
 
-def planted(robot, seed, case):
-    """Return what became of a fault, {planted, fault, named, alerts}."""
-    joint, fault = case // len(FAULTS) % len(robot.joints), FAULTS[case % len(FAULTS)]
+def planted(robot, seed, cases):
+    """Return what became of the faults `cases` (numbers) of an arm, see fault_of."""
     limits, start = (example_arm.LOW, example_arm.HIGH, example_arm.SPEED), example_arm.MIDDLE
     for _ in range(2):  # from the second time on the program ends where it begins
         references, _ = pick_and_place(np.random.default_rng(seed), limits, start, MOVES, DT)
@@ -139,6 +142,15 @@ def planted(robot, seed, case):
     arm = WatchedArm(robot, seed, drift_window=len(references) * DT)
     for _ in range(HEALTHY):
         arm.work(np.random.default_rng(seed), MOVES)
+    WORKED[:] = [(arm, seed)]
+    with get_context('fork').Pool(1, maxtasksperchild=1) as pool:  # each takes a copy of it
+        return pool.map(fault_of, cases, chunksize=1)
+
+
+def fault_of(case):
+    """Return what became of a fault of the arm in WORKED, {planted, fault, named, alerts}."""
+    (arm, seed), = WORKED
+    joint, fault = case // len(FAULTS) % len(arm.monitors), FAULTS[case % len(FAULTS)]
     before = dict(arm.alerts)
     arm.alerts.clear()
     arm.messages.clear()
@@ -183,7 +195,8 @@ def run(args):
             raise InputError(f'--{name}: {getattr(args, name)}, expected >= {least}')
     expect_folder_of(args.json)
     robot, table = load_robot(FILE), BarTable()
-    cases = [planted(robot, args.seed + 1000 + k, k) for k in range(args.cases)]
+    cases = [result for k in range(0, args.cases, PER_ARM) for result in planted(
+        robot, args.seed + 1000 + k, range(k, min(k + PER_ARM, args.cases)))]
     healthy = [false_alarms(robot, args.seed + k, args.minutes) for k in range(args.arms)]
     rows = [{'joint': joint, 'component': component, 'seconds': seconds,
              'message': messages[joint, component]}
