@@ -125,7 +125,8 @@ DIAGNOSTIC_KEYS = (
          ('window_samples', '-', 'samples in the window'),
          ('torque_twist_correlation', '-', 'of smoothed torque and twist, 2 s'),
          ('torque_twist_correlation_threshold', '-', 'WARN below'),
-         ('torque_twist_power', '-', 'mean of torque times twist rate over their rms'),
+         ('torque_twist_power', '-', 'mean of torque times twist rate, without what a spring '
+         'gives back, over their rms'),
          ('torque_twist_power_threshold', '-', 'WARN below'),
          ('twist_range', 'rad', 'range of the smoothed twist, 10 s'),
          ('twist_range_threshold', 'rad', 'ERROR above'),

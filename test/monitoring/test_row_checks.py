@@ -23,7 +23,8 @@ from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST,
     S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.monitoring import monitor as monitor_module
-from gearbox_monitor.monitoring.checks import elastic_curve, elastic_fit, innovation, twist_range
+from gearbox_monitor.monitoring.checks import (
+    elastic_curve, elastic_fit, innovation, passivity, twist_range)
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.checks.row_check import RowCheck
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -166,6 +167,16 @@ def test_without_contact_or_rows_the_curve_abstains():
     assert elastic_curve.check(rows, MODEL) is None
     hardening = {'id': 'hardening', 'K3': 100.0}
     assert elastic_curve.check(rows_of(), MODEL.with_(effects=[hardening])) is None
+
+
+@pytest.mark.parametrize('sign, broken', [(1.0, []), (-1.0, [passivity.AGAINST])])
+def test_a_spring_that_unwinds_makes_no_power_but_one_that_pulls_along_does(sign, broken):
+    rows = rows_of()
+    rows[:, S_TWIST] = MODEL.transmission.half_gap + 0.5 - 0.04 * T
+    rows[:, S_X3], rows[:, S_X4] = -0.04, 0.0
+    rows[:, S_TAU_K] = sign * MODEL.transmission.stiffness * (0.5 - 0.04 * T)
+    rows[:, S_TWIST_RATE_NOISE_STD] = 1e-3
+    assert list(passivity.check(rows, MODEL)[0]) == broken
 
 
 def test_a_twist_of_turns_is_an_error():

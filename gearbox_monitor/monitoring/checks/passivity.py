@@ -15,6 +15,9 @@
 """
 Whether torque and twist act like a transmission: it pushes back, and it makes no power.
 
+A spring that is wound up at the beginning of a window gives back what it holds: that is no power
+made.
+
 An unknown load on the arm explains away what the prediction errors would tell: an encoder or a
 torque of wrong sign, a torque that is not what acts. Torque over twist does not lie then.
 """
@@ -35,8 +38,8 @@ CORRELATION, POWER = -0.15, -0.5
 AGAINST = Condition(
     'prediction error', Level.WARN, 'torque against twist',
     f'smoothed: correlation of tau_K and twist < {CORRELATION:g}, or mean of tau_K times twist '
-    f'rate over their rms < {POWER:g}; judged where each moves by {SIGNIFICANT:g} of its stated '
-    'standard deviations', f'{WINDOW:g} s',
+    f'rate, without what a spring gives back, over their rms < {POWER:g}; judged where each moves '
+    f'by {SIGNIFICANT:g} of its stated standard deviations', f'{WINDOW:g} s',
     'check the signs of encoders and torque and whether it is the torque that acts, then the '
     'friction of the model',
     ('torque_twist_correlation', 'torque_twist_power'),
@@ -44,19 +47,22 @@ AGAINST = Condition(
 CONDITIONS = (AGAINST,)
 
 
-def check(rows: Array, _: DriveModel) -> Result:
-    """Return the Result of `rows` [N, N_SMOOTHED]; None where the motion does not show it."""
+def check(rows: Array, drive: DriveModel) -> Result:
+    """Return the Result of `rows` [N, N_SMOOTHED] of a `drive`; None if they do not show it."""
     if len(rows) < MIN_ROWS:
         return None
     torque, twist, rate = rows[:, S_TAU_K], rows[:, S_TWIST], rows[:, S_X3] - rows[:, S_X4]
-    rms = float(np.sqrt(np.mean(rate ** 2)))
-    moved = torque.std(), twist.std(), rms
+    moved = torque.std(), twist.std(), float(np.sqrt(np.mean(rate ** 2)))
     stds = S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD
     if not all(size > SIGNIFICANT * middle(rows[:, std]) for size, std in zip(moved, stds)):
         return None
     correlation = float(np.mean((torque - torque.mean()) * (twist - twist.mean()))
                         / (moved[0] * moved[1]))
-    power = float(np.mean(torque * rate) / (np.sqrt(np.mean(torque ** 2)) * rms))
+    steps = np.diff(twist)
+    work = 0.5 * (torque[1:] + torque[:-1]) @ steps
+    released = max(torque[0] ** 2 - torque[-1] ** 2, 0.0) / (
+        2.0 * drive.folded().transmission.stiffness)
+    power = float((work + released) / np.sqrt(np.mean(torque ** 2) * len(steps) * steps @ steps))
     values = {'torque_twist_correlation': correlation,
               'torque_twist_correlation_threshold': CORRELATION,
               'torque_twist_power': power, 'torque_twist_power_threshold': POWER}
