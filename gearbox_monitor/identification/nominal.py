@@ -117,10 +117,11 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     search: Search = Search(recording, plain, sigma, [], jobs, progress)
     if recording.motor is not None:
         search = PositionSearch(recording, plain, sigma, [], jobs, progress)
-    # No state of a window holds the zero where the motion of the motor drives the model.
-    windowed_search, none, point = closed_model.windowed(
-        recording, plain if recording.motor is None else model, sigma, settling=0.0)
-    gap_before = _gap(windowed_search.long, none, point)
+    gap_before = None
+    if not seconds:  # no state of a window holds the zero where the motor's motion is put in
+        windowed_search, none, point = closed_model.windowed(
+            recording, plain if recording.motor is None else model, sigma, settling=0.0)
+        gap_before = _gap(windowed_search.long, none, point)
     scales = {'u0': search.starts.scales.torque, ZERO: max(search.starts.scales.twist, 1e-6)}
     held = ('kt', *(GAINS if model.controller and not model.controller.tolerance else ()))
     free = free or [name for name in names if name not in held]
@@ -154,8 +155,7 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
     fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
                            zero_tolerance=model.zero_tolerance)
-    return NominalFit(fitted_model, values, correlated, None if seconds else gap_before, gap_after,
-                      validation)
+    return NominalFit(fitted_model, values, correlated, gap_before, gap_after, validation)
 
 
 def _require_improvement(search: Search, data: likelihood.WindowData,

@@ -67,14 +67,17 @@ def test_values_are_found_again(tmp_path, capsys):
     assert fitted.torque_offset == pytest.approx(0.1, rel=0.05)
 
 
-def test_states_are_smoothed_once_for_each_model(tmp_path, capsys, monkeypatch):
+@pytest.mark.parametrize('words, fits', [([], 2), (['--windows', '4'], 1)])
+def test_states_are_smoothed_once_for_each_fit(tmp_path, capsys, monkeypatch, words, fits):
+    """The gap of the model file, of windows of 1 s, is another fit; long windows have none."""
     smoothed, calls = InnovationLikelihood.smoothed, []
     monkeypatch.setattr(InnovationLikelihood, 'smoothed',
-                        lambda self, run: calls.append(run.model) or smoothed(self, run))
+                        lambda self, run: calls.append(run) or smoothed(self, run))
     bag = record(tmp_path / 'a.csv', TRUE, zero=0.0)
     main(['fit-nominal', bag, '--model', model_file(tmp_path / 'd.yaml', TRUE), '--free', 'u0',
-          '--windows', '4', '--json', '-'])
-    assert len(calls) == 2 and calls[0] != calls[1]  # of the model file, and fitted
+          '--json', '-', *words])
+    assert len(calls) == fits
+    assert (json.loads(capsys.readouterr()[0])['gap_before'] is None) == bool(words)
 
 
 def test_a_weight_has_a_size_and_a_phase(tmp_path, capsys):
