@@ -168,8 +168,8 @@ def residual_law(search: Search, fitted: CandidateFit) -> ResidualDependence | N
     # A motion that the fit misses is better taken from the readings.
     dependence = strongest_dependence(search, fitted,
                                       modelled=not leaves_more_than_noise(search, fitted))
-    least = THRESHOLDS.dependence + THRESHOLDS.dependence_relative * max(0.0, gain)
-    return dependence if dependence.gain > least else None
+    limit = THRESHOLDS.dependence + THRESHOLDS.dependence_relative * max(0.0, gain)
+    return dependence if dependence.gain > limit else None
 
 
 def incomplete(search: Search, fitted: CandidateFit, rough: bool = False) -> bool:

@@ -111,8 +111,8 @@ def settled(search: Search, fitted: CandidateFit,
     if not len(validation) or set(candidate.ids) & set(NOT_FITTED):
         return fitted
     model, point = candidate.model(fitted.point.z), fitted.point
-    others = [*rivals, *(search.fitted[n].point for n in search.ranked()[:4])]
-    points = [point, *others]
+    rival_points = [*rivals, *(search.fitted[n].point for n in search.ranked()[:4])]
+    points = [point, *rival_points]
     index = np.tile(validation, len(points))
     states, chi2 = window_states.solve_states(
         data, model, np.concatenate([k.states[validation] for k in points]), point.memory[index],
@@ -123,7 +123,7 @@ def settled(search: Search, fitted: CandidateFit,
     chosen = states.reshape(len(points), -1, 4)[winner, np.arange(len(validation))]
     point = data.evaluate(candidate, replace(point, states=likelihood.updated(
         point.states, validation[improved], chosen[improved])))
-    point = window_states.rescue(data, candidate, point, [point, *others],
+    point = window_states.rescue(data, candidate, point, [point, *rival_points],
                                  half_gap=search.half_gap)
     states = likelihood.updated(point.states, data.train, fitted.point.states[data.train])
     return replace(fitted, point=data.evaluate(candidate, replace(point, states=states)))

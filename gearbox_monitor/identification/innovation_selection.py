@@ -174,7 +174,7 @@ class InnovationEvidence(Evidence):
         search.use_orders(dict(table.orders))
         self.finish(none)
         for number, fit in enumerate(table.singles[:COMPARED]):
-            if number < 2 or fit.deviance < table.singles[0].deviance + THRESHOLDS.near:
+            if number < 2 or fit.deviance < table.singles[0].deviance + THRESHOLDS.ranking_error:
                 self.finish(fit)
         self.share_starts()
         self.place_behind(table.singles)

@@ -230,19 +230,19 @@ class InputEstimator:
 
 
 def taken_over(windows: ShootingWindows, states: Array, targets: ShootingWindows,
-               others: Array) -> Array:
+               fallback: Array) -> Array:
     """
-    Return states [W, 4] of the windows `targets`: of `windows` that begin there, else `others`.
+    Return states [W, 4] of the windows `targets`: of `windows` that begin there, else `fallback`.
 
     Args:
         windows: windows whose states are taken over.
         states: states of the drive where they start [V, 4].
         targets: windows that receive states.
-        others: states of the drive where these start [W, 4].
+        fallback: states of the drive where these start [W, 4].
     """
     at = {int(b): w for w, b in enumerate(windows.begin)}
-    return np.array([states[at[int(begin)]] if int(begin) in at else other
-                     for begin, other in zip(targets.begin, others)])
+    return np.array([states[at[int(begin)]] if int(begin) in at else own
+                     for begin, own in zip(targets.begin, fallback)])
 
 
 def reduced_chi2(free: InputEstimate) -> float:
@@ -267,7 +267,7 @@ def better_of(first: InputEstimate, second: InputEstimate) -> InputEstimate:
     """
     use_second = first.chi2 / (first.residual.shape[1] - first.unknowns) > (
         second.chi2 / (second.residual.shape[1] - second.unknowns))
-    better = {name: likelihood.updated(getattr(first, name), use_second,
+    arrays = {name: likelihood.updated(getattr(first, name), use_second,
                                        getattr(second, name)[use_second])
               for name in ('signal', 'precision', 'residual', 'chi2', 'unknowns', 'states')}
-    return InputEstimate(first.place, **better)
+    return InputEstimate(first.place, **arrays)

@@ -110,8 +110,8 @@ class Search:
 
     def keep_better(self, fit: CandidateFit) -> CandidateFit:
         """Keep `fit` or the one that has the same effects in any order; return the better one."""
-        same = [name for name, other in self._fitted.items()
-                if other.candidate.key == fit.candidate.key]
+        same = [name for name, rival in self._fitted.items()
+                if rival.candidate.key == fit.candidate.key]
         return self.keep(min([*map(self._fitted.pop, same), fit], key=lambda f: f.score))
 
     def with_data(self, long: likelihood.WindowData,

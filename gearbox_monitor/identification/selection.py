@@ -202,7 +202,7 @@ class PositionEvidence(Evidence):
     def lacks(self, fit: CandidateFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
         gains = gains_beside(self.windows, self.search.long, fit.candidate, fit.point)
-        return any(best > THRESHOLDS.pair_hint for (best, _), *_ in gains.values())
+        return any(value > THRESHOLDS.pair_hint for (value, _), *_ in gains.values())
 
     def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
         """Return the best fit of two or three effects that is worth more than `fit`, else it."""
@@ -292,7 +292,7 @@ def simpler(search: Search, best_fit: CandidateFit) -> CandidateFit:
     """
     if not best_fit.candidate.at_bound(best_fit.point.z):
         return best_fit
-    similar = max(2.0 * THRESHOLDS.bound_gain, THRESHOLDS.alike * gain(search, best_fit))
+    similar = max(2.0 * THRESHOLDS.bound_gain, THRESHOLDS.same_motion * gain(search, best_fit))
     for name in search.ranked()[1:]:
         rival = search.fitted[name]
         if rival.score - best_fit.score > THRESHOLDS.bound_gain:

@@ -41,7 +41,7 @@ class Thresholds:
     # Gain of a parameter that sits at its bound: chance gives the best effect as much.
     bound_gain: float = 10.0
     # Distance of two fits over their gain: below a thousandth, both are one limit of two effects.
-    alike: float = 1e-3
+    same_motion: float = 1e-3
     # Gain of a further effect: more than effect_gain, since some 600 pairs are searched.
     further_effect_gain: float = 40.0
     # Linearised gain that makes pairs worth a fit: more than that of the fit, which keeps less.
@@ -51,7 +51,7 @@ class Thresholds:
     # Tolerances by which a nominal value is off that is tried as an effect: 1 % by chance.
     far_value: float = 2.5
     # -2 log L by which windows, which carry more evidence, may turn a ranking round: blind sets.
-    near: float = 60.0
+    ranking_error: float = 60.0
 
     # --- Adequacy
     # Excess of a noise level that is too low by 4 %; 0.05 called 1 of 29 exact models unknown.

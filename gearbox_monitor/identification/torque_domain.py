@@ -137,9 +137,9 @@ class DrivenSimulator(Simulator):
         read, speed = self._arm[windows.begin].T
         x2 = np.empty(len(read))
         arm_positions(read, e, x2)
-        begun = np.zeros_like(states)
-        begun[:, 1], begun[:, 3] = x2 + e[DELAY2] * speed, speed
-        return begun
+        starts = np.zeros_like(states)
+        starts[:, 1], starts[:, 3] = x2 + e[DELAY2] * speed, speed
+        return starts
 
     def _fill(self, spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive,
               added: Torques | None, result: RunResult) -> None:

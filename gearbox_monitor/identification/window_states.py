@@ -166,7 +166,7 @@ def rescue(data: WindowData, candidate: CandidateModel, point: FitPoint,
     """
     if data.begins_known:
         return point
-    begun = point
+    start = point
     point = _with_memories(data, candidate, point)
     stuck = point.chi2 > max(STUCK * float(np.median(point.chi2)), THRESHOLDS.quiet * data.size)
     worse_than_rival = np.zeros(len(stuck), bool)
@@ -185,7 +185,7 @@ def rescue(data: WindowData, candidate: CandidateModel, point: FitPoint,
                 starts.append(np.where(windows[:, None] > 0,
                                        point.carry[np.maximum(windows - 1, 0), :4], starts[-1]))
         point = _with_starts(data, candidate, point, windows, np.stack(starts, axis=1))
-    return point if point is begun else data.evaluate(candidate, point)
+    return point if point is start else data.evaluate(candidate, point)
 
 
 def _with_memories(data: WindowData, candidate: CandidateModel, point: FitPoint) -> FitPoint:
