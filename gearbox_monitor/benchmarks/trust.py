@@ -223,7 +223,8 @@ def gap_figures(drive: trust_runs.SimulatedDrive, windows: Sequence[Backlash], s
         progress: called before the long part.
 
     Returns:
-        Bias, deviations, correlation of neighbours and shift by friction.
+        Bias, deviations, correlation of neighbours, shift by friction, and the scatter of means
+        over a minute, of windows and of the gap that the filter learns.
     """
     case, truth = drive.name, trust_drift.true_gap(drive.model)
     gaps = trust_drift.gaps(windows)[1:]  # the first window begins at rest
@@ -235,6 +236,9 @@ def gap_figures(drive: trust_runs.SimulatedDrive, windows: Sequence[Backlash], s
     std, bias = float(gaps.std(ddof=1)), float(gaps.mean() / truth - 1.0)
     neighbours = float(np.corrcoef(gaps[1:], gaps[:-1])[0, 1])
     error = std / np.sqrt(len(gaps)) / truth
+    progress(f'{case}: gap that the filter learns')
+    minutes = [trust_drift.minute_scatter(v) for v in (gaps, trust_drift.learned_gaps(
+        drive, trust_drift.PERIOD * (len(gaps) + 1), HEALTHY_SEED + 3)[1:])]
     shift = trust_drift.friction_shift(drive, size['shift'], HEALTHY_SEED + 1)
     bars.judge(f'{case}: gap, deviation (rad)', std, high=GAP_STD[case],
                interval=intervals.spread(gaps))
@@ -244,7 +248,8 @@ def gap_figures(drive: trust_runs.SimulatedDrive, windows: Sequence[Backlash], s
                interval=[stated / v for v in intervals.spread(gaps)[::-1]])
     bars.judge(f'{case}: gap, shift by 10 % of Cv', shift, high=MAX_SHIFT)
     return {'windows': len(gaps), 'truth': truth, 'mean': float(gaps.mean()), 'std': std,
-            'bias': bias, 'stated': stated, 'neighbours': neighbours, 'shift': shift}
+            'bias': bias, 'stated': stated, 'neighbours': neighbours, 'shift': shift,
+            'minute': minutes[0], 'learned_minute': minutes[1]}
 
 
 def drift_figures(drive: trust_runs.SimulatedDrive, windows: Sequence[Backlash], size: Size,
@@ -430,6 +435,10 @@ def text(data: Values) -> str:
             lines.append(f'{case:<8}{row["truth"]:8.4f}{row["mean"]:9.4f}{row["std"]:11.4f}'
                          f'{row["stated"]:9.4f}{100 * row["shift"]:16.2f} %{row["windows"]:9d}'
                          f'{row["neighbours"]:7.2f}')
+    lines += [f'{case}: means over a minute scatter by {100 * row["minute"] / row["truth"]:.2f} %; '
+              f'those of the gap that the filter learns by '
+              f'{100 * row["learned_minute"] / row["truth"]:.2f} %'
+              for case, row in data['gap'].items() if 'minute' in row]
     for case, row in data['drift'].items():
         if not row:
             continue

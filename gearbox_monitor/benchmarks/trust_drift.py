@@ -19,14 +19,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.benchmarks.trust_runs import SimulatedDrive, T0, watch
+from gearbox_monitor.benchmarks.trust_runs import DT, DT_NS, SimulatedDrive, T0, watch
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.sample_loop import E_HALF_GAP, E_HYSTERESIS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.backlash import change
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
-from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.parameters import EstimatorParameters, LEARNED
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.faults import Faults
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Faults, FaultyPlant
 
 Window = Backlash | NotExcited
 SMOOTHED = {'smoother_lag': 0.1}
@@ -77,6 +81,36 @@ def friction_shift(drive: SimulatedDrive, seconds: float, seed: int) -> float:
         run = watch(drive, seconds, seed, Faults(viscous_friction=factor), SMOOTHED, flags=False)
         means.append(gaps(run.windows)[1:].mean())  # the first one begins at rest
     return max(abs(m / means[0] - 1.0) for m in means[1:])
+
+
+def minute_scatter(gaps: Array) -> float:
+    """Return the standard deviation (rad) of means of `gaps` [N], one per PERIOD, over minutes."""
+    minutes = len(gaps) // BLOCK
+    return float(gaps[:minutes * BLOCK].reshape(minutes, BLOCK).mean(axis=1).std(ddof=1))
+
+
+def learned_gaps(drive: SimulatedDrive, seconds: float, seed: int) -> Array:
+    """
+    Return the gap that a filter with the learned curve has every PERIOD [N], rad.
+
+    Args:
+        drive: simulated drive.
+        seconds: length of the run.
+        seed: of the noise.
+
+    """
+    plant = FaultyPlant(drive.model, drive.noise, seed)
+    estimator = Estimator(drive.assumed, {**drive.parameters, 'tau_k_model': LEARNED})
+    excitation, count, length = Excitation(), round(PERIOD / DT), round(seconds / PERIOD)
+    play = drive.model.transmission.kind == 'play'
+    gaps = np.empty(length)
+    for i in range(length):
+        k = np.arange(i * count, (i + 1) * count)
+        run = plant.run(excitation.torque(k * DT), DT, i * PERIOD)
+        u = np.column_stack([run.u, np.full(count, np.nan)])
+        row = estimator.run(Samples(T0 + k * DT_NS, u, run.y)).rows[-1]
+        gaps[i] = 2.0 * (row[E_HALF_GAP] + (abs(row[E_HYSTERESIS]) if play else 0.0))
+    return gaps
 
 
 def settings(drive: SimulatedDrive, interval: float | None = None) -> change.TrackerSettings:

@@ -15,6 +15,7 @@
 """The samples, model and parameters of commands that run filters over a bag."""
 from argparse import Namespace
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from gearbox_monitor.bag.joint_input import find_input
@@ -24,6 +25,7 @@ from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots
 from gearbox_monitor.cli.options import check_filter, estimator_options
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.parameters import EstimatorParameters, MODEL, resolve
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -51,7 +53,8 @@ class FilterInputs:
 
 
 def load_filter_inputs(args: Namespace, reader: BagReader,
-                       filter_name: str | None = None) -> FilterInputs:
+                       filter_name: str | None = None,
+                       usual: Values = MappingProxyType({})) -> FilterInputs:
     """
     Return the inputs of a bag, as replay reads them.
 
@@ -62,6 +65,7 @@ def load_filter_inputs(args: Namespace, reader: BagReader,
         args: options of add_estimator_arguments.
         reader: of the bag.
         filter_name: filter to run, None: that of the parameters.
+        usual: {name: value} of parameters that neither the bag nor a file states.
 
     Returns:
         What a filter is run on and with.
@@ -78,7 +82,7 @@ def load_filter_inputs(args: Namespace, reader: BagReader,
         model, recorded = snapshots[0].settings(str(reader.path))
     if model_file:
         model = load_model(model_file)
-    values = {**recorded, **options}
+    values = {**usual, **recorded, **options}
     values.pop('model', None)
     if filter_name:
         values['filter'] = check_filter(filter_name)

@@ -24,6 +24,9 @@ at least 5 s in which the drive moves as it does at work; 20 s are better.
 With --reference TOPIC (a JointState whose effort[0] is a measured torque, N m) Q makes the error
 of tau_K small instead, and tau_k_model_std makes its stated deviation cover 68 %.
 
+Unless --params or the bag states a law of tau_K, the file selects tau_k_model "mixed" and holds
+q_std_tau_k_deviation, too.
+
 The file serves filter and drift monitor. With --smoother q_std_tau_k is divided by sqrt(5) and the
 EKF averages friction over the uncertain speed: the smoothed torque is then best, the filtered one
 about 15 % worse (see docs/tuning.md).
@@ -55,7 +58,7 @@ from gearbox_monitor.estimation.tune import tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, SETTINGS
+from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, SETTINGS
 from gearbox_monitor.plant.units import on_axis
 
 
@@ -79,7 +82,9 @@ def run(args: Namespace) -> int:
     expect_new(args.out)
     expect_folder_of(args.out)
     with open_bag(args.bag) as reader:
-        inputs = load_filter_inputs(args, reader, args.filter)
+        inputs = load_filter_inputs(
+            args, reader, args.filter,
+            {} if args.reference or args.smoother else {'tau_k_model': MIXED})
         reference = _reference(reader, args.reference) if args.reference else None
     if not COMPILED:
         print('tune: without numba this takes about a hundred times longer', file=sys.stderr)

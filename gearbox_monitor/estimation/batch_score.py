@@ -31,14 +31,13 @@ from gearbox_monitor.estimation.batch_ekf import (
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filters.ekf import LOG_TWO_PI
-from gearbox_monitor.estimation.model_bank import member_parameters
 from gearbox_monitor.estimation.process_model import P0, pack, X1, X2, X3, X4
 from gearbox_monitor.estimation.sample_loop import (
     first_speed, jumps, LoopSettings, Stream, usually)
 from gearbox_monitor.estimation.score import run_score, settled
 from gearbox_monitor.kernels.jit import COMPILED, jit
 from gearbox_monitor.kernels.types import Array, States, Values
-from gearbox_monitor.parameters import EstimatorParameters, MIXED, RANDOM_WALK
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 FEWEST = 3  # candidates from which on lanes are faster than one filter after the other
@@ -179,20 +178,9 @@ def criteria(model: DriveModel, candidates: Sequence[EstimatorParameters | Value
 
     Returns:
         (Score.criterion, how often the filter diverged) of each, as score.run_score gives them.
-        Of mixed models the sum over the random walk and the one that learns: each has process
-        noise of its own, which the likelihood of the mixture does not feel where the other is
-        the likelier.
 
     """
     complete = [EstimatorParameters.of(values) for values in candidates]
-    if complete[0].tau_k_model == MIXED:
-        walk = criteria(
-            model, [values.replace(tau_k_model=RANDOM_WALK) for values in complete], samples)
-        learned = [member_parameters(values)[-1:] for values in complete]
-        if not all(learned):
-            return walk
-        return [(a + b, c + d) for (a, c), (b, d) in zip(
-            walk, criteria(model, [values for values, in learned], samples))]
     estimator = Estimator(model, complete[0])
     packed = np.array([pack(estimator.drive, values) for values in complete])
     loglik = np.full(len(complete), math.nan)

@@ -22,12 +22,12 @@ force: so the result does not depend on them. Those numbers also carry a weak pr
 costs half a unit of log-likelihood), which decides only what the recording leaves open.
 """
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 from typing import TypeAlias
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.sensor_noise import MAD_TO_SIGMA, quantisation_step, white_noise_std
@@ -45,6 +45,9 @@ REACH = math.log(1e4)    # the search stays within this factor of its first gues
 AGREE = 5.0              # log-likelihood by which agreeing starts may differ
 SLOPE_STEP = 0.03         # of the logarithms, for slopes
 SHARP = 0.05             # a parameter is well determined below this relative error
+# Of a parameter that is searched alone: logarithms over the guess.
+GRID = tuple(math.log(10.0) * k / 2.0 for k in range(-4, 4))
+TOLERANCE = 0.1
 DIVERGED = -1e9          # what a filter gets that cannot run at all
 
 R_NAMES = ('r_std_motor', 'r_std_arm')
@@ -342,6 +345,38 @@ def search(evaluate: Evaluate, guess: dict[str, float],
     if progress:
         progress(1.0)
     return result
+
+
+def with_another(result: Tuned, evaluate: Evaluate, name: str, guess: float) -> Tuned:
+    """
+    Return `result` with one more parameter, searched on a grid and then between its neighbours.
+
+    Args:
+        result: of a search for the others.
+        evaluate: as of search, with the others at their values.
+        name: of the parameter.
+        guess: centre of the search, > 0.
+
+    Returns:
+        A copy of `result` with the parameter, without a standard error for it.
+
+    """
+    evaluations: list[bool] = []
+
+    def costs(points: Sequence[float]) -> list[float]:
+        """Return the cost at each of the `points`, logarithms over the guess."""
+        scores = evaluate([{name: guess * math.exp(x)} for x in points], False)
+        evaluations.extend(bool(failed) for _, failed in scores)
+        return [0.5 * (x / PRIOR) ** 2 - (criterion if math.isfinite(criterion) else DIVERGED)
+                for x, (criterion, _) in zip(points, scores)]
+
+    heights = costs(GRID)
+    best = min(max(int(np.argmin(heights)), 1), len(GRID) - 2)
+    between = minimize_scalar(lambda x: costs([x])[0], bounds=(GRID[best - 1], GRID[best + 1]),
+                              method='bounded', options={'xatol': TOLERANCE})
+    return replace(result, parameters={**result.parameters, name: guess * math.exp(between.x)},
+                   value=-float(between.fun), evaluations=result.evaluations + len(evaluations),
+                   failed=result.failed + sum(evaluations))
 
 
 def _newton(cost: Callable[[list[Array]], list[float]], x: Array,

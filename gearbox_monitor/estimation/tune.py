@@ -30,12 +30,13 @@ from gearbox_monitor.estimation import noise_search, sample_loop
 from gearbox_monitor.estimation.batch_score import criteria
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
+from gearbox_monitor.estimation.model_bank import member_parameters
 from gearbox_monitor.estimation.noise_search import EncoderMotion, Tuned
 from gearbox_monitor.estimation.score import (
     DIVERGENCE_COST, reference_at, run_score, Score, settled, torque_errors, WHITE_LIMIT)
 from gearbox_monitor.estimation.whiteness import LAGS
 from gearbox_monitor.kernels.types import Array, Flags, Integers
-from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters
+from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, RANDOM_WALK
 from gearbox_monitor.plant.drive import DriveModel
 
 ReferenceTorque: TypeAlias = tuple[Integers, Array]  # stamps [T] ns, torque [T] N m
@@ -84,12 +85,12 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
         noise = motion.noise  # the error of tau_K depends on Q / R only: one must be fixed
     fixed = {} if noise is None else dict(zip(noise_search.R_NAMES, noise))
     free = _free_names(model, parameters, speeds, noise is None)
+    base, guess = parameters.replace(**SEARCH, **fixed), noise_search.first_guess(motion, free)
     if reference is None:
-        evaluate = _likelihood(model, parameters.replace(**SEARCH, **fixed), recordings)
+        result = _most_likely(model, base, recordings, guess, progress)
     else:
-        evaluate = _reference_fit(model, parameters.replace(**SEARCH, **fixed), samples, reference)
-    result = noise_search.search(evaluate, noise_search.first_guess(motion, free), progress,
-                                 likelihood=reference is None)
+        result = noise_search.search(_reference_fit(model, base, samples, reference), guess,
+                                     progress, likelihood=False)
     values = {**fixed, **_clipped(result.parameters)}
     if smoother and 'q_std_tau_k' in values:
         values['q_std_tau_k'] /= SMOOTHER_FACTOR
@@ -156,6 +157,25 @@ def _free_names(model: DriveModel, parameters: EstimatorParameters, speeds: bool
         if not getattr(parameters, name) > 0.0:
             raise InputError(f'{name}: {getattr(parameters, name):g}, expected > 0 to tune it')
     return names
+
+
+def _most_likely(model: DriveModel, base: EstimatorParameters, recordings: Sequence[Samples],
+                 guess: dict[str, float],
+                 progress: Callable[[float], None] | None) -> Tuned:
+    """
+    Return the parameters of largest likelihood; arguments as of tune and noise_search.search.
+
+    Of a mixture the random walk determines all but the noise of the deviation from the curve,
+    which the likelihood of the mixture then gives.
+    """
+    name = noise_search.DEVIATION
+    if not member_parameters(base):
+        return noise_search.search(_likelihood(model, base, recordings), guess, progress)
+    result = noise_search.search(
+        _likelihood(model, base.replace(tau_k_model=RANDOM_WALK), recordings),
+        {other: value for other, value in guess.items() if other != name}, progress)
+    evaluate = _likelihood(model, base.replace(**_clipped(result.parameters)), recordings)
+    return noise_search.with_another(result, evaluate, name, guess[name])
 
 
 def _likelihood(model: DriveModel, base: EstimatorParameters,

@@ -122,8 +122,15 @@ def test_one_command_writes_what_replay_loads(bag, tmp_path, capsys, monkeypatch
     assert 6.0 < found[0]['q_std_tau_k'] < 13.0
     written = yaml.safe_load(out.read_text())['estimator']['ros__parameters']
     assert written['arm_load'] == 'none' and written['q_std_tau_k'] == found[1]['q_std_tau_k']
-    assert main(['replay', str(bag), '--params', str(out), '--json']) == 0
-    assert json.loads(capsys.readouterr().out)['nis'] == pytest.approx(2.0, abs=0.1)
+    assert written['tau_k_model'] == 'mixed'  # nobody has stated a law
+    walk = params(tmp_path / 'walk.yaml', **found[1])
+    replayed = []
+    for file in (str(out), walk):
+        assert main(['replay', str(bag), '--params', file, '--json']) == 0
+        replayed.append(json.loads(capsys.readouterr().out))
+        assert replayed[-1]['nis'] == pytest.approx(2.0, abs=0.1)
+    errors = [data['tau_k_error'] for data in replayed]
+    assert errors[0] < 0.3 * errors[1]
 
 
 def test_tuned_on_one_seed_good_on_others():
