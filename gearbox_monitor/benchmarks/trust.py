@@ -435,10 +435,11 @@ def text(data: Values) -> str:
             lines.append(f'{case:<8}{row["truth"]:8.4f}{row["mean"]:9.4f}{row["std"]:11.4f}'
                          f'{row["stated"]:9.4f}{100 * row["shift"]:16.2f} %{row["windows"]:9d}'
                          f'{row["neighbours"]:7.2f}')
-    lines += [f'{case}: means over a minute scatter by {100 * row["minute"] / row["truth"]:.2f} %; '
-              f'those of the gap that the filter learns by '
-              f'{100 * row["learned_minute"] / row["truth"]:.2f} %'
-              for case, row in data['gap'].items() if 'minute' in row]
+    for case, row in data['gap'].items():
+        if 'minute' in row:
+            windows, learned = (100 * row[k] / row['truth'] for k in ('minute', 'learned_minute'))
+            lines.append(f'{case}: means of a minute scatter by {windows:.2f} %, those of the '
+                         f'learned gap by {learned:.2f} %')
     for case, row in data['drift'].items():
         if not row:
             continue
