@@ -169,7 +169,8 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
              'likelihood': 'the likelihood (no standstill of half a second)',
              'fourth differences': 'fourth differences (no standstill of half a second)'}
     lines = [
-        f'bag          {data["bag"]}, {data["seconds"]:.1f} s; filter {data["filter"]}',
+        f'bag          {data["bag"]}, {data["seconds"]:.1f} s; filter {data["filter"]}, '
+        f'tau_k_model {data["tau_k_model"]}',
         f'R from       {where[data["noise_from"]]}',
         f'search       {data["evaluations"]} runs; {data["starts_met"]} of {data["starts"]} '
         f'starts met within {100 * data["spread"]:.2g} %', '',

@@ -99,7 +99,8 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
     if smoother and parameters.filter == 'ekf':
         tuned_values['friction_linearisation'] = SEARCH['friction_linearisation']
     data: dict[str, Any] = {
-        'filter': parameters.filter, 'parameters': tuned_values, 'relative_error': result.error,
+        'filter': parameters.filter, 'tau_k_model': parameters.tau_k_model,
+        'parameters': tuned_values, 'relative_error': result.error,
         'noise_from': _noise_source(motion, noise), 'rest_seconds': motion.standstill_seconds,
         'seconds': motion.seconds, 'evaluations': result.evaluations,
         'diverged_evaluations': result.failed, 'smoother': smoother, 'starts': result.starts,

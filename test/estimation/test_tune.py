@@ -122,7 +122,7 @@ def test_one_command_writes_what_replay_loads(bag, tmp_path, capsys, monkeypatch
     assert 6.0 < found[0]['q_std_tau_k'] < 13.0
     written = yaml.safe_load(out.read_text())['estimator']['ros__parameters']
     assert written['arm_load'] == 'none' and written['q_std_tau_k'] == found[1]['q_std_tau_k']
-    assert written['tau_k_model'] == 'mixed'  # nobody has stated a law
+    assert told['tau_k_model'] == written['tau_k_model'] == 'mixed'  # nobody has stated a law
     walk = params(tmp_path / 'walk.yaml', **found[1])
     replayed = []
     for file in (str(out), walk):
