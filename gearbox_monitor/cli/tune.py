@@ -24,8 +24,8 @@ at least 5 s in which the drive moves as it does at work; 20 s are better.
 With --reference TOPIC (a JointState whose effort[0] is a measured torque, N m) Q makes the error
 of tau_K small instead, and tau_k_model_std makes its stated deviation cover 68 %.
 
-Unless --params or the bag states a law of tau_K, the file selects tau_k_model "mixed" and holds
-q_std_tau_k_deviation, too.
+Unless --params or the bag states a law of tau_K, the file selects tau_k_model "mixed" and also
+contains q_std_tau_k_deviation.
 
 The file serves filter and drift monitor. With --smoother q_std_tau_k is divided by sqrt(5) and the
 EKF averages friction over the uncertain speed: the smoothed torque is then best, the filtered one

@@ -45,9 +45,9 @@ REACH = math.log(1e4)    # the search stays within this factor of its first gues
 AGREE = 5.0              # log-likelihood by which agreeing starts may differ
 SLOPE_STEP = 0.03         # of the logarithms, for slopes
 SHARP = 0.05             # a parameter is well determined below this relative error
-# Of a parameter that is searched alone: logarithms over the guess.
+# Of a parameter that is searched alone: grid and accuracy, logarithms over the guess.
 GRID = tuple(math.log(10.0) * k / 2.0 for k in range(-4, 4))
-TOLERANCE = 0.1
+ACCURACY = 0.1
 DIVERGED = -1e9          # what a filter gets that cannot run at all
 
 R_NAMES = ('r_std_motor', 'r_std_arm')
@@ -373,7 +373,7 @@ def with_another(result: Tuned, evaluate: Evaluate, name: str, guess: float) -> 
     heights = costs(GRID)
     best = min(max(int(np.argmin(heights)), 1), len(GRID) - 2)
     between = minimize_scalar(lambda x: costs([x])[0], bounds=(GRID[best - 1], GRID[best + 1]),
-                              method='bounded', options={'xatol': TOLERANCE})
+                              method='bounded', options={'xatol': ACCURACY})
     return replace(result, parameters={**result.parameters, name: guess * math.exp(between.x)},
                    value=-float(between.fun), evaluations=result.evaluations + len(evaluations),
                    failed=result.failed + sum(evaluations))

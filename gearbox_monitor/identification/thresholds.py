@@ -37,7 +37,7 @@ class Thresholds:
     effect_gain: float = 25.0
     # The same of bursts beside an encoder with steps: what the steps leave looks like bursts.
     rough_burst_gain: float = 250.0
-    # Gain of a value that may scatter anyway: four standard deviations of one number.
+    # Gain of a value with a tolerance: four standard deviations of one number.
     scatter_gain: float = 16.0
     # Gain of a parameter that sits at its bound: chance gives the best effect as much.
     bound_gain: float = 10.0
@@ -49,7 +49,7 @@ class Thresholds:
     pair_hint: float = 60.0
     # Share of the gain of bursts that one effect may reach: with more, it is a part of the answer.
     burst_rival: float = 0.5
-    # Tolerances by which a nominal value is off that is tried as an effect: 1 % by chance.
+    # Tolerances from which on a nominal value is tried as an effect: 1 % by chance.
     far_value: float = 2.5
     # -2 log L by which windows, which carry more evidence, may turn a ranking round: blind sets.
     ranking_error: float = 60.0
@@ -78,7 +78,7 @@ class Thresholds:
     dependence: float = 30.0
     # The same over the gain of the fit: the integration is not more accurate.
     dependence_relative: float = 1e-4
-    # Correction of a noise level by the residual that is believed: more is misfit, not noise.
+    # Correction of a noise level by the residual: a larger one is misfit, not noise.
     sharpening: float = 0.15
     # Torque noise over the torque: more is an error of the model, not of an actuator.
     torque_noise: float = 0.1
@@ -98,11 +98,11 @@ class Thresholds:
     quiet: float = 1.12
     # Share of the windows without a burst: what is in most of them is no rare event.
     quiet_share: float = 0.35
-    # chi2 by which a torque at another place may be better: for true bursts up to 10.
+    # chi2 by which a torque at another place may explain bursts better: true ones, up to 10.
     elsewhere: float = 50.0
     # Share of bursts that one quantity of the motion explains: they come at times of their own.
     burst_law: float = 0.4
-    # Probability that bursts at times of their own meet the ends of travel: 1 %.
+    # Probability that bursts meet the ends of travel by chance: 1 %.
     burst_chance: float = 0.01
     # Share of bursts that a steady oscillation explains: of true ones 0.3 at most.
     burst_sine: float = 0.6
@@ -110,9 +110,9 @@ class Thresholds:
     # --- Place
     # Ratio of what free signals leave at places that tie: the deviation of chi2 in 10 s.
     place_tie: float = 1.01
-    # What a law leaves over what a free signal leaves where it tells as much: blind sets.
+    # Misfit of a law over that of a free signal that it may replace: blind sets.
     law_tie: float = 1.1
-    # Share of the gap that an effect explains at whose place the unknown is: blind sets.
+    # Share of the gap that an effect must explain to locate an unknown one: blind sets.
     nearly_all: float = 0.85
     # Share of a free torque that the command explains if the actuator is its cause: blind sets.
     command_share: float = 0.1
@@ -126,9 +126,9 @@ class Thresholds:
     # --- Statement
     # Gap from which on a closed fraction is stated: below, the error of the noise is as large.
     gap: float = 1.02
-    # Standard deviations by which a motion stands out of the noise if a fit can miss it.
+    # Misfit, in standard deviations of the noise, of a fit that misses the motion.
     motion: float = 5.0
-    # Logarithm of a ratio of sharpnesses that is worth a word: a fifth.
+    # Logarithm of the ratio of sharpnesses from which on the verdict mentions it: a fifth.
     shape: float = 0.2
     # Standard error of the logarithm of a value that counts as determined: a third of it.
     determined: float = 0.3

@@ -153,3 +153,16 @@ def test_bad_arguments_are_one_line(arguments, words, capsys):
     assert main(['benchmark', 'trust', *arguments]) == 2
     error = capsys.readouterr().err
     assert words in error and len(error.splitlines()) == 1
+
+
+@compiled
+def test_the_learned_gap_is_that_of_the_drive():
+    """The estimator begins with a gap that is 30 % too wide."""
+    drive = trust_runs.SimulatedDrive(
+        'B', DriveModel(), Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005)),
+        DriveModel().with_(half_gap=1.3 * DriveModel().transmission.half_gap),
+        {'arm_load': 'none', 'q_std_tau_k': 8.0})
+    gaps = trust_drift.learned_gaps(drive, 30.0, 1)
+    assert len(gaps) == 3
+    assert gaps[-1] == pytest.approx(trust_drift.true_gap(drive.model), rel=0.03)
+    assert trust_drift.minute_scatter(np.repeat([1.0, 2.0, 3.0], trust_drift.BLOCK)) == 1.0

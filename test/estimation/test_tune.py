@@ -14,6 +14,7 @@
 
 """Tuning through the command line and its parts; no ROS, no truth needed."""
 import json
+import math
 
 import numpy as np
 import pytest
@@ -181,6 +182,20 @@ def test_search_survives_a_filter_that_cannot_run():
     found = noise_search.search(evaluate, {'q_std_tau_k': 2.0})
     assert found.parameters['q_std_tau_k'] == pytest.approx(1.0, rel=0.01)
     assert found.failed > 0
+
+
+@pytest.mark.parametrize('best, expected', [(0.37, 0.37), (20.0, 20.0), (1e-6, 0.02)])
+def test_one_more_parameter_is_searched_within_its_grid(best, expected):
+    """The grid spans 1/100 to 30 times the guess; the last trial above 30 cannot run."""
+    def evaluate(trials, coarse):
+        assert not coarse
+        return [(math.nan if v > 30.0 else -10.0 * math.log(v / best) ** 2, v > 30.0)
+                for trial in trials for v in trial.values()]
+    others = noise_search.Tuned({'r_std_motor': 0.005}, 1.0, {'r_std_motor': 0.1}, 40, 2)
+    result = noise_search.with_another(others, evaluate, 'q_std_tau_k_deviation', 2.0)
+    assert result.parameters['r_std_motor'] == 0.005 and result.error == others.error
+    assert result.parameters['q_std_tau_k_deviation'] == pytest.approx(expected, rel=0.12)
+    assert result.evaluations > 40 + len(noise_search.GRID) and result.failed > 2
 
 
 def test_a_filter_that_cannot_run_scores_worst():
