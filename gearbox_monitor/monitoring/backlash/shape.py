@@ -188,7 +188,8 @@ class Regression:
         for _ in range(iterations):
             part = normal[np.ix_(at, at)]
             diagonal = np.diag(part)
-            part = part + np.diag(damping * diagonal + 1e-12 * diagonal.max() + 1e-300)
+            # In units of each parameter: they differ by ten orders of magnitude.
+            part = part + np.diag(np.where(diagonal > 0.0, (damping + 1e-12) * diagonal, 1.0))
             new = theta.copy()
             new[at] += np.linalg.solve(part, right[at])
             self._bound(new, passive)
