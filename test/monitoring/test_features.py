@@ -89,6 +89,45 @@ def test_exact_curves(kind, width, k_s, gap, height, friction, gain):
     assert found.gain == pytest.approx(gain, abs=2e-3)
 
 
+@pytest.mark.parametrize('angle, torque', [(1e-4, 20.0), (1e-4, 1e-3), (1e3, 1.0)])
+def test_units_do_not_matter(angle, torque):
+    """A stiff joint whose twist is tenths of a mrad is fitted as well as a soft drive."""
+    rows = curve('dead_zone', 7.0, 0.4, zero=0.05, friction=(0.02, -0.1), gain=0.03)
+    rows[:, S_TWIST] *= angle
+    rows[:, [S_TAU_K, S_MOTOR_SIDE, S_U]] *= torque
+    model = DriveModel()
+    found = features.fit(rows, model.with_(
+        viscous_friction=torque * model.viscous_friction,
+        coulomb_friction=torque * model.coulomb_friction), 0)
+    assert found.gap == pytest.approx(0.8 * angle, rel=2e-3)
+    assert found.stiffness == pytest.approx(7.0 * torque / angle, rel=2e-3)
+    assert found.viscous == pytest.approx(0.02 * torque, rel=1e-2)
+    assert found.coulomb == pytest.approx(-0.1 * torque, rel=5e-2)
+
+
+def test_a_short_visit_to_the_other_flank_is_enough():
+    """An arm that bears weight loads the second flank for a hundredth of the window."""
+    t = np.linspace(0.0, 20.0, 20000)
+    rows = np.zeros((len(t), N_SMOOTHED))
+    rows[:, S_TWIST] = 1e-3 * (2.62 + 0.9 * np.sin(1.3 * t) + 2.2 * np.cos(0.9 * t + 0.4))
+    half_gap = 3e-4
+    rows[:, S_TAU_K] = 2e4 * np.sign(rows[:, S_TWIST]) * np.maximum(
+        np.abs(rows[:, S_TWIST]) - half_gap, 0.0)
+    rows[:, S_MOTOR_SIDE] = rows[:, S_TAU_K]
+    below = (rows[:, S_TWIST] < -half_gap).mean()
+    found = features.fit(rows, DriveModel().with_(coulomb_friction=0.0), 0)
+    assert 0.01 < below < 0.02 and found.flank == pytest.approx(below, abs=1e-3)
+    assert found.gap == pytest.approx(2.0 * half_gap, rel=1e-2)
+
+
+def test_the_torque_that_is_fitted_decides_whether_gap_and_compliance_separate():
+    """Not the estimated one: a filter that expects another curve draws it there."""
+    rows = curve('dead_zone', 7.0, 0.4)
+    rows[:, S_TAU_K] = 2.0 * np.sign(rows[:, S_TWIST]) * (np.abs(rows[:, S_TWIST]) > 0.4)
+    found = features.fit(rows, DriveModel(), 0)
+    assert found.separable and found.gap == pytest.approx(0.8, rel=2e-3)
+
+
 def test_derivatives_of_the_shape():
     """The right side is minus half the gradient of the cost, for both kinds."""
     rows = curve('play', 7.0, 0.4, 0.15)[:2000]

@@ -40,8 +40,8 @@ BLOCKS = 20        # parts of a window that count as independent
 START_POINTS = 250
 HUBER = 1.5        # residuals beyond so many standard deviations count less
 REWEIGHTS = 2
-# Each flank must hold this share of the window, or the gap is not excited.
-MIN_FLANK = 0.03
+# Each flank must hold this share of the window, three groups, or the gap is not excited.
+MIN_FLANK = 3 / GROUPS
 MIN_TRAVERSALS = 2
 # Torque counts as loading a flank, and stiffness and hysteresis as seen, from so many standard
 # deviations on.
@@ -177,7 +177,8 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     friction = model.friction_side(points[:, S_X3])
     data = np.column_stack([points[:, S_TWIST], points[:, S_MOTOR_SIDE], points[:, S_X3], friction,
                             points[:, S_U]])
-    weights = _weights(points, model)[:count * group].reshape(count, group).mean(axis=1)
+    certain = _weights(points, model)
+    weights = certain[:count * group].reshape(count, group).mean(axis=1)
     start, variance = _start(data)
     regression = Regression(data, group, weights.copy(), BLOCKS, np.zeros(N_SHAPE),
                             float(np.ptp(data[:, 0])))
@@ -205,7 +206,10 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     if theta[STIFFNESS] <= LOADED * math.sqrt(max(fitted.covariance[STIFFNESS, STIFFNESS], 0.0)):
         return NotExcited(stamp_ns, 'the torque on the flanks does not grow with the twist: the '
                           'stiffness is not seen')
-    separable = all(_correlation(points[side == s]) >= MIN_CORRELATION for s in (1, -1))
+    tau_k = data[:, 1] - data[:, 2:] @ (theta[[VISCOUS, COULOMB, GAIN]] * (1.0, 1.0, -1.0))
+    separable = all(
+        _correlation(data[on, 0], tau_k[on], certain[on]) >= MIN_CORRELATION
+        for on in (side == 1, side == -1))
     return _features(rows, stamp_ns, fitted, flank, traversals, separable)
 
 
@@ -449,11 +453,13 @@ def lost_motion_of(rows: Array) -> tuple[float, float]:
     return abs(high - low), math.sqrt(variance)
 
 
-def _correlation(rows: Array) -> float:
-    """Return the correlation of torque and twist in `rows`, 0 where one of them is constant."""
-    twist, tau_k = (rows[:, i] - rows[:, i].mean() for i in (S_TWIST, S_TAU_K))
-    both = float((twist @ twist) * (tau_k @ tau_k))
-    return float(twist @ tau_k) / math.sqrt(both) if both > 0.0 else 0.0
+def _correlation(twist: Array, tau_k: Array, weights: Array) -> float:
+    """Return the correlation of torque and twist, 0 where one of them is constant or missing."""
+    if not weights.sum() > 0.0:
+        return 0.0
+    twist, tau_k = (v - np.average(v, weights=weights) for v in (twist, tau_k))
+    both = float((weights @ twist ** 2) * (weights @ tau_k ** 2))
+    return float(weights @ (twist * tau_k)) / math.sqrt(both) if both > 0.0 else 0.0
 
 
 def _sides(twist: Array, half_width: float) -> Integers:
