@@ -23,9 +23,11 @@ alerts since, weighted by level.
 
 usage examples:
   .venv/bin/python test/system/robot_trust.py
-  .venv/bin/python test/system/robot_trust.py --arms 24 --minutes 60 --cases 60 --json trust.json
+  .venv/bin/python test/system/robot_trust.py --arms 24 --minutes 60 --cases 60 --jobs 2
 """
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from itertools import repeat
 from multiprocessing import get_context
 import sys
 
@@ -63,6 +65,8 @@ def add_arguments(parser):
                         help='number of faults (default: %(default)s)')
     parser.add_argument('--seed', type=int, default=1, metavar='N',
                         help='seed of the first arm (default: %(default)s)')
+    parser.add_argument('--jobs', type=int, default=1, metavar='N',
+                        help='number of arms at a time (default: %(default)s)')
     add_json_option(parser)
 
 
@@ -101,7 +105,8 @@ class WatchedArm:
             u = np.column_stack([run.u[:, joint], np.full(len(stamps), np.nan)])
             y = np.column_stack([motor[:, joint], arm[:, joint]])
             for begin, end in zip(cuts, cuts[1:]):
-                monitor.set_parameters({'payload_mass': float(payload[begin])})
+                if payload[begin] != monitor.parameters.payload_mass:
+                    monitor.set_parameters({'payload_mass': float(payload[begin])})
                 monitor.run(Samples(stamps[begin:end], u[begin:end], y[begin:end],
                                     arm[begin:end]))
                 if run.t[end - 1] > SETTLED and end % SECOND == 0:
@@ -190,14 +195,18 @@ def text(data):
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
     require_compiled('robot_trust')
-    for name, least in (('arms', 0), ('cases', 0), ('minutes', 0.5)):
+    for name, least in (('arms', 0), ('cases', 0), ('minutes', 0.5), ('jobs', 1)):
         if getattr(args, name) < least:
             raise InputError(f'--{name}: {getattr(args, name)}, expected >= {least}')
     expect_folder_of(args.json)
     robot, table = load_robot(FILE), BarTable()
-    cases = [result for k in range(0, args.cases, PER_ARM) for result in planted(
-        robot, args.seed + 1000 + k, range(k, min(k + PER_ARM, args.cases)))]
-    healthy = [false_alarms(robot, args.seed + k, args.minutes) for k in range(args.arms)]
+    first = range(0, args.cases, PER_ARM)
+    with ProcessPoolExecutor(args.jobs, get_context('fork')) as pool:
+        cases = [result for results in pool.map(
+            planted, repeat(robot), [args.seed + 1000 + k for k in first],
+            [range(k, min(k + PER_ARM, args.cases)) for k in first]) for result in results]
+        healthy = list(pool.map(false_alarms, repeat(robot),
+                                [args.seed + k for k in range(args.arms)], repeat(args.minutes)))
     rows = [{'joint': joint, 'component': component, 'seconds': seconds,
              'message': messages[joint, component]}
             for _, alerts, messages in healthy for (joint, component), seconds in alerts.items()]
