@@ -19,6 +19,7 @@ The live node, replay and the tests call the same Monitor, sample by sample (`st
 (`run`): same samples in, same outcomes out.
 """
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import replace
 import json
 import math
@@ -58,6 +59,9 @@ NO_DATA = Outcome(Level.WARN, 'no data yet')
 NOT_EVALUATED = Outcome(Level.WARN, 'not evaluated: filter restarted or data missing within the '
                         f'last {SETTLE + 1.0:g} s')
 NO_ESTIMATES = Outcome(Level.WARN, 'no estimates')
+# What a change of the gearbox shows in, where the filter expects another one.
+DRIFT_SHOWS = {'prediction error', 'model'}
+CHANCE = 2  # a level takes some evaluations to rise, and single flags are chance
 JUDGED = COMPONENTS[:4]  # once per second, from the newest estimates
 # Samples that stand in time: an evaluation may be due with them.
 IN_TIME = (sample_loop.ESTIMATE, sample_loop.START, sample_loop.NO_EFFORT,
@@ -207,7 +211,8 @@ class Monitor:
         self._drift: list[tuple[Integers, Array]] = []
         self._window_start: int | None = None  # stamp of its first row
         self._window_whole = True  # whether its rows are at hand from there on
-        self._window_flagged = 0  # evaluations in it that an indicator of trust flagged
+        # Evaluations in it that an indicator of trust flagged; other than the prediction errors.
+        self._window_flagged = self._window_broken = 0
 
     def _evaluate_at(self, stamp_ns: int) -> None:
         """Evaluate with the first sample at or after `stamp_ns`; 0: a second after the next."""
@@ -462,6 +467,9 @@ class Monitor:
         if broken or any(
                 outcome.level > Level.OK for name, outcome in outcomes.items() if name != 'model'):
             self._window_flagged += 1
+        if any(outcome.level > Level.OK for name, outcome in outcomes.items()
+               if name not in DRIFT_SHOWS):
+            self._window_broken += 1
         if not self._drift:
             return {}
         begin = self._window_start
@@ -480,7 +488,7 @@ class Monitor:
             self._drift = [(stamps[following], rows[following])]
             # Windows without any row are left out.
             begin += int((stamps[following][0] - begin) // length) * length
-            self._window_whole, self._window_flagged = True, 0
+            self._window_whole, self._window_flagged, self._window_broken = True, 0, 0
         self._window_start = begin
         return result
 
@@ -494,7 +502,7 @@ class Monitor:
                 window = self._common.refine(window)
         if isinstance(window, features.Backlash):
             self.windows.append(window)
-        return self.tracker.update(window, self._trusted(), self.temperature)
+        return self.tracker.update(window, self._trusted(), self.temperature, self._comparable())
 
     def _certain(self, rows: Array) -> Flags:
         """Return which of `rows` [N, N_SMOOTHED] rest on both encoders."""
@@ -506,10 +514,20 @@ class Monitor:
         """Return whether the window that ends here may serve as a baseline."""
         if self._hidden_arm is not None:  # its fit takes the readings, not the estimates
             return self.outcomes['input'].level == Level.OK
-        # A level takes some evaluations to rise, and single flags are chance.
-        return self._window_flagged <= 2 and not any(
-            self._alarms[name].since_ns is not None and self.outcomes[name].level > Level.OK
-            for name in (*COMPONENTS[:3], 'input'))
+        return self._window_flagged <= CHANCE and not self._alarmed((*COMPONENTS[:3], 'input'))
+
+    def _comparable(self) -> bool:
+        """
+        Return whether the window that ends here may be compared with the baseline.
+
+        Where tau_K follows a curve, a drift of the gearbox shows in the prediction errors, too.
+        """
+        return (self.parameters.tau_k_model in CURVES and self._window_broken <= CHANCE
+                and not self._alarmed(set(COMPONENTS[:3]) - DRIFT_SHOWS | {'input'}))
+
+    def _alarmed(self, names: Iterable[str]) -> bool:
+        return any(self._alarms[name].since_ns is not None
+                   and self.outcomes[name].level > Level.OK for name in names)
 
 
 def _median(values: Array) -> float:

@@ -27,7 +27,8 @@ from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST, S_X4
 from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state
 from gearbox_monitor.monitoring.backlash import forecast, scan
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
-from gearbox_monitor.monitoring.backlash.features import Backlash, lost_motion_of, NotExcited
+from gearbox_monitor.monitoring.backlash.features import (
+    Backlash, Friction, lost_motion_of, NotExcited)
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -208,6 +209,51 @@ def test_learns_from_trusted_windows_only():
     assert 'only one flank' in pause['backlash'].message
     nothing = Tracker(settings()).update(NotExcited(1, 'only one flank is reached'))
     assert nothing['backlash'].level == Level.WARN and 'only one' in nothing['backlash'].message
+
+
+def test_a_good_fit_is_compared_where_the_filter_is_at_odds_with_the_drive():
+    gearbox = Gearbox(9)
+    gearbox.go(20)
+    learnt = gearbox.tracker.points[0].sums.count.copy()
+
+    def go(windows, growth, **changes):
+        return [gearbox.tracker.update(gearbox.window(growth, **changes), False, comparable=True)
+                for _ in range(windows)]
+
+    assert not alarmed(go(5, 0.3, gap_std=1.0))  # a poor fit of the gap
+    found = go(10, 0.1)
+    assert alarmed(found) and 'gap has grown' in found[-1]['backlash'].message
+    assert gearbox.tracker.changes['gap'].growth == pytest.approx(0.1, abs=0.02)
+    np.testing.assert_array_equal(gearbox.tracker.points[0].sums.count, learnt)
+    # Before there is a baseline, nothing is compared.
+    assert not alarmed([Gearbox(9).tracker.update(gearbox.window(0.3), False, comparable=True)])
+
+
+def test_friction_is_followed_on_one_flank():
+    tracker, random, stamp = Tracker(settings()), np.random.default_rng(2), 0
+
+    def go(windows, coulomb):
+        nonlocal stamp
+        found = []
+        for _ in range(windows):
+            stamp += WINDOW
+            found.append(tracker.update(NotExcited(stamp, 'only one flank', friction=Friction(
+                0.0, 1e-4, coulomb + 1e-3 * random.standard_normal(), 1e-3, 0.0, 20.0, 6.0))))
+        return found
+
+    healthy = go(20, 0.1)
+    assert [f['friction'].level for f in healthy] == [Level.OK] * 20
+    assert healthy[-1]['backlash'].level == Level.WARN
+    assert 'only one flank' in healthy[-1]['backlash'].message
+    copy = Tracker(tracker.settings, json.loads(json.dumps(tracker.to_dict())))
+    assert copy.outcomes() == tracker.outcomes()
+    tracker = copy
+    found = go(10, 1.1)
+    assert 'friction has grown' in found[-1]['friction'].message
+    assert 'not measured yet' in found[-1]['backlash'].message
+    copy = Tracker(tracker.settings, json.loads(json.dumps(tracker.to_dict())))
+    assert copy.outcomes() == tracker.outcomes()
+    assert tracker.baseline is None
 
 
 def test_windows_that_do_not_know_all():

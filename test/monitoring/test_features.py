@@ -178,6 +178,38 @@ def test_one_flank_and_one_crossing_are_not_enough():
         assert reason in features.fit(rows, DriveModel(), 0).reason
 
 
+def on_one_flank(speed, gain=0.0):
+    """Return rows of a joint whose weight keeps one flank loaded, with a friction error."""
+    t = np.linspace(0.0, 20.0, 20000)
+    rng = np.random.default_rng(4)
+    rows = np.zeros((len(t), N_SMOOTHED))
+    rows[:, S_X3] = speed(t)
+    rows[:, S_TAU_K] = -40.0 - 30.0 * np.sin(1.1 * t)
+    rows[:, S_TWIST] = rows[:, S_TAU_K] / 2e4 - 3e-4 + 1e-6 * rng.standard_normal(len(t))
+    rows[:, S_U] = rows[:, S_TAU_K] + 12.0 * np.cos(2.7 * t)
+    rows[:, S_MOTOR_SIDE] = (
+        rows[:, S_TAU_K] + 0.3 * rows[:, S_X3] - gain * rows[:, S_U]
+        + 1.5 * TWO_OVER_PI * np.arctan(100.0 * rows[:, S_X3]))
+    return rows
+
+
+@pytest.mark.parametrize('gain', [0.0, 0.05])
+def test_friction_of_a_motion_on_one_flank(gain):
+    model = DriveModel().with_(coulomb_friction=6.0, viscous_friction=5.0)
+    rows = on_one_flank(lambda t: np.cos(1.7 * t), gain)
+    window = features.fit(rows, model, 3)
+    assert isinstance(window, features.NotExcited) and 'one flank' in window.reason
+    friction = window.friction
+    assert friction.coulomb == pytest.approx(1.5, abs=0.02) and friction.coulomb_std < 0.1
+    assert friction.viscous == pytest.approx(0.3, abs=0.05)
+    assert friction.speed == pytest.approx(0.7, abs=0.05)
+    assert friction.load == pytest.approx(
+        math.sqrt(np.mean(rows[:, S_TAU_K] ** 2)), rel=gain + 0.01)
+    # In one direction Coulomb friction is an offset, as the zero of the twist is.
+    model = model.with_(viscous_friction=0.0)
+    assert features.fit(on_one_flank(lambda t: 1.0 + 0.0 * t), model, 3).friction is None
+
+
 def test_constant_torque_on_the_flanks_is_not_separable():
     """Two torques only: any gap fits with some stiffness, the lost motion stays."""
     rng = np.random.default_rng(1)

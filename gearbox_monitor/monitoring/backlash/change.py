@@ -29,7 +29,7 @@ from gearbox_monitor.monitoring.backlash import forecast, scan
 from gearbox_monitor.monitoring.backlash.change_tests import (
     ADVICE, ALONE, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name,
     STIFFNESS, TESTS)
-from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
+from gearbox_monitor.monitoring.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.monitoring.backlash.forecast import span, when
 from gearbox_monitor.monitoring.backlash.operating_point import (
     numbers, OperatingPoint, OperatingPoints, Sums)
@@ -42,6 +42,9 @@ RELEASE_WINDOWS = 12
 # The size of a change is that of the newest so many windows where these differ from all since the
 # change by so many standard deviations.
 RECENT, DIFFERENT = (3, 12), 4.0
+# A feature of a window whose estimates are not trusted is compared where its stated deviation is up
+# to so many times that of the baseline: the fit holds then, whatever the filter expected.
+STATED_RATIO = 3.0
 # A stage is left when the change is below this share of its limit.
 RELEASE = 0.9
 FOUND, WARNED, GROSS = 1, 2, 3  # stages of an alarm
@@ -142,7 +145,8 @@ class Tracker:
         self.changes: dict[str, Change] = {}  # by test
         self._history = forecast.GrowthHistory()
         self._window: Backlash | None = None
-        self._point, self._trusted = -1, False
+        self._friction: Backlash | Friction | None = None
+        self._point, self._trusted, self._compared = -1, False, False
         self._temperature: float | None = None  # of the newest window
         self._growth = math.nan  # of the newest window
         self._pause: NotExcited | None = None  # when the newest window was none
@@ -153,14 +157,17 @@ class Tracker:
     # ------------------------------------------------------------------ windows
 
     def update(self, window: Backlash | NotExcited, trusted: bool = True,
-               temperature: float | None = None) -> dict[str, Outcome]:
+               temperature: float | None = None, comparable: bool = False
+               ) -> dict[str, Outcome]:
         """
         Take a window of the sequential test.
 
         Args:
             window: features of the newest window, or why there are none.
-            trusted: whether the estimates of the window were; if not, it is only shown.
+            trusted: whether the estimates of the window were; if not, it is learnt by no baseline.
             temperature: of the gearbox (deg C), None if unknown.
+            comparable: whether a window that is not trusted is compared with the baseline where
+                its fit is as good as those of the baseline; else it is only shown.
 
         Returns:
             {component: Outcome} in force.
@@ -169,28 +176,46 @@ class Tracker:
         if window.stamp_ns == self.stamp_ns:
             return self.outcomes()  # it has been taken before
         self.stamp_ns, self._temperature = window.stamp_ns, temperature
-        if isinstance(window, NotExcited):
+        features: Backlash | Friction
+        if not isinstance(window, NotExcited):
+            self._pause, self._window, features = None, window, window
+        else:
             self._pause = window
-            return self.outcomes()
-        self._pause, self._window, self._trusted = None, window, bool(trusted)
-        self._point = self._points.find(window, temperature, self.settings.bins)
-        self._growth = math.nan
-        if self._point >= 0 and trusted:
-            self._take(*self._measure(window))
+            if window.friction is None:
+                return self.outcomes()
+            features = window.friction
+        self._friction, self._trusted = features, bool(trusted)
+        self._point = self._points.find(features, temperature, self.settings.bins)
+        self._growth, self._compared = math.nan, False
+        if self._point >= 0 and (trusted or comparable):
+            values, variances = self._measure(features)
+            if not trusted:
+                sums = self._points[self._point].sums
+                with np.errstate(invalid='ignore'):
+                    good = (variances <= STATED_RATIO ** 2 * sums.stated) \
+                        & (sums.count >= scan.MIN_BASELINE)
+                values = np.where(good, values, math.nan)
+            self._compared = bool(np.isfinite(values).any())
+            if self._compared:
+                self._take(values, variances, trusted)
         return self.outcomes()
 
-    def _measure(self, window: Backlash) -> tuple[Array, Array]:
-        """Return (values [F], variances [F]) of a Backlash."""
+    def _measure(self, window: Backlash | Friction) -> tuple[Array, Array]:
+        """Return (values [F], variances [F]) of a window's features."""
         w, nan = window, (math.nan, math.nan)
-        width = w.alone  # a gap refined by other windows is not independent of them
-        lost_motion = w.lost_motion, w.lost_motion_std
+        gap, lost_motion, stiffness, hysteresis = (nan,) * 4
+        if isinstance(w, Backlash):
+            # A gap refined by other windows is not independent of them.
+            gap = w.alone if w.separable else nan
+            lost_motion = nan if w.separable else (w.lost_motion, w.lost_motion_std)
+            stiffness = w.stiffness, w.stiffness_std
+            hysteresis = w.hysteresis, w.hysteresis_std
         s = self.settings
         friction = s.viscous * w.speed + s.coulomb
         if not friction > 0.0:
             friction = w.load
         change = w.viscous * w.speed + w.coulomb
-        rows = (width if w.separable else nan, nan if w.separable else lost_motion,
-                (w.stiffness, w.stiffness_std), (w.hysteresis, w.hysteresis_std),
+        rows = (gap, lost_motion, stiffness, hysteresis,
                 (1.0 + change / friction if friction > 0.0 else math.nan,
                  math.hypot(w.viscous_std * w.speed, w.coulomb_std) / friction
                  if friction > 0.0 else math.nan),
@@ -199,10 +224,10 @@ class Tracker:
         values, std = (np.array([float(f'{v:.7g}') for v in column]) for column in zip(*rows))
         return values, std ** 2
 
-    def _take(self, values: Array, variances: Array) -> None:
+    def _take(self, values: Array, variances: Array, trusted: bool) -> None:
         sums = self._points[self._point].sums
         sums.refer(values)
-        learn = (not self.changes
+        learn = (trusted and not self.changes
                  and sums.count.max() < self.settings.baseline_windows)
         if learn:
             sums.add(values, variances)
@@ -348,16 +373,19 @@ class Tracker:
         return {component: self._outcome(component) for component in COMPONENTS}
 
     def _outcome(self, component: str) -> Outcome:
-        window = self._window
-        if window is None and not self.changes:
+        window = self._window if component == 'backlash' else self._friction
+        pause = self._pause
+        if pause is not None and pause.friction is not None and component == 'friction':
+            pause = None
+        active = [t for t in TESTS if t.component == component and t.key in self.changes]
+        if window is None and not active:
             message = 'backlash not measured yet' if component == 'backlash' else \
                 'friction not measured yet'
-            reason = f': {self._pause.reason}' if self._pause else \
+            reason = f': {pause.reason}' if pause else \
                 ': the motion must load both flanks'
             return Outcome(Level.WARN, f'{message}{reason}; a baseline needs '
                            f'{scan.MIN_BASELINE} windows')
         values = self._measured(component, window) if window else {}
-        active = [t for t in TESTS if t.component == component and t.key in self.changes]
         active.sort(key=lambda t: -self.changes[t.key].stage)
         level, said = Level.OK, []
         for test in active:
@@ -371,25 +399,25 @@ class Tracker:
             notes.append('no baseline at this operating point '
                          f'({self._point_windows()} of {scan.MIN_BASELINE} windows)'
                          + (', none is learnt during an alarm' if self.changes else ''))
-        if window is not None and not self._trusted:
+        if window is not None and not self._compared:
             notes.append('not compared: the estimates are not trusted now, see the other '
                          'indicators')
         message = '; '.join(said + notes)
         values = {key: value for key, value in values.items()
                   if not isinstance(value, float) or math.isfinite(value)}
-        if self._pause is not None:
-            message = (f'not excited now ({self._pause.reason}); measured last: ' + message)
+        if pause is not None:
+            message = (f'not excited now ({pause.reason}); measured last: ' + message)
         return Outcome(level, message, values)
 
     def _point_windows(self) -> int:
         return int(self._points[self._point].sums.count.max()) if self._point >= 0 else 0
 
-    def _healthy(self, component: str, window: Backlash) -> str:
+    def _healthy(self, component: str, window: Backlash | Friction) -> str:
         base = self.baseline
         learnt = ''
         if base and base.windows < self.settings.baseline_windows:
             learnt = f' (of {base.windows} windows, {self.settings.baseline_windows} wanted)'
-        if component == 'backlash':
+        if isinstance(window, Backlash) and component == 'backlash':
             width = f'gap {window.gap:.4g} rad' if window.separable else \
                 f'lost motion {window.lost_motion:.4g} rad'
             if math.isfinite(self._growth):
@@ -403,15 +431,15 @@ class Tracker:
 
     def _against(self, column: int) -> float:
         """Return the relative change of a feature of the newest window."""
-        if self._point < 0 or not self._trusted or not len(self._values):
+        if self._point < 0 or not self._compared or not len(self._values):
             return math.nan
         base = self._points[self._point].sums.mean()[column]
         return float(self._values[-1, column] / base - 1.0) if base else math.nan
 
-    def _measured(self, component: str, window: Backlash) -> dict[str, Any]:
+    def _measured(self, component: str, window: Backlash | Friction) -> dict[str, Any]:
         base = self.baseline
         values: dict[str, Any]
-        if component == 'backlash':
+        if isinstance(window, Backlash) and component == 'backlash':
             values = {
                 'gap_rad': window.gap, 'gap_std_rad': window.gap_std,
                 'gap_arcmin': math.degrees(window.gap) * 60.0,
@@ -523,10 +551,12 @@ class Tracker:
             'changes': {key: asdict(change) for key, change in self.changes.items()},
             'history': [list(b) for b in self._history.blocks],
             'window': self._window and asdict(self._window), 'point': self._point,
-            'trusted': self._trusted, 'growth': self._growth,
+            'friction': asdict(self._friction) if isinstance(self._friction, Friction) else None,
+            'trusted': self._trusted, 'compared': self._compared, 'growth': self._growth,
             'temperature': self._temperature, 'stamp_ns': self.stamp_ns,
-            'pause': self._pause and {'stamp_ns': self._pause.stamp_ns,
-                                      'reason': self._pause.reason}}
+            'pause': self._pause and {
+                'stamp_ns': self._pause.stamp_ns, 'reason': self._pause.reason,
+                'friction': self._pause.friction and asdict(self._pause.friction)}}
 
     @classmethod
     def from_dict(cls, settings: TrackerSettings, state: Any) -> Self:
@@ -554,9 +584,16 @@ class Tracker:
                         if key in self._scores}
         self._history = forecast.GrowthHistory(state['history'])
         self._window = state['window'] and Backlash(**state['window'])
+        friction = state.get('friction')  # older states hold none
+        self._friction = Friction(**friction) if friction else self._window
         self._point, self._trusted = int(state['point']), bool(state['trusted'])
+        self._compared = bool(state.get('compared', self._trusted))
         if self._point >= len(self._points):
             raise ValueError('an unknown operating point')
         self._growth, self._temperature = float(state['growth']), state.get('temperature')
-        self._pause = state['pause'] and NotExcited(**state['pause'])
+        pause = state['pause']
+        if pause:
+            friction = pause.get('friction')
+            pause = NotExcited(**{**pause, 'friction': friction and Friction(**friction)})
+        self._pause = pause
         self.stamp_ns = int(state['stamp_ns'])

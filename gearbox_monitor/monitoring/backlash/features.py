@@ -75,8 +75,9 @@ class Backlash:
     of its torque gain; NaN = not identifiable. lost_motion (rad): see lost_motion_of. separable:
     whether the window can tell gap and compliance apart; if not, gap and stiffness stand for each
     other and only the lost motion counts. angle: mean arm position (rad), speed: rms motor speed
-    (rad/s), load: rms tau_K (N m). width: half width of the play behind the hysteresis (rad), 0
-    where none is seen; passive: whether the loop is open in the gap, too (passive_play).
+    (rad/s), load: rms of the tau_K that was fitted (N m). width: half width of the play behind the
+    hysteresis (rad), 0 where none is seen; passive: whether the loop is open in the gap, too
+    (passive_play).
     gap_slopes: change of the fitted gap per viscous, coulomb, gain and stiffness, gap_std_known:
     gap_std once these are known, see gap_given. gap_alone, gap_alone_std: where
     pooling.PooledFeatures has refined the gap, what the window gave alone; else NaN.
@@ -141,18 +142,38 @@ class Backlash:
 
 
 @dataclass(frozen=True)
+class Friction:
+    """
+    Friction of a window that does not show the gap; fields as those of Backlash.
+
+    gain: not identifiable on one flank, where the zero of the twist is free.
+    """
+
+    viscous: float
+    viscous_std: float
+    coulomb: float
+    coulomb_std: float
+    angle: float
+    speed: float
+    load: float
+    gain: float = math.nan
+    gain_std: float = math.nan
+
+
+@dataclass(frozen=True)
 class NotExcited:
     """
-    No fit of the window that ends at `stamp_ns`: `reason` says what the motion lacks.
+    No gap in the window that ends at `stamp_ns`: `reason` says what the motion lacks.
 
     lost_motion (rad): needs no torque and no stiffness; NaN where the motion does not show it, and
-    in windows of a running Monitor.
+    in windows of a running Monitor. friction: of a motion on one flank, None where there is none.
     """
 
     stamp_ns: int
     reason: str
     lost_motion: float = math.nan
     lost_motion_std: float = math.nan
+    friction: Friction | None = None
 
 
 def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
@@ -179,12 +200,21 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
                             points[:, S_U]])
     certain = _weights(points, model)
     weights = certain[:count * group].reshape(count, group).mean(axis=1)
-    start, variance = _start(data)
+    expected = _expected(data, model)
     regression = Regression(data, group, weights.copy(), BLOCKS, np.zeros(N_SHAPE),
                             float(np.ptp(data[:, 0])))
+
+    def without_gap(reason: str) -> NotExcited:
+        regression.weights[:] = weights
+        return NotExcited(stamp_ns, reason, friction=_friction_on_one_flank(
+            rows, regression, expected, certain))
+
+    if min(_loaded_shares(rows)) < MIN_FLANK:
+        return without_gap('only one flank is loaded: the torque has to change its sign')
+    start, variance = _start(data)
     for loop in (True, False):  # a loop that leaves no flank is none
         try:
-            fitted = _fit_all(regression, start, variance, _expected(data, model), loop)
+            fitted = _fit_all(regression, start, variance, expected, loop)
         except np.linalg.LinAlgError:
             return NotExcited(stamp_ns, 'the motion does not determine any fit')
         theta = fitted.theta
@@ -199,18 +229,29 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     crossed = side[side != 0]
     traversals = int((np.diff(crossed) != 0).sum())
     if flank < MIN_FLANK:
-        return NotExcited(stamp_ns, 'only one flank is reached')
+        return without_gap('only one flank is reached')
     if traversals < MIN_TRAVERSALS:
         return NotExcited(stamp_ns, f'gap crossed {traversals} times in the window, expected '
                           f'{MIN_TRAVERSALS} or more: there and back')
     if theta[STIFFNESS] <= LOADED * math.sqrt(max(fitted.covariance[STIFFNESS, STIFFNESS], 0.0)):
         return NotExcited(stamp_ns, 'the torque on the flanks does not grow with the twist: the '
                           'stiffness is not seen')
-    tau_k = data[:, 1] - data[:, 2:] @ (theta[[VISCOUS, COULOMB, GAIN]] * (1.0, 1.0, -1.0))
+    tau_k = _transmitted(data, theta)
+    load = _rms(tau_k, certain)
     separable = all(
         _correlation(data[on, 0], tau_k[on], certain[on]) >= MIN_CORRELATION
         for on in (side == 1, side == -1))
-    return _features(rows, stamp_ns, fitted, flank, traversals, separable)
+    return _features(rows, stamp_ns, fitted, flank, traversals, separable, load)
+
+
+def _transmitted(data: Array, theta: Array) -> Array:
+    """Return tau_K [N] of the motor's side in `data` without the errors that `theta` names."""
+    tau_k: Array = data[:, 1] - data[:, 2:] @ (theta[[VISCOUS, COULOMB, GAIN]] * (1.0, 1.0, -1.0))
+    return tau_k
+
+
+def _rms(values: Array, weights: Array | None = None) -> float:
+    return math.sqrt(np.average(values ** 2, weights=weights))
 
 
 def _missing(rows: Array) -> str:
@@ -221,14 +262,16 @@ def _missing(rows: Array) -> str:
         return 'values that no drive has: the estimate is lost'
     if not np.ptp(rows[:, S_TWIST]) > 0.0:
         return 'the twist does not change: the drive stands still'
-    loaded = rows[:, S_TAU_K] / np.maximum(LOADED * rows[:, S_TAU_K_NOISE_STD], 1e-300)
-    up, down = (loaded > 1.0).mean(), (loaded < -1.0).mean()
-    if max(up, down) < MIN_FLANK:
+    if max(_loaded_shares(rows)) < MIN_FLANK:
         return (f'the torque stays below its noise ({LOADED:g} standard deviations): the drive '
                 'stands still or is not loaded')
-    if min(up, down) < MIN_FLANK:
-        return ('only one flank is loaded: the torque has to change its sign')
     return ''
+
+
+def _loaded_shares(rows: Array) -> tuple[float, float]:
+    """Return the shares of samples that load the upper and the lower flank."""
+    loaded = rows[:, S_TAU_K] / np.maximum(LOADED * rows[:, S_TAU_K_NOISE_STD], 1e-300)
+    return float((loaded > 1.0).mean()), float((loaded < -1.0).mean())
 
 
 def _weights(rows: Array, model: DriveModel) -> Array:
@@ -289,15 +332,25 @@ class _Fit:
 
 
 def _fit_all(regression: Regression, theta: Array, variance: float, expected: Array,
-             loop: bool) -> _Fit:
+             loop: bool, gap: bool = True) -> _Fit:
     """
-    Return the _Fit: robust, the gain and the hysteresis only where they are seen.
+    Return the _Fit: robust, the torque gain and the hysteresis only where they are seen.
 
-    loop: whether a hysteresis is looked for.
+    Args:
+        regression: of the window.
+        theta: start [N_SHAPE].
+        variance: of the residuals there.
+        expected: standard deviations of the changes [N_SHAPE], see _expected.
+        loop: whether a hysteresis is looked for.
+        gap: whether the gap is; otherwise it stays that of `theta`.
+
+    Returns:
+        The _Fit.
+
     """
     base = regression.weights.copy()
     free = np.ones(N_SHAPE, bool)
-    free[HEIGHT], free[WIDTH] = False, loop
+    free[HEIGHT], free[WIDTH], free[HALF_GAP] = False, loop, gap
     free[VISCOUS] = regression.data[:, 2].any()
     free[COULOMB] = regression.data[:, 3].any()
     free[GAIN] = regression.data[:, 4].any()
@@ -351,8 +404,43 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
     return _Fit(theta, covariance, theta_free, covariance_free, normal, False, gain, loop)
 
 
+def _friction_on_one_flank(rows: Array, regression: Regression, expected: Array, certain: Array
+                           ) -> Friction | None:
+    """
+    Return the friction of a motion on one flank; None where it does not determine the friction.
+
+    Args:
+        rows: of the window, see fit.
+        regression: of it; the other flank is put out of its reach.
+        expected: standard deviations of the changes [N_SHAPE], see _expected.
+        certain: weights of the samples, see _weights.
+
+    Returns:
+        The Friction.
+
+    """
+    twist, torque = regression.data[:, 0], regression.data[:, 1]
+    theta = np.zeros(N_SHAPE)
+    theta[HALF_GAP] = regression.span
+    theta[ZERO] = twist.min() - regression.span if torque.sum() > 0.0 \
+        else twist.max() + regression.span
+    theta[STIFFNESS] = max(float(np.polyfit(twist, torque, 1)[0]), 1e-12)
+    variance = float(np.var(torque - theta[STIFFNESS] * twist))
+    try:
+        fitted = _fit_all(regression, theta, variance, expected, loop=False, gap=False)
+    except np.linalg.LinAlgError:
+        return None
+    theta, std = fitted.theta, np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0))
+    if not (np.isfinite(theta).all() and 0.0 < std[COULOMB] < IDENTIFIED * expected[COULOMB]):
+        return None
+    return Friction(
+        float(theta[VISCOUS]), float(std[VISCOUS]), float(theta[COULOMB]), float(std[COULOMB]),
+        float(rows[:, S_X2].mean()), _rms(rows[:, S_X3]),
+        _rms(_transmitted(regression.data, theta), certain))
+
+
 def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals: int,
-              separable: bool) -> Backlash:
+              separable: bool, load: float) -> Backlash:
     theta, covariance = fitted.theta, fitted.covariance
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     to_gap = np.zeros(N_SHAPE)
@@ -370,16 +458,13 @@ def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals
         hysteresis = hysteresis_std = math.nan
     lost_motion, lost_motion_std = lost_motion_of(rows)
 
-    def rms(column: int) -> float:
-        return float(np.sqrt(np.mean(rows[:, column] ** 2)))
-
     def changed(index: int, identified: bool) -> tuple[float, float]:
         return (float(theta[index]), float(std[index])) if identified else (math.nan, math.nan)
 
     moves = bool(rows[:, S_X3].any())
     viscous, coulomb, gain = (changed(VISCOUS, moves),
                               changed(COULOMB, moves), changed(GAIN, fitted.gain))
-    load, stiffness = rms(S_TAU_K), float(theta[STIFFNESS])
+    stiffness = float(theta[STIFFNESS])
     gap_std = math.sqrt(max(to_gap @ covariance @ to_gap, 0.0))
     stiffness_std = float(std[STIFFNESS])
     slopes = _slopes(fitted.normal, to_gap)
@@ -396,7 +481,7 @@ def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals
         viscous=viscous[0], viscous_std=viscous[1], coulomb=coulomb[0], coulomb_std=coulomb[1],
         gain=gain[0], gain_std=gain[1], lost_motion=lost_motion, lost_motion_std=lost_motion_std,
         separable=separable,
-        angle=float(rows[:, S_X2].mean()), speed=rms(S_X3), load=load,
+        angle=float(rows[:, S_X2].mean()), speed=_rms(rows[:, S_X3]), load=load,
         width=float(abs(theta[WIDTH])), passive=fitted.passive,
         gap_slopes=tuple(slopes.tolist()), gap_std_known=gap_std_known)
 

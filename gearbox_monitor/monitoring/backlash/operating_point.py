@@ -27,7 +27,7 @@ from typing import Any, Self
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Values
-from gearbox_monitor.monitoring.backlash.features import Backlash
+from gearbox_monitor.monitoring.backlash.features import Backlash, Friction
 
 MAX_POINTS = 64
 GAP, OTHERS = 0, (2, 3, 4, 5)  # columns of the features: see watched.FEATURES
@@ -45,7 +45,7 @@ class Sums:
     first [F]: the value the sums refer to; count, total, squares [F] of value - first; stated [F]:
     mean of the variances the windows state. scale: what changes of features that are not relative
     are divided by. companions [F]: what comes out of the fit beside the gap; used [F]: what of it
-    and of the gap the first window had. complete, sum_complete [F], products [F, F]: number, sums
+    and of the gap the first window with a gap had. complete, sum_complete [F], products [F, F]: number, sums
     and sums of products over the windows that had all of these.
     """
 
@@ -71,9 +71,9 @@ class Sums:
 
     def refer(self, values: Array) -> None:
         """Let features seen for the first time be referred to `values` [F]."""
-        if not self.used.any():
+        if not self.used.any() and math.isfinite(values[GAP]):
             self.used = np.isfinite(values) & self.companions
-            self.used[GAP] = math.isfinite(values[GAP])
+            self.used[GAP] = True
         self.first = np.where(np.isnan(self.first), values, self.first)
 
     def add(self, values: Array, variances: Array, times: int = 1) -> None:
