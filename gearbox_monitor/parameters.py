@@ -295,6 +295,9 @@ class EstimatorParameters(ParameterSet):
     p0_std_torque: float = row(
         5.0, 'N m', 'initial standard deviation of tau_K and load', low=1e-9, high=1e9,
         change=RESTART)
+    p0_std_tau_k_deviation: float = row(
+        0.0, 'N m', 'elastic, learned: initial standard deviation of the deviation of tau_K from '
+        'the curve; 0: p0_std_torque', low=0.0, high=1e9, change=RESTART)
     ekf_jacobian: str = row(
         'analytic', '', 'EKF: exact tangent of the discrete map, or forward differences',
         choices=('analytic', 'numeric'), change=AT_ONCE)

@@ -188,7 +188,10 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
             p[Q0 + i] = getattr(parameters, std[name]) ** 2
     p[P0 + X1], p[P0 + X2] = p[R1], p[R2]
     p[P0 + X3] = p[P0 + X4] = parameters.p0_std_speed ** 2
-    p[P0 + TAU_K] = parameters.p0_std_torque ** 2
+    start = parameters.p0_std_torque
+    if parameters.tau_k_model in CURVES and parameters.p0_std_tau_k_deviation > 0.0:
+        start = parameters.p0_std_tau_k_deviation
+    p[P0 + TAU_K] = start ** 2
     if 'tau_arm' in names:
         p[P0 + TAU_ARM] = parameters.p0_std_torque ** 2
     return p

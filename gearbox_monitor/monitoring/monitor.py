@@ -22,7 +22,6 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
 import json
-import math
 from typing import Any, Protocol
 
 import numpy as np
@@ -372,13 +371,13 @@ class Monitor:
                  if i <= TAU_K or name in STATE_COLUMNS]
         measured = np.ascontiguousarray(
             np.isfinite(recent.pair(sample_loop.E_INNOVATION_MOTOR)))
-        packed = self.estimator.packed_in_use
+        packed = self.estimator.packed_in_use.copy()
+        packed[P0 + TAU_K] = self.parameters.p0_std_torque ** 2
         states = np.ascontiguousarray(
             recent.stack([STATE_COLUMNS.get(name, i) for i, name in enumerate(names)]))
         shares = observability.information_share(
             states, recent[sample_loop.E_DT], measured, packed)
-        stated = middle(recent[sample_loop.E_TAU_K_NOISE_STD]) / math.sqrt(
-            packed[P0 + TAU_K])
+        stated = middle(recent[sample_loop.E_TAU_K_NOISE_STD]) / self.parameters.p0_std_torque
         return observability.check(dict(zip(names, shares.tolist())), stated,
                                    observability.paper(states[-1], measured[-1], packed))
 

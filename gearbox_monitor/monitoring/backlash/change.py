@@ -24,7 +24,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.monitoring.backlash import forecast, scan
 from gearbox_monitor.monitoring.backlash.change_tests import (
     ADVICE, ALONE, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name,
@@ -42,9 +42,10 @@ RELEASE_WINDOWS = 12
 # The size of a change is that of the newest so many windows where these differ from all since the
 # change by so many standard deviations.
 RECENT, DIFFERENT = (3, 12), 4.0
-# A feature of a window whose estimates are not trusted is compared where its stated deviation is up
-# to so many times that of the baseline: the fit holds then, whatever the filter expected.
-STATED_RATIO = 3.0
+# A feature of a window whose estimates are not trusted is compared where its stated deviation is
+# at most so many times that of the baseline, or this share of the change that requires a service:
+# the fit holds then, whatever the filter expected.
+STATED_RATIO, PRECISE = 3.0, 0.1
 # A stage is left when the change is below this share of its limit.
 RELEASE = 0.9
 FOUND, WARNED, GROSS = 1, 2, 3  # stages of an alarm
@@ -190,15 +191,25 @@ class Tracker:
         if self._point >= 0 and (trusted or comparable):
             values, variances = self._measure(features)
             if not trusted:
-                sums = self._points[self._point].sums
-                with np.errstate(invalid='ignore'):
-                    good = (variances <= STATED_RATIO ** 2 * sums.stated) \
-                        & (sums.count >= scan.MIN_BASELINE)
-                values = np.where(good, values, math.nan)
+                values = np.where(self._fits(variances), values, math.nan)
             self._compared = bool(np.isfinite(values).any())
             if self._compared:
                 self._take(values, variances, trusted)
         return self.outcomes()
+
+    def _fits(self, variances: Array) -> Flags:
+        """Return which features [F] of a window are as certain as comparing them requires."""
+        sums = self._points[self._point].sums
+        change = np.zeros(len(FEATURES))
+        for test in TESTS:
+            if test.column < len(FEATURES) and test.key in self.settings.limits:
+                unit = abs(sums.mean()[test.column]) if test.relative else sums.scale
+                change[test.column] = unit * self.settings.limits[test.key][1]
+        with np.errstate(invalid='ignore'):
+            certain = (variances <= STATED_RATIO ** 2 * sums.stated) \
+                | (variances <= (PRECISE * change) ** 2)
+            result: Flags = certain & (sums.count >= scan.MIN_BASELINE)
+        return result
 
     def _measure(self, window: Backlash | Friction) -> tuple[Array, Array]:
         """Return (values [F], variances [F]) of a window's features."""

@@ -45,8 +45,8 @@ class Sums:
     first [F]: the value the sums refer to; count, total, squares [F] of value - first; stated [F]:
     mean of the variances the windows state. scale: what changes of features that are not relative
     are divided by. companions [F]: what comes out of the fit beside the gap; used [F]: what of it
-    and of the gap the first window with a gap had. complete, sum_complete [F], products [F, F]: number, sums
-    and sums of products over the windows that had all of these.
+    the first window with a gap had, and the gap. complete, sum_complete [F], products [F, F]:
+    number, sums and sums of products over the windows that had all of these.
     """
 
     first: np.ndarray
@@ -263,7 +263,7 @@ class OperatingPoints:
     def __iter__(self) -> Iterator[OperatingPoint]:
         return iter(self.points)
 
-    def find(self, window: Backlash, temperature: float | None, bins: Sequence[float],
+    def find(self, window: Backlash | Friction, temperature: float | None, bins: Sequence[float],
              create: bool = True) -> int:
         """
         Return the index of the operating point of a window.
@@ -291,7 +291,7 @@ class OperatingPoints:
         return nearest_index
 
 
-def distance(point: OperatingPoint, window: Backlash, temperature: float | None,
+def distance(point: OperatingPoint, window: Backlash | Friction, temperature: float | None,
              bins: Sequence[float]) -> float:
     """
     Return how far a window lies from an operating point, in bins: the largest of its coordinates.
