@@ -56,9 +56,9 @@ def parameters_of(joint: int) -> dict[str, object]:
         'arm_load': 'model', 'payload_link': PAYLOAD.link,
         'payload_position': list(PAYLOAD.position), 'r_std_motor': ENCODER, 'r_std_arm': ENCODER,
         'q_std_motor_speed': 0.01, 'q_std_arm_speed': 0.01, 'tau_k_model': 'elastic',
-        'q_std_tau_k_deviation': 0.003 * rated, 'q_std_tau_k': 0.1 * rated,
+        'q_std_tau_k_deviation': 0.005 * rated, 'q_std_tau_k': 0.1 * rated,
         'q_std_tau_arm': 0.1 * rated, 'p0_std_torque': rated,
-        'p0_std_tau_k_deviation': 0.003 * rated, 'p0_std_speed': 1.0,
+        'p0_std_tau_k_deviation': 0.005 * rated, 'p0_std_speed': 1.0,
         'friction_error_std': 0.4 * DRIVES[joint][3]}
 
 

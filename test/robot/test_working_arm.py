@@ -82,7 +82,8 @@ def test_a_growing_gap_is_measured_although_the_filter_expects_another():
     # On average over a window the gap was that of its middle.
     middle = 1e-9 * (window.stamp_ns - 10 ** 18) - 0.5e-3 * period
     grown = 0.02 * (middle - 30.0)
-    assert window.gap == pytest.approx(4e-4 * (1.0 + grown), rel=0.04)
+    # The filter draws the twist towards the gap that it expects.
+    assert 0.93 < window.gap / (4e-4 * (1.0 + grown)) < 1.01
     assert 0.5 * grown < change.growth < 1.1 * grown  # of the windows since it was found
     assert set(first.tracker.changes) == {'gap'}
     assert first.outcomes['prediction error'].level > Level.OK
