@@ -424,7 +424,8 @@ def _friction_on_one_flank(rows: Array, regression: Regression, expected: Array,
     theta[HALF_GAP] = regression.span
     theta[ZERO] = twist.min() - regression.span if torque.sum() > 0.0 \
         else twist.max() + regression.span
-    theta[STIFFNESS] = max(float(np.polyfit(twist, torque, 1)[0]), 1e-12)
+    centred = twist - twist.mean()
+    theta[STIFFNESS] = max(float(centred @ torque / max(centred @ centred, 1e-300)), 1e-12)
     variance = float(np.var(torque - theta[STIFFNESS] * twist))
     try:
         fitted = _fit_all(regression, theta, variance, expected, loop=False, gap=False)
