@@ -50,7 +50,8 @@ from gearbox_monitor.robot.arm_load import ArmLoad, JointMotion
 from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.robot.dynamics import arrays_of, Payload
 
-RING = 2048  # step records at hand for the smoother
+# Step records at hand for the smoother: at most so many, and as many as a lag has at so many Hz.
+RING, RING_RATE = 2048, 10_000
 COMPENSATED = 'gravity_compensated'  # of effort_is
 DESCRIBED_FILTERS = ('ekf', 'ukf')  # that take a load by a robot's description
 BATCH = 4096  # samples between two stops, at most
@@ -140,7 +141,8 @@ class Estimator:
         if self._arm_load is None and described(p):
             self.warnings.append('robot_description is not at hand: the load on the arm counts '
                                  'as unknown')
-        rows = RING if self.settings.lag else 2  # few stay in the processor's cache
+        # Few stay in the processor's cache.
+        rows = min(RING, 2 + round(RING_RATE * p.smoother_lag))
         self._belief, self._scratch, self._state = loop_arrays(
             self._kind, len(self.names), rows, self.drive)
         self._gate[:sample_loop.INPUTS] = 0
