@@ -91,7 +91,8 @@ def run(args: Namespace) -> int:
         data = {'bag': str(args.bag), 'topic': topic,
                 'joints': {'there': joints, 'motor': parameters.motor_joint,
                            'arm': parameters.arm_joint},
-                'model': model is not None, 'topics': _topics(reader), 'notes': notes}
+                'model': model is not None, 'topics': _topics(reader), 'notes': notes,
+                'options': {'model': args.model, 'topic': args.topic}}
     axis = model.axis if model is not None else 'rotary'
     data['lines'] = [{
         'group': line.group, 'name': line.name,
@@ -196,7 +197,10 @@ def text(data: Mapping[str, Any], colours: bool = False) -> str:
             f': {", ".join(part["because"])}' if part['because'] else ''), '', colours)
     lines += [part for note in data['notes'] for part in _wrapped(f'note: {note}')]
     commands = NEXT if joints['arm'] else WITHOUT_ARM
-    good = [commands[purpose].replace('BAG', shlex.quote(data['bag']))
+    model, topic = data['options']['model'], data['options']['topic']
+    bag = shlex.quote(data['bag']) + (f' --topic {shlex.quote(topic)}' if topic else '')
+    good = [commands[purpose].replace('BAG', bag).replace(
+        '--model FILE', f'--model {shlex.quote(model) if model else "FILE"}')
             for purpose, part in data['suits'].items() if part['verdict'] != 'no']
     return '\n'.join([*lines, '', *(f'next: {command}' for command in good)]).rstrip()
 

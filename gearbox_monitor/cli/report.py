@@ -36,6 +36,7 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
+import shlex
 from typing import Any
 
 from gearbox_monitor.bag.joint_input import recorded_inputs, topics_called
@@ -89,7 +90,7 @@ def run(args: Namespace) -> int:
 def _single(args: Namespace, out: Path) -> tuple[dict[str, Any], str]:
     """Write the page of one gearbox; return its figures and the size of the recording."""
     timeline, facts = _recorded(args, args.topic, 'report')
-    write_new(out, recording_page(timeline, facts, _name(args)))
+    write_new(out, recording_page(timeline, facts, _name(args), _bag(args, args.topic)))
     return plain({'bag': str(args.bag), 'page': str(out), 'headline': headline(timeline)[0],
                   **figures(timeline, facts)}), (
         f'{timeline.last:.1f} s, {timeline.samples} samples, '
@@ -105,11 +106,13 @@ def _robot(args: Namespace, out: Path, estimators: Sequence[str]
     pages = {name: out.with_name(f'{out.stem}.{name}.html') for name in names}
     for page in pages.values():
         expect_new_file(page)
-    joints = {}
+    joints, bags = {}, {name: _bag(args, node) for name, node in zip(names, estimators)}
     for name, node in zip(names, estimators):
         joints[name] = _recorded(args, node, name)
-        write_new(pages[name], recording_page(*joints[name], f'{_name(args)}, {name}'))
-    overview = robot_page(joints, {name: path.name for name, path in pages.items()}, _name(args))
+        write_new(pages[name], recording_page(
+            *joints[name], f'{_name(args)}, {name}', bags[name]))
+    overview = robot_page(
+        joints, {name: path.name for name, path in pages.items()}, _name(args), bags)
     write_new(out, overview.html)
     rows = {name: {'page': str(pages[name]), 'headline': headline(timeline)[0],
                    **figures(timeline, facts)} for name, (timeline, facts) in joints.items()}
@@ -121,6 +124,11 @@ def _robot(args: Namespace, out: Path, estimators: Sequence[str]
 def _name(args: Namespace) -> str:
     """Return what pages call the recording."""
     return '/'.join(Path(args.bag).parts[-2:])
+
+
+def _bag(args: Namespace, topic: str | None) -> str:
+    """Return the recording as arguments of a command."""
+    return shlex.quote(str(args.bag)) + (f' --topic {shlex.quote(topic)}' if topic else '')
 
 
 def _recorded(args: Namespace, topic: str, task: str) -> tuple[Timeline, RecordingFacts]:

@@ -44,7 +44,7 @@ ROLES = ('good', 'warn', 'error')  # of alerts and of the headline, by level
 GROUP = 'time'
 
 
-def recording_page(timeline: Timeline, facts: RecordingFacts, name: str) -> str:
+def recording_page(timeline: Timeline, facts: RecordingFacts, name: str, bag: str) -> str:
     """
     Return the page of a recording as HTML.
 
@@ -52,6 +52,7 @@ def recording_page(timeline: Timeline, facts: RecordingFacts, name: str) -> str:
         timeline: what the recording showed.
         facts: model, parameters, versions and counters beside it.
         name: of the recording.
+        bag: how a command names it: its path, and the topic where it has several.
 
     Returns:
         One file that loads nothing.
@@ -61,7 +62,7 @@ def recording_page(timeline: Timeline, facts: RecordingFacts, name: str) -> str:
     scale, unit = (60.0, 'min') if timeline.last > MINUTES else (1.0, 's')
     time = TimeAxis(max(timeline.last / scale, 1e-9), scale, unit)
     return render_page(Page(f'Recording {name}', RecordingSummary.of(timeline, facts), (
-        NextSteps(next_steps(timeline)), TorqueOverTwist.of(timeline, axis),
+        NextSteps(next_steps(timeline, bag)), TorqueOverTwist.of(timeline, axis),
         BacklashHistory.of(timeline, time, axis), TrustLevels.of(timeline, time),
         PredictionErrors.of(timeline, time, axis),
         TorqueHistory.of(timeline, time, axis), InputQuality.of(timeline, facts, time),
@@ -151,19 +152,18 @@ def _longest_alarm(timeline: Timeline) -> tuple[int, str]:
     return level, message.split(': ')[0].split(' (for ')[0]  # the advice stands in the section
 
 
-def next_steps(timeline: Timeline) -> list[str]:
-    """Return advice about the recording of `timeline`."""
-    _, kind = headline(timeline)
+def next_steps(timeline: Timeline, bag: str) -> list[str]:
+    """Return advice about the recording of `timeline`, which commands call `bag`."""
     share = trusted_share(timeline.spans)
     steps = []
+    if wear(timeline):  # of it the prediction errors may come, too
+        return [f'Test the gearbox against its specification: gearbox_monitor accept {bag} '
+                '--max-gap ANGLE',
+                'Compare with its older recordings: gearbox_monitor fleet FOLDER --out DIR']
     if share is None or share < TRUSTED or not timeline.windows:
-        steps.append('See what the recording lacks: gearbox_monitor check BAG --model FILE')
+        steps.append(f'See what the recording lacks: gearbox_monitor check {bag} --model FILE')
     if share is not None and share < TRUSTED:
-        steps.append('Identify what the model lacks: gearbox_monitor diagnose BAG --model FILE')
-    elif kind in ('warn', 'error'):
-        steps += ['Test the gearbox against its specification: gearbox_monitor accept BAG '
-                  '--max-gap ANGLE',
-                  'Compare with its older recordings: gearbox_monitor fleet FOLDER --out DIR']
+        steps.append(f'Identify what the model lacks: gearbox_monitor diagnose {bag} --model FILE')
     return steps or ['Save this state as the healthy one (service ~/save_baseline of the node), '
                      'and compare later recordings with it: gearbox_monitor fleet FOLDER --out '
                      'DIR']

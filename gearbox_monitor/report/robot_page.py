@@ -183,7 +183,7 @@ class RobotPage(NamedTuple):
 
 
 def robot_page(joints: Mapping[str, tuple[Timeline, RecordingFacts]], links: Mapping[str, str],
-               name: str) -> RobotPage:
+               name: str, bags: Mapping[str, str]) -> RobotPage:
     """
     Return the page of a recording of several gearboxes.
 
@@ -191,6 +191,7 @@ def robot_page(joints: Mapping[str, tuple[Timeline, RecordingFacts]], links: Map
         joints: {gearbox: what the recording showed, what stands beside it}.
         links: {gearbox: its own page, relative}.
         name: of the recording.
+        bags: {gearbox: how a command names its recording}.
 
     Returns:
         One file that loads nothing and links to the pages of the joints, and its headline.
@@ -201,6 +202,6 @@ def robot_page(joints: Mapping[str, tuple[Timeline, RecordingFacts]], links: Map
     summary = RobotSummary.of(joints, table.rows)
     worst = table.rows[0].name
     timeline, facts = joints[worst]
-    steps = NextSteps([f'{worst}: {step}' for step in next_steps(timeline)])
+    steps = NextSteps([f'{worst}: {step}' for step in next_steps(timeline, bags[worst])])
     return RobotPage(render_page(Page(
         f'Robot {name}', summary, (steps, table), facts.model.axis)), summary.headline)

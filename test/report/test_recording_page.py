@@ -113,7 +113,8 @@ def test_an_hour_at_a_kilohertz_makes_a_small_page():
     line.finish()
     assert len(line.loops) == 60 and line.last == pytest.approx(3600.0, abs=0.01)
     html = recording_page.recording_page(
-        line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'hour')
+        line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'hour',
+        'BAG')
     assert len(html.encode()) < 10e6
 
 
@@ -214,10 +215,11 @@ def test_warning_and_error_differ(level):
     line.add_outcomes(T0, {'backlash': (level, 'gap has grown')})
     line.finish()
     html = recording_page.recording_page(
-        line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'worn')
+        line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'worn',
+        'a/bag')
     kind = ('good', 'warn', 'error')[level]
     assert f'class="verdict {kind}"' in html and f'class="badge">{kind.upper()}<' in html
-    assert 'gearbox_monitor accept BAG' in html
+    assert 'gearbox_monitor accept a/bag' in html
 
 
 @pytest.mark.parametrize('width', [1280, 390])

@@ -60,7 +60,8 @@ def timeline(level=0, growth=0.0, windows=30, separable=True):
 
 
 def page(**joints):
-    return robot_page(joints, {name: f'r.{name}.html' for name in joints}, 'r')
+    return robot_page(joints, {name: f'r.{name}.html' for name in joints}, 'r',
+                      {name: f'r --topic {name}' for name in joints})
 
 
 def rows(html):
@@ -81,7 +82,8 @@ def test_the_worst_joint_comes_first():
     assert found['hand'][2] == '0.03145 (lost motion)' and found['base'][4] == '100 %'
     assert found['wrist'][:1] + found['wrist'][2:5] == [
         '-', 'not measured', '-', 'not evaluated']
-    assert 'elbow: Test the gearbox against its specification' in html
+    assert ('elbow: Test the gearbox against its specification: gearbox_monitor accept r '
+            '<span class="whole">--topic</span> elbow') in html
     assert html.count('a note') == 1 and 'href="r.elbow.html"' in html
     # The line rises from the bottom to the top of its box; one that stays lies in the middle.
     lines = [[tuple(map(float, point.split(','))) for point in line[1:].split('L')]
