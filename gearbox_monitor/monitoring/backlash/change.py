@@ -392,8 +392,7 @@ class Tracker:
         if window is None and not active:
             message = 'backlash not measured yet' if component == 'backlash' else \
                 'friction not measured yet'
-            reason = f': {pause.reason}' if pause else \
-                ': the motion must load both flanks'
+            reason = f': {pause.reason}' if pause else ': no window has ended'
             return Outcome(Level.WARN, f'{message}{reason}; a baseline needs '
                            f'{scan.MIN_BASELINE} windows')
         values = self._measured(component, window) if window else {}

@@ -88,10 +88,11 @@ _LIMITS = {'gap': _WIDTH, 'lost_motion': _WIDTH, 'stiffness_loss': _STIFFNESS,
 
 
 def _conditions() -> Iterator[Condition]:
-    for component in COMPONENTS:
+    for component, advice in zip(COMPONENTS, (
+            'move so that both flanks are loaded, there and back',
+            'load a flank and move in both directions')):
         yield Condition(component, Level.WARN, f'{component} not measured yet',
-                        'no window since the start showed it', 'drift_window',
-                        'move so that both flanks are loaded, there and back')
+                        'no window since the start showed it', 'drift_window', advice)
     for test in TESTS:
         if test.key not in _LIMITS:
             continue

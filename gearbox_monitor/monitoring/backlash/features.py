@@ -146,7 +146,7 @@ class Friction:
     """
     Friction of a window that does not show the gap; fields as those of Backlash.
 
-    gain: not identifiable on one flank, where the zero of the twist is free.
+    gain is NaN: changes of it are watched where the gap is seen.
     """
 
     viscous: float
