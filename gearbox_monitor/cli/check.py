@@ -40,7 +40,7 @@ from gearbox_monitor.bag.recorded_samples import sample_parts
 from gearbox_monitor.bag.recorded_snapshots import read_snapshots
 from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, dump, estimator_options, expect_new_file, write_new)
+    add_estimator_arguments, bag_arguments, dump, estimator_options, expect_new_file, write_new)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
@@ -198,7 +198,7 @@ def text(data: Mapping[str, Any], colours: bool = False) -> str:
     lines += [part for note in data['notes'] for part in _wrapped(f'note: {note}')]
     commands = NEXT if joints['arm'] else WITHOUT_ARM
     model, topic = data['options']['model'], data['options']['topic']
-    bag = shlex.quote(data['bag']) + (f' --topic {shlex.quote(topic)}' if topic else '')
+    bag = bag_arguments(data['bag'], topic)
     good = [commands[purpose].replace('BAG', bag).replace(
         '--model FILE', f'--model {shlex.quote(model) if model else "FILE"}')
             for purpose, part in data['suits'].items() if part['verdict'] != 'no']

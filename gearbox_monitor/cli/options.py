@@ -18,6 +18,7 @@ from collections.abc import Iterable, Sequence
 import json
 import math
 from pathlib import Path
+import shlex
 import sys
 from typing import Any
 
@@ -26,6 +27,7 @@ import numpy as np
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_parameters
+from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 
 BAG_HELP = 'bag directory or .mcap file, complete or truncated'
@@ -37,7 +39,7 @@ def add_estimator_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('bag', metavar='BAG', help=BAG_HELP)
     parser.add_argument('--model', metavar='FILE', help='model file of the drive')
     parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
+    parser.add_argument('--topic', default=JOINT_STATES, help='topic of the inputs')
 
 
 def estimator_options(args: Namespace, topic: str = '') -> tuple[dict[str, Any], str]:
@@ -46,6 +48,12 @@ def estimator_options(args: Namespace, topic: str = '') -> tuple[dict[str, Any],
                   if args.params else {})
     recorded_file = parameters.pop('model', '')
     return parameters, args.model or recorded_file
+
+
+def bag_arguments(bag: str | Path, topic: str) -> str:
+    """Return the recording `bag` with its `topic` of inputs as arguments of a command."""
+    return shlex.quote(str(bag)) + (
+        '' if topic == JOINT_STATES else f' --topic {shlex.quote(topic)}')
 
 
 def warn(args: Namespace, notes: Iterable[str]) -> None:

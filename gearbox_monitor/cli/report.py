@@ -36,13 +36,12 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
-import shlex
 from typing import Any
 
 from gearbox_monitor.bag.joint_input import recorded_inputs, topics_called
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, dump, estimator_options, expect_new_file,
+    add_estimator_arguments, bag_arguments, check_filter, dump, estimator_options, expect_new_file,
     JSON_FILE_HELP, plain, warn, write_new)
 from gearbox_monitor.cli.progress import percent_bar
 from gearbox_monitor.errors import InputError
@@ -90,7 +89,8 @@ def run(args: Namespace) -> int:
 def _single(args: Namespace, out: Path) -> tuple[dict[str, Any], str]:
     """Write the page of one gearbox; return its figures and the size of the recording."""
     timeline, facts = _recorded(args, args.topic, 'report')
-    write_new(out, recording_page(timeline, facts, _name(args), _bag(args, args.topic)))
+    write_new(out, recording_page(timeline, facts, _name(args),
+                                  bag_arguments(args.bag, args.topic)))
     return plain({'bag': str(args.bag), 'page': str(out), 'headline': headline(timeline)[0],
                   **figures(timeline, facts)}), (
         f'{timeline.last:.1f} s, {timeline.samples} samples, '
@@ -106,7 +106,8 @@ def _robot(args: Namespace, out: Path, estimators: Sequence[str]
     pages = {name: out.with_name(f'{out.stem}.{name}.html') for name in names}
     for page in pages.values():
         expect_new_file(page)
-    joints, bags = {}, {name: _bag(args, node) for name, node in zip(names, estimators)}
+    joints, bags = {}, {name: bag_arguments(args.bag, node)
+                        for name, node in zip(names, estimators)}
     for name, node in zip(names, estimators):
         joints[name] = _recorded(args, node, name)
         write_new(pages[name], recording_page(
@@ -124,11 +125,6 @@ def _robot(args: Namespace, out: Path, estimators: Sequence[str]
 def _name(args: Namespace) -> str:
     """Return what pages call the recording."""
     return '/'.join(Path(args.bag).parts[-2:])
-
-
-def _bag(args: Namespace, topic: str | None) -> str:
-    """Return the recording as arguments of a command."""
-    return shlex.quote(str(args.bag)) + (f' --topic {shlex.quote(topic)}' if topic else '')
 
 
 def _recorded(args: Namespace, topic: str, task: str) -> tuple[Timeline, RecordingFacts]:

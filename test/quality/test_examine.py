@@ -290,7 +290,7 @@ def test_command(bags, tmp_path, capsys):
     shown = capsys.readouterr().out.replace(str(bags), '')
     assert max(map(len, shown.splitlines())) <= 80 and '\x1b' not in shown
     assert '/left/joint_states sensor_msgs/JointState' in shown
-    assert 'next: gearbox_monitor tune /geared --model FILE' in shown
+    assert 'next: gearbox_monitor tune /geared --model /geared.yaml --out' in shown
     data = json.loads(out.read_text())
     assert data['suits']['estimation'] == {'verdict': 'yes', 'because': []}
     assert data['joints']['there'] == ['m', 'a'] and data['topics'][0]['messages'] == 12000
