@@ -50,7 +50,7 @@ from gearbox_monitor.robot.arm_load import ArmLoad, JointMotion
 from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.robot.dynamics import arrays_of, Payload
 
-# Step records at hand for the smoother: at most so many, and as many as a lag has at so many Hz.
+# The smoother keeps the step records of its lag at RING_RATE (Hz), but no more than RING.
 RING, RING_RATE = 2048, 10_000
 COMPENSATED = 'gravity_compensated'  # of effort_is
 DESCRIBED_FILTERS = ('ekf', 'ukf')  # that take a load by a robot's description

@@ -58,7 +58,7 @@ NO_DATA = Outcome(Level.WARN, 'no data yet')
 NOT_EVALUATED = Outcome(Level.WARN, 'not evaluated: filter restarted or data missing within the '
                         f'last {SETTLE + 1.0:g} s')
 NO_ESTIMATES = Outcome(Level.WARN, 'no estimates')
-# What a change of the gearbox shows in, where the filter expects another one.
+# Components that a change of the gearbox affects where the filter expects the old curve.
 DRIFT_SHOWS = {'prediction error', 'model'}
 CHANCE = 2  # a level takes some evaluations to rise, and single flags are chance
 JUDGED = COMPONENTS[:4]  # once per second, from the newest estimates
@@ -210,7 +210,7 @@ class Monitor:
         self._drift: list[tuple[Integers, Array]] = []
         self._window_start: int | None = None  # stamp of its first row
         self._window_whole = True  # whether its rows are at hand from there on
-        # Evaluations in it that an indicator of trust flagged; other than the prediction errors.
+        # Evaluations in it that any indicator of trust flagged, and one outside DRIFT_SHOWS.
         self._window_flagged = self._window_broken = 0
 
     def _evaluate_at(self, stamp_ns: int) -> None:

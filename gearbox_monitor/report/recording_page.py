@@ -156,7 +156,7 @@ def next_steps(timeline: Timeline, bag: str) -> list[str]:
     """Return advice about the recording of `timeline`, which commands call `bag`."""
     share = trusted_share(timeline.spans)
     steps = []
-    if wear(timeline):  # of it the prediction errors may come, too
+    if wear(timeline):  # which may cause prediction errors, too
         return [f'Test the gearbox against its specification: gearbox_monitor accept {bag} '
                 '--max-gap ANGLE',
                 'Compare with its older recordings: gearbox_monitor fleet FOLDER --out DIR']

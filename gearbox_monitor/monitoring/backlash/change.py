@@ -165,7 +165,7 @@ class Tracker:
 
         Args:
             window: features of the newest window, or why there are none.
-            trusted: whether the estimates of the window were; if not, it is learnt by no baseline.
+            trusted: whether the estimates of the window were; if not, no baseline learns it.
             temperature: of the gearbox (deg C), None if unknown.
             comparable: whether a window that is not trusted is compared with the baseline where
                 its fit is as good as those of the baseline; else it is only shown.
