@@ -19,10 +19,9 @@ import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.process_model import TAU_K
-from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, Integers
 
-# The columns that are stored, in runs; checks read a column many times, so each lies in one piece.
+# The columns of estimates that are stored, in runs.
 RUNS = (range(sample_loop.E_X1, sample_loop.E_TAU_E + 1),
         range(sample_loop.E_STD + TAU_K, sample_loop.E_STD + TAU_K + 1),
         range(sample_loop.E_INNOVATION_MOTOR, sample_loop.E_DT + 1),
@@ -31,22 +30,19 @@ RUNS = (range(sample_loop.E_X1, sample_loop.E_TAU_E + 1),
 PLACE = {column: place for place, column in enumerate(column for run in RUNS for column in run)}
 COLUMNS = np.array(list(PLACE))
 BLOCK = 512  # rows of room, at least
-
-
-@jit
-def _in_time(stamps: Integers, first_ns: int, last_ns: int) -> int:
-    """Return how many of the last `stamps` [N] in a row are > `first_ns` and <= `last_ns`."""
-    count = 0
-    while count < len(stamps) and first_ns < stamps[len(stamps) - 1 - count] <= last_ns:
-        count += 1
-    return count
+ROOM = 1.25  # of what is kept: rows move when it is full
 
 
 class Recent:
-    """W estimates: stamps int64 [W]; recent[column] [W], column one of PLACE, of `columns`."""
+    """
+    W estimates: stamps int64 [W]; recent[column] [W], column one of PLACE.
 
-    def __init__(self, stamps: Integers, columns: Array) -> None:
-        self.stamps, self._columns = stamps, columns
+    rows: the COLUMNS of each, [W, len(COLUMNS)].
+    """
+
+    def __init__(self, stamps: Integers, rows: Array) -> None:
+        self.stamps = stamps
+        self._columns = np.ascontiguousarray(rows.T)  # checks read a column many times
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -66,79 +62,60 @@ class Recent:
     def after(self, stamp_ns: int) -> 'Recent':
         """Return the part stamped after `stamp_ns`."""
         first = int(np.searchsorted(self.stamps, stamp_ns, 'right'))
-        return Recent(self.stamps[first:], self._columns[:, first:])
-
-
-class EstimateHistory:
-    """A ring of the newest `size` estimates."""
-
-    def __init__(self, size: int) -> None:
-        self.size = size
-        self._stamps, self._columns = np.zeros(size, np.int64), np.zeros((len(PLACE), size))
-        self._total = 0  # estimates added since the beginning
-
-    def add(self, stamps: Integers, rows: Array) -> None:
-        """Add estimates: `stamps` int64 [N] ns and `rows` [N, N_ESTIMATE], N <= size."""
-        at, n = self._total % self.size, len(stamps)
-        fits = min(n, self.size - at)
-        self._write(at, stamps[:fits], rows[:fits])
-        if fits < n:
-            self._write(0, stamps[fits:], rows[fits:])
-        self._total += n
-
-    def _write(self, at: int, stamps: Integers, rows: Array) -> None:
-        end = at + len(stamps)
-        self._stamps[at:end] = stamps
-        self._columns[:, at:end] = rows[:, COLUMNS].T
-
-    def recent(self, first_ns: int, last_ns: int) -> Recent:
-        """Return the Recent newest estimates stamped `first_ns` < stamp <= `last_ns`."""
-        at = self._total % self.size
-        newest = _in_time(self._stamps[:at], first_ns, last_ns)
-        parts = [slice(at - newest, at)]
-        if newest == at and self._total >= self.size:
-            older = _in_time(self._stamps[at:], first_ns, last_ns)
-            if older:
-                parts.insert(0, slice(self.size - older, self.size))
-        if len(parts) == 1:
-            return Recent(self._stamps[parts[0]], self._columns[:, parts[0]])
-        return Recent(np.concatenate([self._stamps[part] for part in parts]),
-                      np.concatenate([self._columns[:, part] for part in parts], axis=1))
+        return Recent(self.stamps[first:], self._columns[:, first:].T)
 
 
 class RowHistory:
-    """The rows of the last `span` ns, and at times older ones, in one piece."""
+    """Rows in order of time, in one piece. Rows that are older than the last ones replace all."""
 
-    def __init__(self, span: int, width: int) -> None:
-        self.span = span
-        self._stamps, self._rows = np.empty(BLOCK, np.int64), np.empty((BLOCK, width))
+    def __init__(self) -> None:
+        self._stamps, self._rows = np.empty(0, np.int64), np.empty((0, 0))
         self._end = 0
 
     def __len__(self) -> int:
         return self._end
 
+    @property
+    def stamps(self) -> Integers:
+        """Stamps of the rows, int64 [N] ns; not to keep."""
+        return self._stamps[:self._end]
+
     def clear(self) -> None:
         """Forget all rows."""
         self._end = 0
 
-    def add(self, stamps: Integers, rows: Array) -> None:
-        """Add rows: `stamps` int64 [N > 0] ns and `rows` [N, width]."""
+    def add(self, stamps: Integers, rows: Array, keep_ns: int) -> None:
+        """
+        Add rows; older ones make room for them.
+
+        Args:
+            stamps: of the rows, int64 [N > 0] ns, ascending.
+            rows: [N, M].
+            keep_ns: rows stamped before it may go.
+
+        """
         n = len(stamps)
+        if self._end and stamps[0] < self._stamps[self._end - 1]:
+            self.clear()
         if self._end + n > len(self._stamps):
-            kept = slice(int(np.searchsorted(
-                self._stamps[:self._end], stamps[-1] - self.span, 'right')), self._end)
+            kept = slice(int(np.searchsorted(self.stamps, keep_ns)), self._end)
             count = kept.stop - kept.start
-            # Twice what is needed, so that rows move seldom.
-            size = max(2 * (count + n), BLOCK)
+            size = max(round(ROOM * (count + n)), BLOCK)
             old = self._stamps[kept], self._rows[kept]
             self._stamps, self._rows = np.empty(size, np.int64), np.empty((size, rows.shape[1]))
-            self._stamps[:count], self._rows[:count] = old
+            if count:
+                self._stamps[:count], self._rows[:count] = old
             self._end = count
         part = slice(self._end, self._end + n)
         self._stamps[part], self._rows[part] = stamps, rows
         self._end = part.stop
 
+    def between(self, first_ns: int, end_ns: int) -> tuple[Integers, Array]:
+        """Return (stamps, rows) with `first_ns` <= stamp < `end_ns`; not to keep."""
+        part = slice(*np.searchsorted(self.stamps, (first_ns, end_ns)))
+        return self._stamps[part], self._rows[part]
+
     def after(self, stamp_ns: int) -> Array:
-        """Return the rows [N, width] stamped after `stamp_ns`, in order of time; not to keep."""
-        first = int(np.searchsorted(self._stamps[:self._end], stamp_ns, 'right'))
+        """Return the rows [N, M] stamped after `stamp_ns`; not to keep."""
+        first = int(np.searchsorted(self.stamps, stamp_ns, 'right'))
         return self._rows[first:self._end]

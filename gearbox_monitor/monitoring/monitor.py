@@ -30,7 +30,7 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Batch, Estimate, Estimates, Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
 from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
-from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST_NOISE_STD
+from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.monitoring.backlash import change, features
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
@@ -40,12 +40,11 @@ from gearbox_monitor.monitoring.checks import (
 from gearbox_monitor.monitoring.checks.outcome import (
     Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, with_more)
 from gearbox_monitor.monitoring.checks.row_check import middle, thinned
-from gearbox_monitor.monitoring.history import EstimateHistory, Recent, RowHistory
+from gearbox_monitor.monitoring.history import COLUMNS, Recent, RowHistory
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
 
-HISTORY = 8192
 SECOND = sample_loop.SECOND
 SETTLE = 2.0  # s after a start that are not judged
 COMPONENTS = ('observability', 'prediction error', 'covariance', 'model', 'backlash', 'friction',
@@ -75,7 +74,8 @@ CONDITIONS = (
     *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS, *learned_curve.CONDITIONS)
 # What smoothed torque and twist show, beside the prediction errors and in their component.
 ROW_CHECKS = (passivity.CHECK, twist_range.CHECK, elastic_curve.CHECK)
-ROWS_KEPT = max(check.window for check in ROW_CHECKS)
+ROWS_KEPT = round(max(check.window for check in ROW_CHECKS) * SECOND)  # ns
+ESTIMATES_KEPT = round(innovation.WINDOW * SECOND)
 
 Outcomes = dict[str, Outcome]  # by component
 
@@ -179,8 +179,9 @@ class Monitor:
 
     def _forget(self) -> None:
         """Drop all windows: what they hold belongs to another belief."""
-        self._history = EstimateHistory(HISTORY)
-        self._smoothed_rows = RowHistory(round(ROWS_KEPT * SECOND), N_SMOOTHED)
+        self._estimates = RowHistory()  # COLUMNS of the newest
+        # Smoothed, for a hidden arm what it fits: of the window, and what ROW_CHECKS read.
+        self._rows = RowHistory()
         self._begin_window()
         self._common = PooledFeatures()  # what the windows have in common
         self._hidden_arm = self._hidden_arm_of({})
@@ -205,9 +206,7 @@ class Monitor:
         return HiddenArm(self.model, json.loads(snapshot.get('hidden_arm', 'null')))
 
     def _begin_window(self) -> None:
-        self._smoothed_rows.clear()
-        # Chunks (stamps, rows) of the current window: smoothed, or for a hidden arm its COLUMNS.
-        self._drift: list[tuple[Integers, Array]] = []
+        self._rows.clear()
         self._window_start: int | None = None  # stamp of its first row
         self._window_whole = True  # whether its rows are at hand from there on
         # Evaluations in it that any indicator of trust flagged, and one outside DRIFT_SHOWS.
@@ -300,14 +299,15 @@ class Monitor:
     # ------------------------------------------------------------------ evaluation
 
     def _remember(self, batch: Batch) -> None:
-        self._history.add(batch.stamps, batch.rows)
-        if self._hidden_arm is not None and len(batch.stamps):
-            self._drift.append((batch.stamps, self._hidden_arm.columns(batch.rows)))
-        if len(batch.smoothed_stamps):
-            chunk = (batch.smoothed_stamps, batch.smoothed)
-            if self._hidden_arm is None:
-                self._drift.append(chunk)
-            self._smoothed_rows.add(*chunk)
+        if len(batch.stamps):
+            self._estimates.add(batch.stamps, batch.rows[:, COLUMNS],
+                                int(batch.stamps[-1]) - ESTIMATES_KEPT)
+        stamps, rows = batch.smoothed_stamps, batch.smoothed
+        if self._hidden_arm is not None:
+            stamps, rows = batch.stamps, self._hidden_arm.columns(batch.rows)
+        if len(stamps):
+            begin = self._window_start or 0  # open until the next evaluation
+            self._rows.add(stamps, rows, min(begin, int(stamps[-1]) - ROWS_KEPT))
 
     def _evaluate_if_due(self, stamp_ns: int, code: int) -> None:
         """Evaluate when the next second of stamps begins; `code`: of the sample at `stamp_ns`."""
@@ -327,7 +327,7 @@ class Monitor:
 
     def _evaluate(self, stamp_ns: int) -> None:
         settled = self.estimator.accurate_since_ns + round(SETTLE * SECOND)
-        recent = self._history.recent(stamp_ns - round(innovation.WINDOW * SECOND), stamp_ns)
+        recent = Recent(*self._estimates.between(stamp_ns - ESTIMATES_KEPT + 1, stamp_ns + 1))
         outcomes = {'input': self._check_input(recent.stamps, stamp_ns)}
         broken: list[Condition] = []
         if stamp_ns - settled >= SECOND:
@@ -398,13 +398,13 @@ class Monitor:
         """
         broken: list[Condition] = []
         values: dict[str, float] = {}
-        if not len(self._smoothed_rows) or not self.parameters.arm_joint:
+        if not len(self._rows) or not self.parameters.arm_joint:
             return broken, values
         for check, alarm, counts in zip(ROW_CHECKS, self._row_alarms, self._row_counts):
             if check.free_torque and self.parameters.tau_k_model in CURVES:
                 continue
             begin = max(settled, stamp_ns - round(check.window * SECOND))
-            rows = thinned(self._smoothed_rows.after(begin))
+            rows = thinned(self._rows.after(begin))
             result = check.check(rows[self._certain(rows)], self.estimator.drive)
             counts[0] += 1
             if result is not None:
@@ -469,24 +469,21 @@ class Monitor:
         if any(outcome.level > Level.OK for name, outcome in outcomes.items()
                if name not in DRIFT_SHOWS):
             self._window_broken += 1
-        if not self._drift:
+        stamps = self._rows.stamps
+        if not len(stamps):
             return {}
         begin = self._window_start
         if begin is None:
-            begin = int(self._drift[0][0][0])
+            begin = int(stamps[0])
         length = round(self.parameters.drift_window * SECOND)
         result: Outcomes = {}
-        newest = int(self._drift[-1][0][-1])
-        while newest >= begin + length:
+        while stamps[-1] >= begin + length:
             end = begin + length
-            stamps, rows = (np.concatenate(column) for column in zip(*self._drift))
             if self._window_whole:
-                inside = (stamps >= begin) & (stamps < end)
-                result = self._window_ended(stamps[inside], rows[inside], end)
-            following = stamps >= end
-            self._drift = [(stamps[following], rows[following])]
+                result = self._window_ended(*self._rows.between(begin, end), end)
             # Windows without any row are left out.
-            begin += int((stamps[following][0] - begin) // length) * length
+            following = int(stamps[np.searchsorted(stamps, end)])
+            begin += (following - begin) // length * length
             self._window_whole, self._window_flagged, self._window_broken = True, 0, 0
         self._window_start = begin
         return result
