@@ -388,7 +388,7 @@ class EstimatorParameters(ParameterSet):
         60.0, 's', 'window of the model mismatch: prediction errors biased or not white for more '
         'than half of it', low=5.0, high=3600.0, change=AT_ONCE)
     keep_minutes: float = row(
-        5.0, 'min', 'length of joint_states in memory for ~/keep_recording, 12 MB for 5 min at 1 '
+        5.0, 'min', 'length of joint_states in memory for ~/keep_recording, 6 MB for 5 min at 1 '
         'kHz; 0: none', low=0.0, high=60.0)
     keep_after_error: float = row(
         0.0, 's', 'time after an ERROR of backlash or friction at which the recording is kept '

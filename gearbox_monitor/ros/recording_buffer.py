@@ -15,13 +15,14 @@
 """
 The newest minutes of the measurement, in memory, and the stretch of them to diagnose.
 
-No ROS here. A block of rows is allocated when the previous one is full, so memory follows the
-rate; full blocks never change, so reading them costs no copy while samples come.
+No ROS here. Rows are gathered in a block; a full one is packed without loss, so memory follows the
+rate. Packed blocks never change, so a reader unpacks them without holding up the samples.
 """
 from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias
 
+import lz4.block
 import numpy as np
 
 SECOND = 1_000_000_000
@@ -48,7 +49,8 @@ class RecordingBuffer:
         self.span = round(seconds * SECOND)
         self._size = block
         self._max_blocks = int(np.ceil(seconds * MAX_RATE / block)) + 1
-        self._full: deque[tuple[Rows, int]] = deque()  # (rows, newest good stamp when it was full)
+        # Full blocks: (packed rows, newest good stamp when it was full).
+        self._full: deque[tuple[bytes, int]] = deque()
         self._rows, self._n = np.empty(block, DTYPE), 0
         self._newest = 0
 
@@ -70,28 +72,40 @@ class RecordingBuffer:
             self._newest = stamp_ns
 
     def _next_block(self) -> None:
-        self._full.append((self._rows, self._newest))
+        self._full.append((_packed(self._rows), self._newest))
         # Rows stamped later than the newest one, too: they are from before a clock was set back.
         while self._full and not 0 <= self._newest - self._full[0][1] <= self.span:
             self._full.popleft()
         while len(self._full) >= self._max_blocks:
             self._full.popleft()
-        self._rows, self._n = np.empty(self._size, DTYPE), 0
+        self._n = 0
 
     def __len__(self) -> int:
-        return sum(len(rows) for rows, _ in self._full) + self._n
+        return len(self._full) * self._size + self._n
 
     def rows(self) -> Callable[[], Rows]:
         """Return a function that gives the present rows [N], oldest first, from any thread."""
-        parts = [rows for rows, _ in self._full] + [self._rows[:self._n].copy()]
+        blocks, newest = [packed for packed, _ in self._full], self._rows[:self._n].copy()
         first, span = self._newest - self.span, self.span
 
         def joined() -> Rows:
-            rows = np.concatenate(parts)
+            rows = np.concatenate([*map(_unpacked, blocks), newest])
             in_span = np.flatnonzero(rows['good'] & (rows['stamp_ns'] > first)
                                      & (rows['stamp_ns'] <= first + span))
             return rows[in_span[0]:] if len(in_span) else rows
         return joined
+
+
+def _packed(rows: Rows) -> bytes:
+    """Return `rows` in about half of the memory: lz4 of byte 0 of all rows, byte 1 and so on."""
+    by_place = rows.view(np.uint8).reshape(len(rows), -1).T
+    return lz4.block.compress(by_place.tobytes())
+
+
+def _unpacked(packed: bytes) -> Rows:
+    """Return the rows of a `packed` block."""
+    by_place = np.frombuffer(lz4.block.decompress(packed), np.uint8).reshape(DTYPE.itemsize, -1)
+    return by_place.T.copy().view(DTYPE)[:, 0]
 
 
 def stretch(rows: Rows, effort_delay: int = 0) -> Rows:

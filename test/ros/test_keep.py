@@ -15,6 +15,7 @@
 """The last minutes kept in memory, and what is written of them; no ROS."""
 from pathlib import Path
 import time
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -27,7 +28,8 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros import recording_export
-from gearbox_monitor.ros.recording_buffer import MAX_RATE, RecordingBuffer, SECOND, stretch
+from gearbox_monitor.ros.recording_buffer import (
+    BLOCK, DTYPE, MAX_RATE, RecordingBuffer, SECOND, stretch)
 from gearbox_monitor.ros.recording_export import (
     diagnosis_command, export_recording, RecordingContext)
 from gearbox_monitor.ros.recording_schedule import RecordingQuota, RecordingSchedule
@@ -77,6 +79,26 @@ def test_ring_is_bounded_and_what_was_read_stays():
     filled(10000, begin=100, ring=ring)
     np.testing.assert_array_equal(rows()['stamp_ns'], T0 + np.arange(100) * PERIOD)
     assert len(ring) < 5000 + 3 * 64
+
+
+def test_packed_rows_keep_every_bit_in_less_memory():
+    rng, n = np.random.default_rng(0), 50_000
+    values = rng.normal(size=(n, 4))
+    values[:, 3] = np.nan
+    values[100:104, 0] = -0.0, np.inf, -np.nan, 5e-324
+    good, added = rng.random(n) < 0.9, list(map(tuple, values.tolist()))
+    tracemalloc.start()
+    try:
+        ring = RecordingBuffer(600.0)
+        for k, row in enumerate(added):
+            ring.add(T0 + k * PERIOD, bool(good[k]), row)
+        size, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    rows = ring.rows()()
+    assert size < 0.6 * rows.nbytes + BLOCK * DTYPE.itemsize  # of noise, the worst case
+    assert rows['values'].tobytes() == values.tobytes()
+    np.testing.assert_array_equal(rows['good'], good)
 
 
 def test_irregular_stamps_refused_samples_and_a_clock_set_back():
