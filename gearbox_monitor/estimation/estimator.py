@@ -111,7 +111,6 @@ class Estimator:
         self.counts = np.zeros(sample_loop.N_COUNTS, np.int64)
         self._gate = np.zeros(sample_loop.N_GATE, np.int64)
         self._one = Stream(np.zeros(1, np.int64), np.zeros((1, 2)), np.zeros((1, 2)))
-        self._output_one = _output(1, 1 + RING)
         # What the next Batch of `step` holds: estimates, and chunks of smoothed rows.
         self._pending = np.empty(PENDING, np.int64), np.empty((PENDING, sample_loop.N_ESTIMATE))
         self._n_pending = 0
@@ -143,6 +142,7 @@ class Estimator:
                                  'as unknown')
         # Few stay in the processor's cache.
         rows = min(RING, 2 + round(RING_RATE * p.smoother_lag))
+        self._output_one = _output(1, rows)
         self._belief, self._scratch, self._state = loop_arrays(
             self._kind, len(self.names), rows, self.drive)
         self._gate[:sample_loop.INPUTS] = 0
@@ -151,7 +151,7 @@ class Estimator:
         self.members = [
             Estimator(self.model, values, self.robot)
             for values in model_bank.member_parameters(p)]
-        self._mixture, self._outputs = model_bank.mixture(), (
+        self._mixture, self._outputs = model_bank.mixture(bool(self.members)), (
             model_bank.outputs(RING if self.settings.lag else 0) if self.members else None)
 
     @property
@@ -240,7 +240,8 @@ class Estimator:
         row[at_s:at_smoothed] = companions.s[:-1]
         self._state.ring_stamps[place] = self._gate[sample_loop.LAST]
         self._gate[sample_loop.SMOOTH_NEXT] = step
-        model_bank.begin(self._mixture, int(self._gate[sample_loop.LAST]))
+        if self.members:
+            model_bank.begin(self._mixture, int(self._gate[sample_loop.LAST]))
 
     def snapshot(self) -> dict[str, str]:
         """

@@ -123,10 +123,11 @@ def member_parameters(parameters: EstimatorParameters) -> list[EstimatorParamete
         filter=kind.name if name in kind.tau_k_models else 'ekf') for name in CURVES]
 
 
-def mixture() -> Mixture:
-    """Return a Mixture in which all models are equally likely."""
-    return Mixture(np.full(M, 1.0 / M), np.zeros(2), np.zeros(KEPT, np.int64),
-                   np.zeros((KEPT, M)), np.zeros(3, np.int64), np.zeros(M),
+def mixture(mixed: bool) -> Mixture:
+    """Return a Mixture in which all models are equally likely; without room if none is `mixed`."""
+    kept = KEPT if mixed else 0
+    return Mixture(np.full(M, 1.0 / M), np.zeros(2), np.zeros(kept, np.int64),
+                   np.zeros((kept, M)), np.zeros(3, np.int64), np.zeros(M),
                    np.zeros((M, N_SMOOTHED)), np.zeros(M, np.int64))
 
 
