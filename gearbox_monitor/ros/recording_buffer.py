@@ -26,7 +26,7 @@ import lz4.block
 import numpy as np
 
 SECOND = 1_000_000_000
-BLOCK = 8192       # rows
+BLOCK = 1024       # rows
 MAX_RATE = 4000.0  # rows/s up to which the whole span is kept
 STRETCH = 14.0     # s, a good length for a diagnosis
 MIN_STRETCH = 4.0  # s, the shortest for a diagnosis
@@ -97,15 +97,25 @@ class RecordingBuffer:
 
 
 def _packed(rows: Rows) -> bytes:
-    """Return `rows` in about half of the memory: lz4 of byte 0 of all rows, byte 1 and so on."""
-    by_place = rows.view(np.uint8).reshape(len(rows), -1).T
-    return lz4.block.compress(by_place.tobytes())
+    """
+    Return `rows` [N] in about half of the memory.
+
+    lz4 of the differences of each number from the one above, as integers: byte 0 of all of them,
+    byte 1 of all, and so on; behind them `good`.
+    """
+    numbers = np.column_stack([rows[name].view(np.uint64) for name in ('stamp_ns', 'values')])
+    differences = np.diff(numbers, axis=0, prepend=np.zeros_like(numbers[:1]))
+    return lz4.block.compress(differences.view(np.uint8).T.tobytes() + rows['good'].tobytes())
 
 
 def _unpacked(packed: bytes) -> Rows:
     """Return the rows of a `packed` block."""
     by_place = np.frombuffer(lz4.block.decompress(packed), np.uint8).reshape(DTYPE.itemsize, -1)
-    return by_place.T.copy().view(DTYPE)[:, 0]
+    numbers = np.cumsum(by_place[:-1].T.copy().view(np.uint64), axis=0, dtype=np.uint64)
+    rows = np.empty(len(numbers), DTYPE)
+    rows['stamp_ns'], rows['values'] = numbers[:, 0].view(np.int64), numbers[:, 1:].view(float)
+    rows['good'] = by_place[-1]
+    return rows
 
 
 def stretch(rows: Rows, effort_delay: int = 0) -> Rows:
