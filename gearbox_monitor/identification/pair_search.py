@@ -163,7 +163,7 @@ def _extended(search: PositionSearch, fitted: CandidateFit, added: CandidateMode
               z: Array) -> CandidateFit:
     """Return the fit on whole windows of `fitted` with the effect `added`, which begins at `z`."""
     joint = search.starts.joint([(fitted.candidate, fitted.point.z), (added, z)])
-    point = fitted.point.at(_with_nuisances(search, joint, fitted.point))
+    point = fitted.point.at(joint.start_from(fitted.candidate, fitted.point.z))
     return search.polish(search.as_fitted(joint, search.long.evaluate(joint, point)))
 
 
@@ -185,7 +185,7 @@ def _proposed(search: PositionSearch, forward: dict[str, dict[str, list[Gain]]])
             for name in names:
                 for second in _starts(search, gains, name, TOP_ORDERS):
                     joint = search.starts.joint([(base, point.z), (second, second.start())])
-                    jobs.append((joint, point.at(_with_nuisances(search, joint, point))))
+                    jobs.append((joint, point.at(joint.start_from(base, point.z))))
     none = _begun(search, data, search.fitted[''])
     for parts in _screened(search)[:TOP_SCREENED]:
         joint = search.starts.joint([(c, c.start()) for c in parts])
@@ -205,18 +205,6 @@ def _run_on(data: likelihood.WindowData, pair: Started) -> Started:
     joint, point = pair
     return joint, gauss_newton.fit(data, joint, data.evaluate(joint, point), 6, robust=True,
                                    refresh=(0, 1, 2, 4))
-
-
-def _with_nuisances(search: PositionSearch, joint: CandidateModel,
-                    point: likelihood.FitPoint) -> Array:
-    z, n = joint.start(), sum(c.owner < 0 for c in joint.coordinates)
-    fewer = min(n, len(point.z))
-    if n:
-        names = [c.name for c in search.fitted[''].candidate.coordinates]
-        nuisances = dict(zip(names, point.z[:fewer]))
-        for i, c in enumerate(joint.coordinates[:n]):
-            z[i] = nuisances.get(c.name, 0.0)
-    return z
 
 
 def _screened(search: PositionSearch) -> list[tuple[CandidateModel, CandidateModel]]:
@@ -286,7 +274,7 @@ def _exchanged(search: PositionSearch, pair: CandidateFit) -> list[Started]:
         for replacement, order in options:
             for second in search.starts.candidates(replacement, order):
                 joint = search.starts.joint([(base, point.z), (second, second.start())])
-                jobs.append((joint, point.at(_with_nuisances(search, joint, pair.point))))
+                jobs.append((joint, point.at(joint.start_from(pair.candidate, pair.point.z))))
     return jobs
 
 
