@@ -259,7 +259,8 @@ def bars(rows):
                  one['p99'] <= P99),
                 ('memory', f'{1e-6 * one["memory"]:.0f} MB', f'<= {1e-6 * MEMORY:g} MB',
                  one['memory'] <= MEMORY),
-                ('CPU per estimate, share of a node each', f'{share:.2f}', f'<= {CPU:g}', share <= CPU)):
+                ('CPU per estimate, share of a node each', f'{share:.2f}', f'<= {CPU:g}',
+                 share <= CPU)):
             table.check(f'{run}: {what}', value, limit, good)
     return table.rows
 
