@@ -124,7 +124,7 @@ def member_parameters(parameters: EstimatorParameters) -> list[EstimatorParamete
 
 
 def mixture(mixed: bool) -> Mixture:
-    """Return a Mixture in which all models are equally likely; without room if none is `mixed`."""
+    """Return a Mixture of equally likely models; it keeps past weights only if `mixed`."""
     kept = KEPT if mixed else 0
     return Mixture(np.full(M, 1.0 / M), np.zeros(2), np.zeros(kept, np.int64),
                    np.zeros((kept, M)), np.zeros(3, np.int64), np.zeros(M),

@@ -66,7 +66,11 @@ class Recent:
 
 
 class RowHistory:
-    """Rows in order of time, in one piece. Rows that are older than the last ones replace all."""
+    """
+    Rows in order of time, in one array.
+
+    Rows that are older than the newest one replace all others: the clock was set back.
+    """
 
     def __init__(self) -> None:
         self._stamps, self._rows = np.empty(0, np.int64), np.empty((0, 0))

@@ -154,12 +154,11 @@ def _longest_alarm(timeline: Timeline) -> tuple[int, str]:
 
 def next_steps(timeline: Timeline, bag: str) -> list[str]:
     """Return advice about the recording of `timeline`, which commands call `bag`."""
-    share = trusted_share(timeline.spans)
-    steps = []
     if wear(timeline):  # which may cause prediction errors, too
         return [f'Test the gearbox against its specification: gearbox_monitor accept {bag} '
                 '--max-gap ANGLE',
                 'Compare with its older recordings: gearbox_monitor fleet FOLDER --out DIR']
+    share, steps = trusted_share(timeline.spans), []
     if share is None or share < TRUSTED or not timeline.windows:
         steps.append(f'See what the recording lacks: gearbox_monitor check {bag} --model FILE')
     if share is not None and share < TRUSTED:

@@ -100,8 +100,8 @@ def _packed(rows: Rows) -> bytes:
     """
     Return `rows` [N] in about half of the memory.
 
-    lz4 of the differences of each number from the one above, as integers: byte 0 of all of them,
-    byte 1 of all, and so on; behind them `good`.
+    Each number, taken as an integer, becomes its difference from the row before. lz4 packs byte 0
+    of all differences, byte 1 of all, and so on, and then `good`.
     """
     numbers = np.column_stack([rows[name].view(np.uint64) for name in ('stamp_ns', 'values')])
     differences = np.diff(numbers, axis=0, prepend=np.zeros_like(numbers[:1]))

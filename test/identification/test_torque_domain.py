@@ -28,8 +28,10 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.identification import likelihood, pair_search
+from gearbox_monitor.identification.position_search import PositionSearch
 from gearbox_monitor.identification.shooting import ShootingWindows
-from gearbox_monitor.identification.torque_domain import DrivenSimulator
+from gearbox_monitor.identification.torque_domain import driven, DrivenSimulator
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
@@ -132,6 +134,28 @@ def diagnosed(folder, recording, capsys, *words, model=SERVO):
     main(['diagnose', recording, '--model', str(folder / 'drive.yaml'), '--only', *FEW,
           '--json', '-', *words])
     return json.loads(capsys.readouterr()[0])
+
+
+def test_a_pair_begins_with_the_nuisances_of_the_fit_that_it_extends(tmp_path):
+    model = model_from_dict({**SERVO, 'tolerance': 0.05}, 'test')
+    t, u, motor, arm, load = np.loadtxt(
+        recorded(tmp_path / 'a.csv', seconds=2.0), delimiter=',', skiprows=1).T
+    recording = driven(
+        UniformRecording(t, u, np.column_stack([motor, arm]), DT, arm_torque=load), model)
+    search = PositionSearch(recording, model, np.array([0.005, 2e-4]),
+                            ['stiffness', 'motor_coulomb'])
+    none, single = search.none(), search.starts.candidates('stiffness')[0]
+    z = single.start() + 0.001 * np.arange(1, len(single.coordinates) + 1)
+    first = search.keep(search.as_fitted(single, search.long.evaluate(
+        single, none.point.at(z))))
+    gains = pair_search.gains_beside(search, search.long, single, first.point)
+    joint, point = pair_search._proposed(search, {'stiffness': gains})[0]
+    begun = pair_search._begun(
+        search, likelihood.shortened(search.long, pair_search.RACE[0][0]), first)
+    nuisances = [{c.name: v for c, v in zip(candidate.coordinates, values) if c.owner < 0}
+                 for candidate, values in ((joint, point.z), (single, begun.z))]
+    assert len(nuisances[0]) > 1
+    assert nuisances[0] == {name: nuisances[1][name] for name in nuisances[0]}
 
 
 @pytest.mark.parametrize('effect', [

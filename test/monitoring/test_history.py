@@ -15,7 +15,7 @@
 """The newest rows, against all rows that ever came."""
 import numpy as np
 
-from gearbox_monitor.monitoring.history import ROOM, RowHistory
+from gearbox_monitor.monitoring.history import BLOCK, ROOM, RowHistory
 
 
 def test_rows_of_any_interval_that_is_kept():
@@ -33,7 +33,7 @@ def test_rows_of_any_interval_that_is_kept():
         np.testing.assert_array_equal(part[0], stamps[:at][inside])
         np.testing.assert_array_equal(part[1], rows[:at][inside])
         np.testing.assert_array_equal(history.after(int(first)), rows[:at][stamps[:at] > first])
-        assert len(history) <= max(512, ROOM * (span + 40))
+        assert len(history) <= max(BLOCK, ROOM * (span + 40))
 
 
 def test_a_clock_that_is_set_back_leaves_only_what_follows():
