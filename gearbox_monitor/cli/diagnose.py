@@ -54,12 +54,13 @@ from gearbox_monitor.errors import has_matplotlib, InputError
 from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.identification.verdict import DiagnosisVerdict
+from gearbox_monitor.identification.findings import NONE
+from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import at_one_rate, concatenated, UniformRecording
+from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.suggestion import suggestion
@@ -128,7 +129,8 @@ def run(args: Namespace) -> int:
         try:
             with percent_bar(simulator.name) as bar:
                 data['simulator'] = plain(confirmation(
-                    simulator, concatenated(recordings), (model, closed), sigma,
+                    simulator, verdict.basis.recordings[verdict.basis.widest], (model, closed),
+                    sigma,
                     progress_of(bar)))
         except InputError as error:  # the diagnosis stands without it
             data['warnings'].append(str(error))
@@ -144,7 +146,7 @@ def run(args: Namespace) -> int:
         print(dump(data))
     else:
         print(text(data, recordings, model, written, args.validate, command))
-    return 0 if data['verdict'] == 'none' else 1
+    return 0 if verdict.verdict == NONE else 1
 
 
 def _simulator(name: str, recordings: Sequence[UniformRecording], model: DriveModel
@@ -169,14 +171,14 @@ def _ids(option: str, words: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(ids))
 
 
-def draw(verdict: DiagnosisVerdict, data: Mapping[str, Any],
+def draw(verdict: Verdict, data: Mapping[str, Any],
          recordings: Sequence[UniformRecording], model: DriveModel, context: PageContext,
          jobs: int) -> 'dict[str, str | Figure]':
     """
     Return page and pictures of a diagnosis.
 
     Args:
-        verdict: with its search.
+        verdict: with what the search found.
         data: the verdict as plain data.
         recordings: those it is about.
         model: the nominal model.
@@ -187,7 +189,7 @@ def draw(verdict: DiagnosisVerdict, data: Mapping[str, Any],
         {file of --out: HTML or Figure}.
 
     """
-    evidence = gather(verdict, recordings, model, jobs)
+    evidence = gather(verdict, model, jobs)
     title = headline(data)
     drawn: dict[str, str | Figure] = {
         'report.html': diagnosis_page(data, evidence, recordings, context)}

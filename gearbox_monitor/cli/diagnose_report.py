@@ -23,8 +23,8 @@ from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.words import (
-    dense_regions, headline, ids_of, meaning, next_steps, number, percent, place_text, SUGGESTED,
-    torque_map_of, undefined, unit_of)
+    dense_regions, headline, ids_of, meaning, NAMING, next_steps, number, percent, place_text,
+    SUGGESTED, torque_map_of, undefined, unit_of)
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 WIDTH = 80
@@ -110,8 +110,8 @@ def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
     lines: list[str] = []
     effects = library()
     errors = data.get('standard_errors') or {}
-    if data['verdict'] == 'unknown' and data.get('params'):
-        lines += _entry('nearest', ' + '.join(data['params']) + ', resulting in the gap "after"')
+    vague = {(f['effect'], name) for f in data.get('findings') or ()
+             for name, deviation in f['deviations'].items() if deviation is None}
     for name, values in (data.get('params') or {}).items():
         units = {p.name: p.unit for p in effects[name].parameters} if name in effects else {}
         for parameter, value in values.items():
@@ -119,7 +119,8 @@ def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
                 value, error = str(value), None
             else:
                 value, error = number(value), (errors.get(name) or {}).get(parameter)
-            pm = f' +- {error:.2g}' if error else ''
+            pm = (' (not determined)' if (name, parameter) in vague
+                  else f' +- {error:.2g}' if error else '')
             unit = on_axis(units.get(parameter, ''), model.axis)
             first = not any(line.startswith('values') for line in lines)
             lines.append(f'{"values" if first else "":<{LABEL}s}{name} {parameter} = '
@@ -130,6 +131,12 @@ def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
                             f'{number(part["mean"])}, 90 % range {number(part["low"])} to '
                             f'{number(part["high"])}; it differs between them by '
                             f'{part["between"]:.2g}')
+    for burst in data.get('bursts') or ():
+        lines += _entry('' if burst is not data['bursts'][0] else 'bursts',
+                        f'{burst["t0"]:.2f} to {burst["t0"] + burst["duration"]:.2f} s: '
+                        f'{number(burst["amplitude"])} {on_axis("N m", model.axis)}')
+    for sentence in data.get('equivalent') or ():
+        lines += _entry('the same as', sentence)
     torque_map = torque_map_of(data)
     if torque_map is not None:
         words, rows = torque_map
@@ -147,7 +154,7 @@ def _ranking(data: VerdictData) -> list[str]:
     if lines:
         lines += _entry('', 'gain over the nominal model: 2 log likelihood less a penalty per '
                         'parameter')
-    if data.get('confusable') and data['verdict'] == 'effect':
+    if data.get('confusable') and data['verdict'] in NAMING:
         lines += _entry('not separable', ', '.join(data['confusable'])
                         + ': this recording does not distinguish it from the effect')
     return lines

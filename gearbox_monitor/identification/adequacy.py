@@ -13,78 +13,134 @@
 # limitations under the License.
 
 """
-Model adequacy: whether a fit leaves more of a recording than noise.
+Model adequacy: whether a fit leaves more of the recordings than noise.
 
-The residual is tested for excess chi2, for coloured bands of its spectrum, and for dependence on
-the motion (residual analysis, Ljung, System Identification, ch. 16).
+Four tests, each against noise alone. Torque noise that the likelihood wants beyond what is allowed
+(a right model needs none: the noise anneals to its floor). Whiteness of the innovations by bands
+of frequency (Ljung, System Identification, ch. 16). A score test of free functions of the motion.
+And free runs of 1 s, which no filter corrects: a fit after which they miss by more than the noise
+itself explains a part at most, however likely its innovations are.
 """
-from dataclasses import replace
+from dataclasses import dataclass
+import math
 
 import numpy as np
 
-from gearbox_monitor.identification import closed_model, model_error, noise_model
-from gearbox_monitor.identification.candidates import NOT_FITTED
-from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.residual_dependence import (
-    ResidualDependence, strongest_dependence)
-from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification import noise_model
+from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.free_functions import Dependence, dependences
+from gearbox_monitor.identification.innovation_fit import (
+    evaluated, FilteredFit, InnovationFit)
+from gearbox_monitor.identification.innovations import Filtered, STRAY
+from gearbox_monitor.identification.input_estimation import torque_places
+from gearbox_monitor.identification.noise_model import prewhitened, white_level
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.windows import (
+    free_runs, Segment, typical_misfit, WindowRuns)
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 
 BANDS = (0.0, 3.0, 8.0, 20.0, noise_model.MOTION)  # Hz
 
 
-def sharpened(search: Search, fitted: CandidateFit) -> tuple[Search, CandidateFit]:
+@dataclass(frozen=True)
+class Adequacy:
     """
-    Return (search, fitted) with sigma as the residual of `fitted` has it at high frequencies.
+    What a fit leaves.
+
+    noise_gain: in -2 log L, of torque noise beyond the allowed. excess: chi2 of innovations per
+    reading - 1. structure: deviations by which a band of frequencies exceeds white noise.
+    dependence: strongest free function of the motion. misfit: of a typical window of 1 s in free
+    runs, in sigmas; misfit_limit: what noise and the fitted torque noise explain of it.
+    """
+
+    noise_gain: float
+    excess: float
+    structure: float
+    structure_limit: float
+    dependence: Dependence | None
+    misfit: float
+    misfit_limit: float
+    runs: tuple[WindowRuns, ...]
+
+    @property
+    def vetoed(self) -> bool:
+        """Whether free runs miss by more than the noise itself."""
+        return not self.misfit <= self.misfit_limit
+
+    @property
+    def adequate(self) -> bool:
+        """Whether all that is left is noise."""
+        return not (self.noise_gain > THRESHOLDS.noise_gain or self.vetoed
+                    or self.structure > self.structure_limit
+                    or self.dependence is not None and self.dependence.beyond_chance)
+
+
+def adequacy_of(evidence: Evidence, fit: InnovationFit) -> Adequacy:
+    """
+    Return what a fit leaves of all that is evidence.
 
     Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
+        evidence: the recordings and the likelihoods of their parts.
+        fit: of the training parts.
     """
-    long, none = search.long, search.fitted['']
-    power, _, high = noise_model.spectrum(
-        long.parted(fitted.point.residual), search.recording.dt)
-    factor = np.sqrt(power[:, high].mean(axis=(0, 1)))
-    if not (np.abs(factor - 1.0) < THRESHOLDS.sharpening).all():
-        return search, fitted
-    sigma = long.sigma.copy()
-    sigma[long.channels] *= factor
-    scale = np.tile(factor, long.windows.length)
+    whole = evidence.whole
+    at = evaluated(whole, fit.candidate, fit.z, fit.torque)
+    model = fit.candidate.model(fit.z)
+    allowed = np.minimum(at.torque, evidence.allowed_noise)
+    noise_gain = 0.0
+    if (allowed < at.torque).any():
+        noise_gain = whole.run(model, allowed).deviance - at.run.deviance
+    excess, structure, dependence = 0.0, -math.inf, None
+    limit = THRESHOLDS.noisy_structure if evidence.noisy else THRESHOLDS.structure
+    if not evidence.lasting:  # few readings count
+        white = [_whitened(segment, run, evidence.sigma, evidence.colour)
+                 for segment, run in zip(evidence.segments, at.run.runs)]
+        excess = float(np.mean([(w ** 2).mean() for w in white])) - 1.0
+        if evidence.rough:
+            limit = THRESHOLDS.rough_structure
+        else:
+            dependence = strongest(evidence, at)
+        structure = max(spectral_excess(w, segment.recording.dt)
+                        for w, segment in zip(white, evidence.segments))
+    runs = runs_of(evidence, at)
+    stray = STRAY * float((fit.torque / whole.least_noise).max())
+    return Adequacy(noise_gain, excess, structure, limit, dependence,
+                    typical_misfit(runs), THRESHOLDS.misfit * math.hypot(1.0, stray), runs)
 
-    def scaled(fit: CandidateFit) -> CandidateFit:
-        """Return `fit` with residuals that follow sigma."""
-        residual = fit.point.residual / scale
-        return replace(fit, white=None if fit.white is None else fit.white / scale, point=replace(
-            fit.point, residual=residual, chi2=(residual ** 2).sum(axis=1)))
-    rescaled = scaled(fitted)
-    fits = {name: rescaled if fit is fitted else scaled(fit) if fit is none else fit
-            for name, fit in search.fitted.items()}
-    return search.with_data(replace(long, sigma=sigma), fits), rescaled
 
-
-def misfit(search: Search, fitted: CandidateFit, spared: int = 0) -> tuple[float, float]:
+def runs_of(evidence: Evidence, at: FilteredFit) -> tuple[WindowRuns, ...]:
     """
-    Return (excess, structure) of the residual of `fitted` on the training windows.
-
-    The structure is a spectral whiteness test: it does not depend on how well sigma is known.
+    Return the free runs of a fit over the windows of each recording.
 
     Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
-        spared: number of worst windows that are ignored.
-
-    Returns:
-        excess: chi2 per reading - 1. structure: by how many standard deviations the most
-            conspicuous frequency band exceeds white noise of the power above BANDS.
+        evidence: the recordings.
+        at: fit whose filter was run over all of them.
     """
-    train = search.long.train
-    r = fitted.point.residual if fitted.white is None else fitted.white
-    r = search.long.parted(r[train])
-    structure = spectral_excess(r, search.recording.dt)
-    chi2 = np.sort((r ** 2).mean(axis=(1, 2)))
-    return float(chi2[:max(1, len(chi2) - spared)].mean() - 1.0), structure
+    return tuple(free_runs(segment, at.candidate, at.z, smooth) for segment, smooth in zip(
+        evidence.segments, evidence.whole.smoothed(at.run)))
+
+
+def strongest(evidence: Evidence, at: FilteredFit) -> Dependence | None:
+    """
+    Return the free function that is the farthest beyond chance beside a fit, None without any.
+
+    Args:
+        evidence: the recordings.
+        at: fit whose filter was run over all of them.
+    """
+    tested = dependences(evidence.whole, at, torque_places(evidence.model))
+    return tested[0] if tested else None
+
+
+def _whitened(segment: Segment, run: Filtered, sigma: Array, colour: Array | None) -> Array:
+    """Return the innovations of the windows of a recording [W, L, C], coloured noise undone."""
+    windows, channels = segment.data.windows, list(segment.recording.channels)
+    at = np.maximum(windows.first[:, None] + np.arange(windows.length) - 1, 0)
+    white: Array = run.residual[at][:, :, channels]
+    if colour is not None:  # the filter takes it for white noise of its power at rest
+        level = white_level(sigma, colour) / sigma
+        white = prewhitened(white * level[channels], colour[channels])
+    return white
 
 
 def spectral_excess(residual: Array, dt: float) -> float:
@@ -100,86 +156,9 @@ def spectral_excess(residual: Array, dt: float) -> float:
     structure = -np.inf
     for low, top in zip(BANDS, BANDS[1:]):
         band_power = power[:, (at > low) & (at <= top)] / white
-        # Without the worst window: one that found no good start is no unknown effect.
+        if not band_power.size:
+            continue
+        # Without the worst window: one burst is no unknown effect.
         ratio = np.sort(band_power.mean(axis=(1, 2)))[:max(1, len(band_power) - 1)].mean()
         structure = max(structure, (ratio - 1.0) / np.sqrt(2.0 / band_power.size))
     return float(structure)
-
-
-def on_all(search: Search, fitted: CandidateFit) -> tuple[Search, CandidateFit]:
-    """
-    Return (search, fitted) with no window held out: what is missing may show in those more.
-
-    The same where noise of the torque, what lasts or bursts make windows differ.
-    """
-    if (search.long.train.all() or search.noisy or search.recording.motor is not None
-            or search.model.process_torque_time > 0.0
-            or set(fitted.candidate.ids) & set(NOT_FITTED)):
-        return search, fitted
-    whole = search.trained_on(np.ones_like(search.long.train), search.fitted)
-    return whole, closed_model.settled(search, fitted, [])
-
-
-def leaves_more_than_noise(search: Search, fitted: CandidateFit, rough: bool = False) -> bool:
-    """
-    Return whether `fitted` leaves more than noise; rough: an encoder has steps above noise.
-
-    Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
-        rough: whether an encoder is quantised more coarsely than its noise.
-    """
-    if search.model.process_torque_time > 0.0:
-        # No model of a real drive explains everything: the torque that is left tells.
-        if fitted.persistent is not None:
-            return bool((fitted.persistent > THRESHOLDS.lasting_torque * model_error.scales(
-                search.recording)).any())
-        return bool(fitted.s > THRESHOLDS.lasting_torque * np.std(search.recording.torque))
-    noise = max(THRESHOLDS.torque_noise * float(np.std(search.recording.torque)),
-                search.model.process_torque or 0.0)
-    if search.noisy and fitted.s > noise:
-        return True
-    # A hard burst throws the arm to where a free signal does not find it.
-    excess, structure = misfit(search, fitted, int(DISTURBANCE.id in fitted.candidate.ids))
-    null_excess, _ = misfit(search, search.fitted[''])
-    readings = len(search.recording.u) * len(search.long.channels)
-    chance = 2.0 * THRESHOLDS.level_errors * THRESHOLDS.level_error / readings ** 0.5
-    lack = THRESHOLDS.rough_excess if rough else max(THRESHOLDS.excess, chance)
-    limit = (THRESHOLDS.rough_structure if rough else
-             THRESHOLDS.noisy_structure if search.noisy else
-             THRESHOLDS.pair_structure if len(fitted.candidate.ids) > 1 else THRESHOLDS.structure)
-    return (excess > max(lack, THRESHOLDS.excess_relative * null_excess)
-            or structure > limit + THRESHOLDS.structure_relative * null_excess)
-
-
-def residual_law(search: Search, fitted: CandidateFit) -> ResidualDependence | None:
-    """
-    Return what `fitted` leaves as a function of the motion, None where that is chance.
-
-    Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
-    """
-    if search.noisy or search.recording.motor is not None:
-        return None  # not white
-    if DISTURBANCE.id in fitted.candidate.ids:
-        return None  # a free signal, of which the motion has been asked
-    gain = (search.fitted[''].point.chi2 - fitted.point.chi2).sum()
-    # A motion that the fit misses is better taken from the readings.
-    dependence = strongest_dependence(search, fitted,
-                                      modelled=not leaves_more_than_noise(search, fitted))
-    limit = THRESHOLDS.dependence + THRESHOLDS.dependence_relative * max(0.0, gain)
-    return dependence if dependence.gain > limit else None
-
-
-def incomplete(search: Search, fitted: CandidateFit, rough: bool = False) -> bool:
-    """
-    Return whether `fitted` leaves more than noise, or a law of the motion; rough: of lacks.
-
-    Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
-        rough: whether an encoder is quantised more coarsely than its noise.
-    """
-    return leaves_more_than_noise(search, fitted, rough) or (
-        not rough and residual_law(search, fitted) is not None)

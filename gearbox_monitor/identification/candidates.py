@@ -31,6 +31,7 @@ from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
+from gearbox_monitor.plant.friction_law import FrictionLaw
 from gearbox_monitor.quality.recording import UniformRecording
 
 # Values of the model that scatter with its tolerance: name in a verdict -> field.
@@ -202,6 +203,23 @@ class CandidateModel:
                                          [-cosine / size ** 2, sine / size ** 2]]
         return out
 
+    def named_errors(self, z: Array, errors: Array) -> dict[str, dict[str, float]]:
+        """
+        Return {id: {parameter: standard error}} of the effects.
+
+        Args:
+            z: coordinates [P].
+            errors: of the coordinates, waves as size and phase [P].
+        """
+        # The order of a periodic effect is a whole number, identified by search.
+        out: dict[str, dict[str, float]] = {
+            name: {'N': 0.0} if name in PERIODIC else {} for name in self.ids}
+        for c, error, value in zip(self.coordinates, errors, z):
+            if c.owner >= 0:
+                out[self.ids[c.owner]][self.parameter(c)] = float(
+                    error * (math.exp(value) if c.log else 1.0))
+        return out
+
     def model(self, z: Array) -> DriveModel:
         """Return the DriveModel at z [P]."""
         nuisances, parameters = self.values(z)
@@ -293,6 +311,26 @@ def with_free_shape(candidate: CandidateModel) -> CandidateModel | None:
     return replace(candidate, coordinates=(*free, *candidate.coordinates)) if free else None
 
 
+def with_law(candidate: CandidateModel, timestep: float) -> CandidateModel | None:
+    """
+    Return `candidate` with Coulomb friction by another law, None if the model has no friction.
+
+    Of a smooth law the constraint that simulators solve, of a constraint the arctangent.
+
+    Args:
+        candidate: with the model's own law.
+        timestep: s, at which the constraint is solved.
+    """
+    model = candidate.nominal
+    ids = {*candidate.ids, *(e['id'] for e in model.effects)}
+    if not (model.coulomb_friction > 0.0 or ids & {MOTOR_COULOMB.id, ARM_COULOMB.id}):
+        return None
+    other = (replace(model, friction_law=FrictionLaw()) if model.friction_law.constraint
+             else replace(model, friction_law=FrictionLaw('mujoco'),
+                          timestep=model.timestep or timestep))
+    return replace(candidate, nominal=other)
+
+
 def replaced_value(model: DriveModel, name: str) -> float | None:
     """Return the value of `model` that the effect `name` replaces, None when it replaces none."""
     effect = EFFECTS.get(name)
@@ -324,29 +362,21 @@ def nuisances_of(model: DriveModel) -> dict[str, float]:
 class Starts:
     """Where fits of each effect begin, in the scales of one drive and one recording."""
 
-    def __init__(self, model: DriveModel, recording: UniformRecording) -> None:
+    def __init__(self, model: DriveModel,
+                 recordings: UniformRecording | Sequence[UniformRecording]) -> None:
+        if isinstance(recordings, UniformRecording):
+            recordings = (recordings,)
         self.model = model
         self.effects = library()
-        t = model.transmission
-        torque = max(float(np.std(recording.torque)), 1e-9)
-        position, arm = recording.positions.T
-        travel = position[10:] - position[:-10]
-        twist = max(t.half_gap, torque / t.stiffness, 1e-6)
-        # Of a motor whose motion is put in, the twist shows how far values may be off.
-        swing = 0.0
-        if recording.motor is not None:
-            swing = float(np.ptp(np.percentile(position - arm, TWIST)))
-            twist = max(twist, 0.5 * swing)
-        measured = position - arm
-        reach = float(np.ptp(measured) if model.zero_tolerance else np.abs(measured).max())
-        values = {where: model.value(where) for where in (*NUISANCES.values(), 'delay')}
-        self.scales = Scales(
-            torque=torque, peak=max(float(np.abs(recording.torque).max()), 1e-9),
-            friction=model.coulomb_friction or 0.1 * torque,
-            speed=max(float(travel.std() / (10 * recording.dt)), 1e-6), twist=twist,
-            angle=max(float(np.std(position)), 1e-6), swing=swing, values=values,
-            reach=reach if len(recording.channels) == 2 or recording.motor is not None
-            else math.inf)
+        every = [_scales(model, recording) for recording in recordings]
+        self.scales = replace(
+            every[0], torque=max(s.torque for s in every), peak=max(s.peak for s in every),
+            friction=max(s.friction for s in every), speed=max(s.speed for s in every),
+            twist=max(s.twist for s in every), angle=max(s.angle for s in every),
+            reach=max(s.reach for s in every))
+        travel = max(float(np.ptp(r.positions[:, r.channels[0]])) for r in recordings)
+        # A wave of which less than a period is seen may be anything.
+        self.orders = [order for order in ORDERS if order * travel >= 2.0 * math.pi]
 
     def none(self) -> CandidateModel:
         """Return the Candidate without effects."""
@@ -423,3 +453,27 @@ class Starts:
         """Return lists of Coordinates (owner 0), one list per start."""
         return [[Coordinate(0, *free) for free in start]
                 for start in self.effects[name].free_parameters(self.scales)]
+
+
+def _scales(model: DriveModel, recording: UniformRecording) -> Scales:
+    """Return the sizes of one drive in one recording."""
+    t = model.transmission
+    torque = max(float(np.std(recording.torque)), 1e-9)
+    position, arm = recording.positions.T
+    travel = position[10:] - position[:-10]
+    twist = max(t.half_gap, torque / t.stiffness, 1e-6)
+    # Of a motor whose motion is put in, the twist shows how far values may be off.
+    swing = 0.0
+    if recording.motor is not None:
+        swing = float(np.ptp(np.percentile(position - arm, TWIST)))
+        twist = max(twist, 0.5 * swing)
+    measured = position - arm
+    reach = float(np.ptp(measured) if model.zero_tolerance else np.abs(measured).max())
+    values = {where: model.value(where) for where in (*NUISANCES.values(), 'delay')}
+    return Scales(
+        torque=torque, peak=max(float(np.abs(recording.torque).max()), 1e-9),
+        friction=model.coulomb_friction or 0.1 * torque,
+        speed=max(float(travel.std() / (10 * recording.dt)), 1e-6), twist=twist,
+        angle=max(float(np.std(position)), 1e-6), swing=swing, values=values,
+        reach=reach if len(recording.channels) == 2 or recording.motor is not None
+        else math.inf)

@@ -25,32 +25,29 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification import gauss_newton, likelihood, window_states
-from gearbox_monitor.identification.candidates import (
-    CandidateModel, NOT_FITTED, PERIODIC, ZERO)
-from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification import likelihood, window_states
+from gearbox_monitor.identification.candidates import CandidateModel
+from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
+from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
-from gearbox_monitor.identification.position_search import PositionSearch
-from gearbox_monitor.identification.process_noise import noise_weighted_residual
-from gearbox_monitor.identification.search import Search, SETTLING
+from gearbox_monitor.identification.position.position_search import PositionSearch
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows
-from gearbox_monitor.identification.smoothed_windows import fit_none
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
+from gearbox_monitor.identification.windows import (
+    free_runs, misfit_of, segment_of, SETTLING, WindowRuns)
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MEMORIES
 from gearbox_monitor.quality.recording import UniformRecording
 
-FOLDS = 5
 DRAWS = 2000
 COVERAGE = (5.0, 95.0)  # percentiles
 # Standard deviation of log sigma, measured above the frequencies of motion, beyond that of the
 # root mean square of all n readings: times 1 / sqrt(n).
 SIGMA_ERROR = 0.3
 Figures: TypeAlias = dict[str, dict[str, float | None] | None]  # of channels, of bins
-Windowed: TypeAlias = tuple[Search, CandidateModel, likelihood.FitPoint]
 
 
 def gap_of(chi2: Array, size: int) -> float:
@@ -69,149 +66,44 @@ def closed_of(gap_before: float, gap_after: float) -> float | None:
     return (gap_before - gap_after) / (gap_before - 1.0) if gap_before >= THRESHOLDS.gap else None
 
 
-def published(search: Search, none: CandidateFit,
-              fitted: CandidateFit | None = None) -> likelihood.FitPoint:
-    """
-    Return the FitPoint of the model as published: only window states fitted.
-
-    Args:
-        search: fits of all candidates to one recording.
-        none: fit without effects.
-        fitted: fit on the long windows.
-    """
-    if not none.candidate.coordinates:
-        return none.point
-    candidate = CandidateModel(search.model, (), ())
-    point = none.point.at(np.zeros(0))
-    if search.recording.motor is not None:
-        # No state of a window holds the zero of the encoders, which nobody knows.
-        candidate = replace(candidate, coordinates=tuple(
-            c for c in none.candidate.coordinates if c.name == ZERO))
-        point = gauss_newton.fit(search.long, candidate, point.at(candidate.start()), 6)
-    rivals = [none.point] + ([fitted.point] if fitted else [])
-    return window_states.rescue(
-        search.long, candidate, window_states.solved(search.long, candidate, point), rivals,
-        half_gap=search.half_gap)
-
-
-def settled(search: Search, fitted: CandidateFit,
-            rivals: Sequence[likelihood.FitPoint]) -> CandidateFit:
-    """
-    Return `fitted` with the states of the held-out windows where they fit best.
-
-    The search looks at the training windows: others may have been left in a wrong contact.
-
-    Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
-        rivals: points of other fits whose window states are tried.
-    """
-    data, candidate = search.long, fitted.candidate
-    validation = np.flatnonzero(~data.train)
-    if not len(validation) or set(candidate.ids) & set(NOT_FITTED):
-        return fitted
-    model, point = candidate.model(fitted.point.z), fitted.point
-    rival_points = [*rivals, *(search.fitted[n].point for n in search.ranked()[:4])]
-    points = [point, *rival_points]
-    index = np.tile(validation, len(points))
-    states, chi2 = window_states.solve_states(
-        data, model, np.concatenate([k.states[validation] for k in points]), point.memory[index],
-        index)
-    chi2 = chi2.reshape(len(points), -1)
-    winner = chi2.argmin(axis=0)
-    improved = chi2.min(axis=0) < point.chi2[validation]
-    chosen = states.reshape(len(points), -1, 4)[winner, np.arange(len(validation))]
-    point = data.evaluate(candidate, replace(point, states=likelihood.updated(
-        point.states, validation[improved], chosen[improved])))
-    point = window_states.rescue(data, candidate, point, [point, *rival_points],
-                                 half_gap=search.half_gap)
-    states = likelihood.updated(point.states, data.train, fitted.point.states[data.train])
-    return replace(fitted, point=data.evaluate(candidate, replace(point, states=states)))
-
-
-def closure(search: Search, none: CandidateFit, fitted: CandidateFit | None = None,
+def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: bool,
             seed: int = 0) -> dict[str, Any]:
     """
-    Return how far the CandidateFit `best` (None: none) closes the gap, as plain data.
+    Return how far a model closes the gap, as plain data.
 
-    gap_before (model as published), gap_after, closed_fraction on the held-out windows;
-    closed_fraction_ci [low, high], 90 %; channels, regions: {name: {before, after, closed}};
-    standard_errors {id: {parameter}}, condition of the scaled normal matrix, at_bound [names].
+    gap_before, gap_after, closed_fraction on the held-out windows; closed_fraction_ci [low, high],
+    90 %, of all windows; channels, regions: {name: {before, after, closed}}.
 
     Args:
-        search: fits of all candidates to one recording.
-        none: fit without effects.
-        fitted: fit on the long windows.
+        before: free runs of the model as published, of each recording.
+        after: free runs of the model that closes the gap.
+        claims: whether that model contains anything that repeats.
         seed: seed of the random numbers.
     """
-    published_point = published(search, none, fitted)
-    settled_fit = settled(search, fitted or none, [published_point])
-    if not none.candidate.coordinates and fitted is not None:
-        published_point = settled(search, none, [settled_fit.point]).point
-    validation = ~search.long.train
-    if not validation.any():
-        validation = ~validation
-    size = published_point.residual.shape[1]
-    gaps = gap_of(published_point.chi2[validation],
-                  size), gap_of(settled_fit.point.chi2[validation], size)
-    repeatable = not set(settled_fit.candidate.ids) & set(NOT_FITTED)
-    fraction = closed_of(*gaps) if fitted is not None and repeatable else None
+    gaps = misfit_of(before, held_out=True), misfit_of(after, held_out=True)
+    fraction = closed_of(*gaps) if claims else None
     interval = None
     if fraction is not None:
-        readings = len(search.long.channels) * len(search.recording.u)
-        interval = _interval(published_point.chi2 / size, left_out(search, settled_fit) / size,
-                             _noise(search, settled_fit), readings, np.random.default_rng(seed))
+        per_reading = [np.concatenate([run.chi2 / run.data.size for run in runs])
+                       for runs in (before, after)]
+        readings = sum(len(run.data.channels) * len(run.recording.u) for run in after)
+        interval = _interval(per_reading[0], per_reading[1], _noise(after), readings,
+                             np.random.default_rng(seed))
         # It judges all windows, the fraction the held-out ones.
         interval = [min(interval[0], fraction), max(interval[1], fraction)]
-    errors, condition = standard_errors(search, settled_fit) if repeatable else ({}, None)
-    channels, regions = _parts(search, none, published_point.residual, settled_fit.point.residual,
-                               validation)
+    channels, regions = _parts(before, after)
     return {'gap_before': gaps[0], 'gap_after': gaps[1], 'floor': 1.0, 'closed_fraction': fraction,
-            'closed_fraction_ci': interval, 'channels': channels, 'regions': regions,
-            'standard_errors': errors, 'condition': condition,
-            'at_bound': settled_fit.candidate.at_bound(settled_fit.point.z)}
+            'closed_fraction_ci': interval, 'channels': channels, 'regions': regions}
 
 
-def left_out(search: Search, fitted: CandidateFit) -> Array:
-    """
-    Return chi2 [W] of all long windows under coordinates that were fitted without them.
-
-    Interleaved folds; each takes one linearised step from where the fit ended.
-
-    Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
-    """
-    data, candidate, point = search.long, fitted.candidate, fitted.point
-    if not len(point.z) or fitted.white is not None:
-        # With torque noise in the likelihood, a step without it would lead elsewhere.
-        return point.chi2
-    s = likelihood.sensitivity(data, candidate, point)
-    pull, prior = candidate.prior(point.z)
-    fold = np.arange(len(data.windows)) % min(FOLDS, len(data.windows))
-    chi2 = point.chi2.copy()
-    for k in np.unique(fold):
-        used = (fold != k).astype(float)
-        if not used.any():
-            continue
-        S, g, X, x = likelihood.normal_equations(s, point.residual, used)
-        dz = likelihood.damped_solve(S + np.diag(prior), g - pull, 1e-9)
-        z = candidate.bounded(point.z + dz)
-        trials = []
-        for states in (point.states + x - np.einsum('wij,j->wi', X, z - point.z), point.states):
-            trial = likelihood.FitPoint(z, states, point.memory)
-            trials.append(data.evaluate(candidate, trial).chi2)
-        moved = np.minimum(*trials)
-        if used @ moved < used @ point.chi2 * (1.0 + 1e-3):  # else the step was no fit
-            chi2[fold == k] = moved[fold == k]
-    return chi2
-
-
-def _noise(search: Search, fitted: CandidateFit) -> Array:
-    """Return the power [W] of what `fitted` leaves above the frequencies of motion, mean 1."""
-    power, _, high = spectrum(search.long.parted(fitted.point.residual), search.recording.dt)
-    noise = power[:, high].mean(axis=(1, 2))
-    return noise / noise.mean()
+def _noise(runs: Sequence[WindowRuns]) -> Array:
+    """Return the power [W] of what runs leave above the frequencies of motion, mean 1."""
+    out = []
+    for run in runs:
+        power, _, high = spectrum(run.residual, run.recording.dt)
+        out.append(power[:, high].mean(axis=(1, 2)))
+    noise = np.concatenate(out)
+    return np.asarray(noise / noise.mean())
 
 
 def _interval(chi2_before: Array, chi2_after: Array, noise: Array, readings: int,
@@ -235,63 +127,104 @@ def _interval(chi2_before: Array, chi2_after: Array, noise: Array, readings: int
     return np.percentile(closed, COVERAGE).tolist()
 
 
-def _parts(search: Search, none: CandidateFit, residual_before: Array, residual_after: Array,
-           validation: Flags) -> tuple[Figures, dict[str, Figures]]:
-    """Return ({channel: figures}, {region: {bin: figures}}) of residuals [W, C L] in `held`."""
-    residual_before = search.long.parted(residual_before[validation]) ** 2
-    residual_after = search.long.parted(residual_after[validation]) ** 2
+def _parts(before: Sequence[WindowRuns],
+           after: Sequence[WindowRuns]) -> tuple[Figures, dict[str, Figures]]:
+    """Return ({channel: figures}, {region: {bin: figures}}) of the windows that are held out."""
+    judged = [~run.data.train if any((~r.data.train).any() for r in after)
+              else run.data.train for run in after]
+    squares = [[run.residual[use] ** 2 for run, use in zip(runs, judged)]
+               for runs in (before, after)]
 
-    def figures(use: Flags) -> dict[str, float | None] | None:
-        """Return the misfits of the readings of the mask `use`, None if it is empty."""
-        if not use.any():
+    def figures(masks: Sequence[Flags]) -> dict[str, float | None] | None:
+        """Return the misfits of the readings of `masks`, one for each recording."""
+        if not any(mask.any() for mask in masks):
             return None
-        gaps = [float(math.sqrt(power[use].mean())) for power in (residual_before, residual_after)]
+        gaps = [math.sqrt(float(np.concatenate([
+            power[mask].ravel() for power, mask in zip(powers, masks)]).mean()))
+            for powers in squares]
         return {'before': gaps[0], 'after': gaps[1], 'closed': closed_of(*gaps)}
-    channels = {}
-    for i, name in enumerate(np.array(search.recording.readings)[search.long.channels].tolist()):
-        use = np.zeros(residual_before.shape, bool)
-        use[:, :, i] = True
-        channels[name] = figures(use)
+    channels: Figures = {}
+    for number, name in enumerate(after[0].recording.readings):
+        masks = []
+        for run, power in zip(after, squares[0]):
+            mask = np.zeros(power.shape, bool)
+            if number in run.data.channels:
+                mask[:, :, run.data.channels.index(number)] = True
+            masks.append(mask)
+        entry = figures(masks)
+        if entry is not None:
+            channels[name] = entry
     regions = {}
-    for name, (bins, label) in labels(search, none).items():
-        label = label[validation]
-        regions[name] = {b: figures(label == k) for k, b in enumerate(bins)}
+    for name, (bins, every) in labels(before).items():
+        rows = [label[use] for label, use in zip(every, judged)]
+        regions[name] = {b: figures([row == k for row in rows]) for k, b in enumerate(bins)}
     return channels, regions
 
 
-def standard_errors(search: Search,
-                    fitted: CandidateFit) -> tuple[dict[str, dict[str, float]], float | None]:
+def with_starts_of(runs: Sequence[WindowRuns],
+                   others: Sequence[WindowRuns]) -> tuple[WindowRuns, ...]:
     """
-    Return ({id: {parameter: standard error}}, condition of the scaled normal matrix).
+    Return runs whose windows begin where those of another model do, if they fit better.
 
-    Linearised, window states and nominal values free; scaled by the misfit where it is above 1.
+    Which contact a window begins in must not count for or against a model.
 
     Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
+        runs: of each recording.
+        others: of another model over the same windows.
     """
-    candidate, point, data = fitted.candidate, fitted.point, search.long
-    if not len(point.z):
-        return {}, None
-    s = likelihood.sensitivity(data, candidate, point)
-    residual, whiten = noise_weighted_residual(data, fitted)
-    S, _, _, _ = likelihood.normal_equations(
-        s, point.residual, data.train.astype(float), whiten)
-    S = S + np.diag(candidate.prior(point.z)[1])
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))
-    scaled = S * scale[:, None] * scale
-    condition = float(np.linalg.cond(scaled))
-    misfit = max(1.0, float((residual[data.train] ** 2).mean()))
-    covariance = misfit * scale[:, None] * scale * np.linalg.pinv(scaled, rcond=1e-13)
-    jacobian = candidate.wave_jacobian(point.z)
-    errors = np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))
-    # The order of a periodic effect is a whole number, identified by search.
-    out = {name: {'N': 0.0} if name in PERIODIC else {} for name in candidate.ids}
-    for c, error, z in zip(candidate.coordinates, errors, point.z):
-        if c.owner >= 0:
-            out[candidate.ids[c.owner]][candidate.parameter(c)] = float(
-                error * (math.exp(z) if c.log else 1.0))
-    return out, condition
+    out = []
+    for run, other in zip(runs, others):
+        states, chi2 = window_states.solve_states(
+            run.data, run.model, other.point.states, run.point.memory,
+            np.arange(len(run.data.windows)))
+        closer = chi2 < run.chi2
+        out.append(run if not closer.any() else replace(run, point=run.data.evaluate(
+            run.candidate, replace(run.point, states=likelihood.updated(
+                run.point.states, closer, states[closer])))))
+    return tuple(out)
+
+
+def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
+              settling: float = SETTLING) -> WindowRuns:
+    """
+    Return free runs of `model` over the windows of a recording; no value of it moves.
+
+    Args:
+        recording: recording of the drive.
+        model: model of the drive.
+        sigma: noise of the encoders [2], rad.
+        settling: s at the beginning that no window reads where the torque drives the model.
+    """
+    plain = replace(model, tolerance=0.0, process_torque_time=0.0,
+                    controller=model.controller and replace(model.controller, tolerance=0.0))
+    if recording.motor is not None:
+        by_position = PositionSearch(recording, plain, sigma, [])
+        none = by_position.none()
+        return WindowRuns(by_position.long, none.candidate, none.point)
+    segment = segment_of(recording, plain, sigma, settling=settling)
+    filter_ = InnovationLikelihood(recording, plain, sigma, [segment.span])
+    candidate = CandidateModel(plain, (), ())
+    fit = fitted(filter_, InnovationFit(candidate, np.zeros(0), filter_.first_noise))
+    smooth = filter_.smoothed(filter_.run(plain, fit.torque))
+    return free_runs(segment, candidate, np.zeros(0), smooth)
+
+
+def crossed(fits: Sequence[WindowRuns]) -> list[WindowRuns]:
+    """
+    Return runs of two models with the better of each other's window states, memories handed over.
+
+    Args:
+        fits: runs of the two models, both over the same windows.
+    """
+    carried = []
+    for run in fits:
+        if run.model.transmission.kind in ('play', 'passive_play') or any(
+                e['id'] in MEMORIES for e in run.model.effects):
+            for _ in range(2):
+                run = replace(run, point=window_states.solved(run.data, run.candidate, replace(
+                    run.point, memory=likelihood.carried(run.point.memory, run.point.carry))))
+        carried.append(run)
+    return [with_starts_of([run], [carried[1 - k]])[0] for k, run in enumerate(carried)]
 
 
 def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveModel,
@@ -309,72 +242,25 @@ def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveMode
         sigma: noise of the encoders [2], rad.
     """
     recording = driven(recording, nominal)
-    fits = crossed([windowed(recording, model, sigma) for model in (nominal, closed)])
-    gaps = [gap_of(point.chi2, point.residual.shape[1]) for _, _, point in fits]
+    fits = crossed([open_loop(recording, model, sigma) for model in (nominal, closed)])
+    gaps = [misfit_of([run]) for run in fits]
     runs = []
-    for search, _, point in fits:
-        off = rms(recording, free_run(search, search.model, point))
+    for run in fits:
+        off = rms(recording, free_run(run))
         runs.append({name: float(v) if np.isfinite(v) else None
                      for name, v in zip(recording.readings, off)})
     return {'gap_before': gaps[0], 'gap_after': gaps[1], 'closed_fraction': closed_of(*gaps),
-            'windows': len(fits[0][2].chi2),
+            'windows': len(fits[0].chi2),
             'free_run': {'seconds': float(recording.duration), 'before': runs[0],
                          'after': runs[1]}}
 
 
-def windowed(recording: UniformRecording, model: DriveModel, sigma: Array,
-             settling: float = SETTLING) -> Windowed:
-    """
-    Return (Search, Candidate, FitPoint) of `model` on all windows, only their states fitted.
-
-    Args:
-        recording: recording of the drive.
-        model: model of the drive.
-        sigma: noise of the encoders [2], rad.
-        settling: s at the beginning that no window reads where the torque drives the model.
-    """
-    plain = replace(model, tolerance=0.0, process_torque_time=0.0,
-                    controller=model.controller and replace(model.controller, tolerance=0.0))
-    if recording.motor is not None:
-        by_position = PositionSearch(recording, plain, sigma, [])
-        none = by_position.none()
-        return by_position, none.candidate, none.point
-    search = Search(recording, plain, sigma, [], settling=settling)
-    none = fit_none(search)
-    return search, none.candidate, none.point
-
-
-def crossed(fits: Sequence[Windowed]) -> list[Windowed]:
-    """
-    Return both models with the better of each other's window states, and memories handed over.
-
-    Args:
-        fits: fits of the two models, both over the same windows.
-    """
-    out = []
-    for k, (search, candidate, point) in enumerate(fits):
-        if search.model.transmission.kind in ('play', 'passive_play') or any(
-                e['id'] in MEMORIES for e in search.model.effects):
-            for _ in range(2):
-                point = window_states.solved(search.long, candidate, replace(
-                    point, memory=likelihood.carried(point.memory, point.carry)))
-        out.append((search, candidate, window_states.rescue(
-            search.long, candidate, point, [fits[1 - k][2]], half_gap=search.half_gap)))
-    return out
-
-
-def free_run(search: Search, model: DriveModel, point: likelihood.FitPoint) -> Array:
-    """
-    Return the readings [N, 2] of one run of `model` from the first window on, NaN before it.
-
-    Args:
-        search: fits of all candidates to one recording.
-        model: model of the drive.
-        point: where the fit stands: coordinates, window states and memories.
-    """
-    n, begin = len(search.recording.u), search.long.windows.begin[:1]
+def free_run(runs: WindowRuns) -> Array:
+    """Return the readings [N, 2] of one run from the first window on, NaN before it."""
+    data = runs.data
+    n, begin = len(runs.recording.u), data.windows.begin[:1]
     whole = ShootingWindows(begin, n - int(begin[0]), begin, np.full(1, n))
-    y, _ = search.long.simulator.run(whole, model, point.states[:1], np.zeros((1, N_MEMORY)))
+    y, _ = data.simulator.run(whole, runs.model, runs.point.states[:1], np.zeros((1, N_MEMORY)))
     return np.concatenate([np.full((int(begin[0]), 2), np.nan), y[0]])
 
 

@@ -22,10 +22,10 @@ can be used, too.
 
 import numpy as np
 
-from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.judge import Decision
 from gearbox_monitor.identification.noise_model import MOTION, spectrum
-from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.windows import typical_misfit
 from gearbox_monitor.kernels.types import Array
 
 FITTED = 20.0     # Hz, above which a fitted effect leaves hardly anything
@@ -69,26 +69,31 @@ def measured(residual: Array, dt: float,
     return (phi, size) if phi.any() else None
 
 
-def measure(search: Search, fitted: CandidateFit,
-            lowest: float = MOTION) -> tuple[Array, Array] | None:
+def measure(decision: Decision, lowest: float = MOTION) -> tuple[Array, Array] | None:
     """
-    Return (sigma [2] rad, phi [2]) from what `fitted` leaves, None where the noise is white.
+    Return (sigma [2] rad, phi [2]) from what a decision leaves, None where the noise is white.
 
     The model without effects takes its place where it leaves less: torque noise hides wrong fits.
 
     Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
+        decision: of the judge.
         lowest: lowest frequency that counts, Hz.
     """
-    plain = search.long.uncoloured()
-    fitted = min(fitted, search.fitted[''], key=lambda f: np.median(f.point.chi2))
-    point = fitted.point
-    r, _ = plain.residual(fitted.candidate.model(point.z), point.states, point.memory)
-    noise = measured(plain.parted(r), search.recording.dt, lowest)
-    if noise is None:
+    of_fit, of_none = decision.adequacy.runs, decision.none_adequacy.runs
+    runs = min(of_fit, of_none, key=lambda rows: typical_misfit(rows))
+    sigma, phi, counts = decision.evidence.sigma.copy(), np.zeros(2), np.zeros(2)
+    size = np.zeros(2)
+    for run in runs:
+        plain = run.data.uncoloured()
+        residual, _ = plain.residual(run.model, run.point.states, run.point.memory)
+        noise = measured(plain.parted(residual), run.recording.dt, lowest)
+        channels = run.data.channels
+        counts[channels] += 1
+        phi[channels] += 0.0 if noise is None else noise[0]
+        size[channels] += 1.0 if noise is None else noise[1]
+    if not phi.any():
         return None
-    sigma, phi = plain.sigma.copy(), np.zeros(2)
-    phi[plain.channels] = noise[0]
-    sigma[plain.channels] *= noise[1]
+    read = counts > 0
+    phi[read] /= counts[read]
+    sigma[read] *= size[read] / counts[read]
     return sigma, phi

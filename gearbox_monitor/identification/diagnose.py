@@ -12,44 +12,47 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The diagnosis: the effect that explains the sim-to-real gap, its place, what it closes."""
+"""The diagnosis: which effects explain the sim-to-real gap, where they act, what remains."""
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
-from functools import cache
+from dataclasses import asdict, replace
+from functools import partial
 
 import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
-from gearbox_monitor.identification.adequacy import incomplete, leaves_more_than_noise, on_all
-from gearbox_monitor.identification.innovation_selection import InnovationEvidence
-from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.adequacy import runs_of
+from gearbox_monitor.identification.candidates import CandidateModel
+from gearbox_monitor.identification.closed_model import open_loop, with_starts_of
+from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.innovation_fit import (
+    coordinate_columns, evaluated, InnovationFit)
+from gearbox_monitor.identification.isolability import (
+    confusable, evidence_for, matrix, separations, Space)
+from gearbox_monitor.identification.judge import decide, Decision
 from gearbox_monitor.identification.noise_model import MOTION, noise_floor
-from gearbox_monitor.identification.position_search import PositionSearch
+from gearbox_monitor.identification.position import diagnose as by_position
 from gearbox_monitor.identification.random_effects import between_recordings
-from gearbox_monitor.identification.search import Search, SETTLING
-from gearbox_monitor.identification.selection import (
-    decide, Evidence, parts, PositionEvidence)
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import (
-    DiagnosisVerdict, LATTICES, location_of, report)
+    Dependence, Explained, LATTICES, location_of, report, Verdict)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
-from gearbox_monitor.quality.recording import concatenated, UniformRecording
+from gearbox_monitor.quality.recording import expect_one_rate, UniformRecording
 
 
 def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
              validate: UniformRecording | None = None, only: Sequence[str] | None = None,
              exclude: Sequence[str] = (), seed: int = 0, jobs: int = 1,
-             progress: Callable[..., object] | None = None) -> DiagnosisVerdict:
+             progress: Callable[..., object] | None = None) -> Verdict:
     """
     Return the verdict on recordings of one drive.
 
     Args:
-        recordings: recordings of one drive.
+        recordings: recordings of one drive; each is evaluated with the encoders that it has.
         model: model of the drive.
         validate: recording that is used for validation only.
         only: ids of the effects to try, None for all.
@@ -59,99 +62,203 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         progress: callback with (done, total, text).
 
     Raises:
-        InputError: unknown ids, or none that this drive and its encoders show.
+        InputError: unknown ids, none that this drive and its encoders show, or recordings of
+            different rates.
+        Undecided: free runs are not finite.
     """
-    recording = concatenated([driven(r, model) for r in recordings])
-    if recording.motor is not None:
-        model = model.folded()  # a closed model is the next one to start from
-    ids = [i for i in chosen_ids(only, exclude) if visible(i, model, recording)]
+    expect_one_rate(recordings)
+    recordings = [driven(r, model) for r in recordings]
+    ids = [i for i in chosen_ids(only, exclude)
+           if any(visible(i, model, recording) for recording in recordings)]
     if not ids:
         raise InputError('effects: none remains that is visible on this drive and its encoders, '
                          'expected at least one')
-    with_map = TORQUE_MAP.id in ids
-    ids = [i for i in ids if i != TORQUE_MAP.id]  # fitted to the remainder, not as an effect
-    sigma, quantum = noise_floor(recording, model)
-    rough = bool((quantum > THRESHOLDS.rough_lattice * sigma).any())
-
-    def decided(sigma: Array,
-                colour: Array | None = None) -> tuple[Evidence, CandidateFit, str]:
-        """Return (evidence, fit, kind) with noise of the encoders of the size `sigma` [2]."""
-        evidence: Evidence
-        if recording.motor is not None:
-            evidence = PositionEvidence(
-                PositionSearch(recording, model, sigma, ids, jobs, progress), rough)
-        else:
-            evidence = InnovationEvidence(Search(
-                recording, model, sigma, ids, jobs, progress, colour, settling=SETTLING), rough)
-        return evidence, *decide(evidence)
-    evidence, fitted, kind = decided(sigma)
-    if (kind == 'unknown' and recording.motor is None
-            and (quantum <= THRESHOLDS.lattice * sigma).all()
-            and leaves_more_than_noise(evidence.search, fitted)):
-        # Where one effect leaves white noise, it is white.
-        for lowest in (MOTION, coloured_noise.FITTED):
-            noise = coloured_noise.measure(evidence.search, fitted, lowest)
-            if noise is None:
-                break
-            evidence, fitted, kind = decided(*noise)
-    search = evidence.search
-
-    @cache
-    def inadequate(candidate_fit: CandidateFit) -> bool:
-        """Return whether `candidate_fit` leaves more than noise on all windows."""
-        return incomplete(*on_all(search, candidate_fit))
-    judged = kind != 'unknown' and not rough
-    if judged:
-        fitted = search.finer(fitted, inadequate)
-    refit_on_all = judged and recording.motor is None and inadequate(fitted)
-    if refit_on_all:
-        search, fitted, kind = decided_on_all(search)
-        evidence = evidence.on(search)
-    same = None
-    if kind == 'unknown' and len(recordings) > 1 and recording.motor is None:
-        # One value for all may fit none: what each recording says alone.
-        names = {diagnose([r], model, only=only, exclude=exclude, seed=seed,
-                          jobs=jobs).data['effect'] for r in recordings}
-        same = search.fitted.get(names.pop() or '-') if len(names) == 1 else None
-    if same is not None:
-        fitted, kind = same, 'effect'
-    closed = fitted
-    if kind == 'unknown':
-        fitted, closed = parts(evidence, fitted, with_map)
-    lattices = [name for i, name in enumerate(LATTICES)
-                if quantum[i] > THRESHOLDS.lattice * search.long.sigma[i]
-                and search.long.weighing is None]
-    steps = next((name for name in lattices if kind == 'none' and name in exclude), None)
-    verdict = report(search, fitted, closed, 'unknown' if steps else kind,
-                     [name for name in lattices if name in ids], quantum, validate, seed)
-    if same is not None:
-        verdict = verdict.warned(
-            'the effect differs between the recordings, each of which shows it alone: no single '
-            'value closes the gap in all')
-    if kind == 'effect' and len(recordings) > 1 and verdict.search.recording.motor is None:
-        verdict = verdict.with_data(between_recordings={
+    if recordings[0].motor is not None:
+        return by_position.diagnose(recordings, model, ids, exclude, validate, seed,
+                                    Reporter(progress), jobs)
+    evidence, quantum = evidence_of(recordings, model, ids, jobs, Reporter(progress))
+    decision = decided(evidence, quantum)
+    notes = list(decision.notes)
+    if decision.remains and len(recordings) > 1:
+        same = _shown_by_each(decision, [
+            diagnose([r], model, only=only, exclude=exclude, seed=seed, jobs=jobs).effect
+            for r in recordings])
+        if same is not None:
+            decision = same
+            notes.append('the effect differs between the recordings, each of which shows it '
+                         'alone: no single value closes the gap in all')
+    lattices = tuple(name for i, name in enumerate(LATTICES)
+                     if quantum[i] > THRESHOLDS.lattice * decision.evidence.sigma[i])
+    excluded = [name for name in lattices if name in exclude]
+    if excluded and not decision.ids and not decision.remains:
+        decision = replace(decision, remains=True)
+        notes.append(f'readings stand on steps: {excluded[0]}, which is excluded')
+    basis = explained(decision, quantum, tuple(n for n in lattices if n in ids))
+    verdict = report(basis, validate, seed, notes)
+    if excluded and verdict.verdict == 'unknown':
+        place = location_of(excluded[0])
+        verdict = replace(verdict, location=place, where={**verdict.where, 'location': place},
+                          remainder={**(verdict.remainder or {}), 'location': place})
+    if verdict.verdict == 'effect' and len(recordings) > 1:
+        fit = decision.fit
+        verdict = replace(verdict, between_recordings={
             name: {key: asdict(value) for key, value in values.items()}
             for name, values in between_recordings(
-                recordings, fitted.candidate, fitted.point.z, verdict.search.long.sigma).items()})
-    if steps:
-        place = {'location': location_of(steps)}
-        verdict = verdict.with_data(
-            **place, where={**verdict.data['where'], **place},
-            remainder={**verdict.data['remainder'], **place},
-        ).warned(f'readings stand on steps: {steps}, which is excluded')
-    if refit_on_all:
-        verdict = verdict.warned(
-            'only the held-out windows show the model error: all windows were fitted, so '
-            'gap_after is not from unseen ones; validate with a second recording')
+                recordings, fit.candidate, fit.z, decision.evidence.sigma).items()})
     return verdict
 
 
-def decided_on_all(search: Search) -> tuple[Search, CandidateFit, str]:
-    """Return (search, fit, kind): the decision where no window is held out, as they are again."""
-    train = search.long.train
-    whole = search.trained_on(np.ones_like(train), {})
-    fitted, kind = decide(InnovationEvidence(whole))
-    return whole.trained_on(train, whole.fitted), fitted, kind
+class Reporter:
+    """Progress of a search whose length is not known beforehand."""
+
+    def __init__(self, callback: Callable[..., object] | None) -> None:
+        self._callback, self._done = callback, 0
+
+    def __call__(self, text: str) -> None:
+        """Report that `text` is under way."""
+        self._done += 1
+        if self._callback is not None:
+            self._callback(self._done, self._done + 1, text)
+
+
+def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: Sequence[str],
+                jobs: int, progress: Callable[[str], object]) -> tuple[Evidence, Array]:
+    """
+    Return (Evidence, quantisation steps [2] of the encoders, rad) of recordings of one drive.
+
+    Args:
+        recordings: of one drive.
+        model: its nominal model.
+        ids: effects that may be named.
+        jobs: number of threads.
+        progress: called with a text.
+    """
+    levels, steps = zip(*(noise_floor(recording, model) for recording in recordings))
+    sigma, quantum = np.zeros(2), np.zeros(2)
+    for channel in (0, 1):
+        # Of a hidden encoder the copy stands in.
+        own = [i for i, r in enumerate(recordings) if channel in r.channels] or [0]
+        sigma[channel] = max(levels[i][channel] for i in own)
+        quantum[channel] = max(steps[i][channel] for i in own)
+    rough = bool((quantum > THRESHOLDS.rough_lattice * sigma).any())
+    with_map = TORQUE_MAP.id in ids and not any(
+        effect['id'] == TORQUE_MAP.id for effect in model.effects)
+    return Evidence(tuple(recordings), model, sigma,
+                    tuple(i for i in ids if i != TORQUE_MAP.id), rough=rough,
+                    with_map=with_map, jobs=jobs, progress=progress), quantum
+
+
+def decided(evidence: Evidence, quantum: Array) -> Decision:
+    """
+    Return the decision, with coloured noise of the encoders where white noise leaves a remainder.
+
+    Args:
+        evidence: the recordings, their noise white.
+        quantum: quantisation steps of the encoders [2], rad.
+    """
+    decision = decide(evidence)
+    if decision.remains and (quantum <= THRESHOLDS.lattice * evidence.sigma).all():
+        # Where one effect leaves white noise, it is white.
+        for lowest in (MOTION, coloured_noise.FITTED):
+            noise = coloured_noise.measure(decision, lowest)
+            if noise is None:
+                break
+            sigma, colour = noise
+            decision = decide(replace(evidence, sigma=sigma, colour=colour))
+    if decision.remains and not decision.ids and decision.evidence.unseen is not None:
+        whole = decide(replace(decision.evidence, all_trained=True))
+        if not whole.remains:
+            return replace(whole, notes=(
+                'only the held-out windows show the model error: all windows were fitted, so '
+                'gap_after is not from unseen ones; validate with a second recording',))
+    return decision
+
+
+def _shown_by_each(decision: Decision, names: Sequence[str | None]) -> Decision | None:
+    """Return the decision for the effect that each recording alone shows, None if they differ."""
+    if len(set(names)) != 1 or names[0] is None:
+        return None
+    fit = next((f for f in decision.fits if f.candidate.name == names[0]), None)
+    return None if fit is None else replace(decision, fit=fit, closed=fit, remains=False)
+
+
+def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> Explained:
+    """
+    Return all that a verdict states about a decision.
+
+    Args:
+        decision: of the judge.
+        quantum: quantisation steps of the encoders [2], rad.
+        lattices: ids of quantisations that may be named.
+    """
+    evidence, fit, none = decision.evidence, decision.fit, decision.none
+    runs = decision.adequacy.runs
+    none_runs = decision.none_adequacy.runs
+    closed_runs = runs if decision.closed is fit else runs_of(evidence, evaluated(
+        evidence.whole, decision.closed.candidate, decision.closed.z, decision.closed.torque))
+    none_runs = with_starts_of(none_runs, closed_runs)
+    closed_runs = with_starts_of(closed_runs, none_runs)
+    published = none_runs
+    if none.candidate.coordinates:
+        plain = CandidateModel(evidence.model, (), ())
+        published = with_starts_of([
+            open_loop(r, evidence.model, evidence.sigma) for r in evidence.recordings], none_runs)
+        published = tuple(replace(run, data=other.data, candidate=plain, point=other.data.evaluate(
+            plain, run.point)) for run, other in zip(published, none_runs))
+    orders = {name: rows[0] for name, rows in decision.orders}
+    apart = separations(evidence, fit, decision.fits, orders)
+    errors, condition = standard_errors(evidence, decision.closed)
+    at_none = evaluated(evidence.fine, none.candidate, none.z, none.torque)
+    space = Space(evidence.fine, at_none, evidence.starts, orders)
+    dependence = decision.adequacy.dependence
+    if dependence is not None and not dependence.beyond_chance:
+        dependence = None
+    left = decision.adequacy
+    gains = {f.candidate.name: decision.gain(f) for f in decision.fits if f.candidate.ids}
+    d = {name: evidence_for(evidence, fit, decision.fits, i)
+         for i, name in enumerate(fit.candidate.ids)}
+    bursts = decision.bursts
+    if bursts is not None:
+        d['disturbance'] = bursts.gain
+        gains['+'.join((*fit.candidate.ids, 'disturbance'))] = (
+            decision.gain(fit) + bursts.gain - bursts.price)
+    return Explained(
+        evidence.recordings, evidence.model, evidence.sigma, evidence.colour, quantum,
+        fit.candidate, fit.z, float(fit.torque[0]), decision.closed.candidate, decision.closed.z,
+        published, none_runs, closed_runs if decision.closed is fit else runs, closed_runs,
+        errors, condition, gains, d, apart,
+        confusable(evidence, fit, decision.fits, apart) if fit.candidate.ids else [],
+        partial(matrix, space), left.excess, left.structure,
+        left.noise_gain, None if dependence is None else Dependence(
+            dependence.place, dependence.over, dependence.gain), decision.remains,
+        () if bursts is None else bursts.bursts, lattices)
+
+
+def standard_errors(evidence: Evidence,
+                    fit: InnovationFit) -> tuple[dict[str, dict[str, float]], float | None]:
+    """
+    Return ({id: {parameter: standard error}}, condition of the scaled normal matrix).
+
+    From the Fisher information of the innovations, nominal values free within their prior; larger
+    by the excess of the innovations where that is above 1.
+
+    Args:
+        evidence: the recordings.
+        fit: by innovations.
+    """
+    candidate, z = fit.candidate, fit.z
+    if not len(z):
+        return {}, None
+    at = evaluated(evidence.fine, candidate, z, fit.torque)
+    J = coordinate_columns(evidence.fine, at)
+    S = J.T @ J + np.diag(candidate.prior(z)[1])
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))
+    scaled = S * scale[:, None] * scale
+    misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))
+    covariance = misfit * scale[:, None] * scale * np.linalg.pinv(scaled, rcond=1e-13)
+    jacobian = candidate.wave_jacobian(z)
+    errors = np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))
+    return candidate.named_errors(z, errors), float(np.linalg.cond(scaled))
 
 
 def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:

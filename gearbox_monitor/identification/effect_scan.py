@@ -26,11 +26,11 @@ import math
 import numpy as np
 
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, Coordinate, NOT_FITTED, ORDERS, PERIODIC, PHASED, probes, replaced_value,
-    Starts, with_effects)
+    CandidateModel, Coordinate, NOT_FITTED, PERIODIC, PHASED, probes, replaced_value, Starts,
+    with_effects)
 from gearbox_monitor.identification.innovation_fit import (
-    coordinate_columns, evaluated, InnovationFit)
-from gearbox_monitor.identification.innovations import InnovationLikelihood
+    coordinate_columns, evaluated, FilteredFit, InnovationFit)
+from gearbox_monitor.identification.innovations import Likelihood
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import MEMORIES
 from gearbox_monitor.plant.effects.controller import SERVO_DELAY, SERVO_INTEGRATOR
@@ -60,26 +60,25 @@ class Proposal:
     start: Array | None = None
 
 
-def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
+def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
          ids: Iterable[str]) -> list[Proposal]:
     """
     Return a Proposal for each way in which an effect of `ids` may be added to `fit`, best first.
 
     Args:
-        likelihood: of the recording.
+        likelihood: of the recordings.
         starts: of the effects.
         fit: where the model stands.
         ids: effects to try.
     """
-    model = fit.candidate.model(fit.z)
     at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
-    scale = 1.0 / np.sqrt(at.run.trace.variance)
+    model = fit.candidate.model(fit.z)
     own = coordinate_columns(likelihood, at)
     prior = fit.candidate.prior(fit.z)
     residual = at.run.residual.ravel()
     trials = [(name, order, number, candidate)
               for name in ids if name not in fit.candidate.ids and name not in NOT_FITTED
-              for order in (ORDERS if name in PERIODIC else (None,))
+              for order in (starts.orders if name in PERIODIC else (None,))
               for number, candidate in enumerate(starts.candidates(name, order))]
     out = []
     for name, order, number, candidate in trials:
@@ -91,23 +90,47 @@ def scan(likelihood: InnovationLikelihood, starts: Starts, fit: InnovationFit,
             gain = at.run.deviance - likelihood.run(trial, fit.torque).deviance
             out.append(Proposal(name, order, number, gain))
             continue
-        if value is not None:
-            free = [replace(free[0], start=value)]  # where the fit has moved it to
-        run = at.run
-        if value == 0.0 and name in REMEMBERED:
-            run = likelihood.run(with_effects(model, [
-                {'id': name, free[0].name: TINY * free[0].scale}]), fit.torque)
-        if name in MEMORIES and free[0].start == 0.0:
-            run = likelihood.run(with_effects(model, [probes(candidate, TINY)[0][0]]), fit.torque)
-        elif name in MEMORIES:
+        if value is None and name in MEMORIES and free[0].start != 0.0:
             out.append(Proposal(name, order, number, math.inf))
             continue
-        effects, sizes = zip(*probes(candidate, A_LITTLE, value))
-        columns = np.stack([(likelihood.change(run, with_effects(model, [effect]))
-                             * scale).ravel() for effect in effects], axis=1)
+        columns, sizes = signature(likelihood, at, candidate)
         gain, step = score_test(own, prior, columns, residual)
-        out.append(Proposal(name, order, number, gain, _started(name, free, step * sizes)))
+        if value is not None:
+            free = [replace(free[0], start=value)]  # where the fit has moved it to
+        out.append(Proposal(name, order, number, gain if math.isfinite(gain) else 0.0,
+                            _started(name, free, step * sizes)))
     return sorted(out, key=lambda p: -p.gain)
+
+
+def signature(likelihood: Likelihood, at: FilteredFit,
+              candidate: CandidateModel) -> tuple[Array, Array]:
+    """
+    Return the changes [2 N, C] of whitened innovations by a little of one effect, and how much.
+
+    Args:
+        likelihood: of the recordings.
+        at: fit beside which the effect is added.
+        candidate: of this effect alone.
+
+    Returns:
+        A column for each direction in which the effect is linear, and its size [C] in the unit
+        of the effect's first parameter.
+    """
+    name, model = candidate.ids[0], at.candidate.model(at.z)
+    free = [c for c in candidate.coordinates if c.owner == 0]
+    value, run = replaced_value(model, name), at.run
+    # A memory must be there before its tangent is.
+    if value == 0.0 and name in REMEMBERED:
+        run = likelihood.run(with_effects(model, [
+            {'id': name, free[0].name: TINY * free[0].scale}]), at.torque)
+    elif value is None and name in MEMORIES:
+        run = likelihood.run(with_effects(model, [probes(candidate, TINY)[0][0]]), at.torque)
+    effects, sizes = zip(*probes(candidate, A_LITTLE, value))
+    scale = 1.0 / np.sqrt(at.run.variance)
+    columns = np.stack([(likelihood.change(run, with_effects(model, [effect])) * scale).ravel()
+                        for effect in effects], axis=1)
+    columns[~np.isfinite(columns)] = 0.0
+    return columns, np.array(sizes)
 
 
 def _started(name: str, free: Sequence[Coordinate], step: Array) -> Array:
@@ -126,7 +149,7 @@ def _started(name: str, free: Sequence[Coordinate], step: Array) -> Array:
 
 
 def score_test(own: Array, prior: tuple[Array, Array], columns: Array,
-            residual: Array) -> tuple[float, Array]:
+               residual: Array) -> tuple[float, Array]:
     """
     Return (gain in -2 log L, step [C]) of one linear step along `columns`.
 

@@ -27,11 +27,12 @@ from functools import partial
 import math
 from typing import TypeVar
 
+import numpy as np
 
 from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.effect_scan import joined, Proposal, scan
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
-from gearbox_monitor.identification.innovations import InnovationLikelihood
+from gearbox_monitor.identification.innovations import Likelihood
 
 Item = TypeVar('Item')
 Value = TypeVar('Value')
@@ -47,6 +48,8 @@ class SearchEffort:
     """
 
     screened: int = 12         # effects that are fitted a little
+    promising: float = 12.0    # gain of a score test from which on a fit may gain enough
+    confirmed: int = 3         # effects that are fitted where none is adequate and promising
     starts: int = 2            # starts or orders of each
     rounds: tuple[tuple[int, int], ...] = ((99, 2), (8, 3), (4, 15))  # how many, iterations
     bases: int = 4             # single effects that pairs grow from
@@ -73,7 +76,7 @@ class EffectSearch:
     jobs: threads; progress(text) is called as it goes on.
     """
 
-    def __init__(self, likelihood: InnovationLikelihood, starts: Starts, ids: Iterable[str],
+    def __init__(self, likelihood: Likelihood, starts: Starts, ids: Iterable[str],
                  jobs: int = 1, progress: Callable[[str], object] = lambda text: None) -> None:
         self.likelihood, self.starts, self.ids = likelihood, starts, list(ids)
         self.jobs, self.progress = jobs, progress
@@ -92,7 +95,8 @@ class EffectSearch:
         return fitted(self.likelihood, InnovationFit(candidate, candidate.start(),
                                                      self.likelihood.first_noise))
 
-    def _begun(self, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
+    def begun(self, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
+        """Return `fit` with a further effect where its fit begins."""
         candidate = joined(self.starts, fit.candidate, fit.z, proposal)
         z = candidate.start_from(fit.candidate, fit.z)
         return evaluated(self.likelihood, candidate, z, fit.torque).alone()
@@ -112,12 +116,22 @@ class EffectSearch:
             best.setdefault(fit.candidate.key, fit)
         return list(best.values())
 
-    def singles(self, none: InnovationFit) -> FitTable:
-        """Return the fits of single effects, `none` the one without."""
+    def singles(self, none: InnovationFit, adequate: bool = False) -> FitTable:
+        """
+        Return the fits of single effects.
+
+        Args:
+            none: the fit without effects.
+            adequate: whether that leaves nothing but noise; then few are fitted, and none whose
+                gain the score test does not tell.
+        """
         proposals = scan(self.likelihood, self.starts, none, self.ids)
         self.progress('screening')
-        chosen = self._chosen(proposals, EFFORT.screened, True)
-        begun_fits = self._map(lambda p: self._begun(none, p), chosen)
+        promising = proposals and any(
+            EFFORT.promising < p.gain < math.inf for p in proposals)
+        few = adequate and not promising
+        chosen = self._chosen(proposals, EFFORT.confirmed if few else EFFORT.screened, not few)
+        begun_fits = self._map(lambda p: self.begun(none, p), chosen)
         self.progress('fitting')
         fits = self._halved(begun_fits, EFFORT.rounds)
         orders: dict[str, list[int]] = {}
@@ -149,7 +163,7 @@ class EffectSearch:
                 untested = number == 0 and base is bases[0]
                 jobs += [(base, p) for p in self._chosen(proposals, EFFORT.grown, untested)]
             self.progress('pairs')
-            grown = self._map(lambda job: fitted(self.likelihood, self._begun(*job), 3), jobs)
+            grown = self._map(lambda job: fitted(self.likelihood, self.begun(*job), 3), jobs)
             fits = self._halved([*fits, *grown], ((8, 3), (4, 6)))
             if not fits:
                 break
@@ -163,3 +177,12 @@ class EffectSearch:
         """Return the effect number `i` of `pair`, fitted alone from where the pair stands."""
         single, z = self.starts.alone(pair.candidate, pair.z, i)
         return fitted(self.likelihood, InnovationFit(single, z, pair.torque), 4)
+
+    def without(self, fit: InnovationFit, i: int) -> InnovationFit:
+        """Return `fit` of one effect or two without the effect number `i`, refitted."""
+        if len(fit.candidate.ids) > 1:
+            return self.alone(fit, 1 - i)
+        candidate = self.starts.none()
+        z = np.array([v for c, v in zip(fit.candidate.coordinates, fit.z) if c.owner < 0])
+        begun = candidate.start() if len(z) != len(candidate.coordinates) else z
+        return fitted(self.likelihood, InnovationFit(candidate, begun, fit.torque), 4)

@@ -20,7 +20,7 @@ alone are an `effect`; findings beside a remainder are `incomplete`; a remainder
 `unknown`.
 """
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -34,11 +34,11 @@ class Finding:
     One effect that a recording shows.
 
     effect: its id. place: location class of the effect (actuator, motor_side, ...). joint, link:
-    of a robot. channel: reading in which it shows. values: parameters in their units. deviations:
+    of a robot. channel: reading that shows it. values: parameters in their units. deviations: the
     standard deviation of each value, None where the recording does not determine it. share: of the
     squared misfit beyond noise that it explains, 0 to 1, None where none is beyond noise. evidence:
-    2 log likelihood that it gains less the penalty of its parameters (BIC).
-    confusable: ids that explain the recording as well.
+    2 log likelihood that it gains less the penalty of its parameters (BIC). confusable: ids that
+    explain the recording as well.
     """
 
     effect: str
@@ -87,7 +87,16 @@ class Remainder:
     over: str | None = None
     joint: str | None = None
     times: tuple[tuple[float, float], ...] = ()
-    extra: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; joint and times only where there are any."""
+        data: dict[str, Any] = {'location': self.place, 'channel': self.channel,
+                                'size': self.size, 'over': self.over}
+        if self.joint is not None:
+            data['joint'] = self.joint
+        if self.times:
+            data['times'] = [list(pair) for pair in self.times]
+        return data
 
 
 def kind_of(findings: bool, remainder: bool) -> str:

@@ -24,7 +24,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.identification import multiscale
+from gearbox_monitor.identification.position import multiscale
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.likelihood import (
     damped_solve, FitPoint, normal_equations, objective, sensitivity, squares, updated,

@@ -21,15 +21,15 @@ model is wrong. One start is enough for most effects, that without it.
 """
 from dataclasses import dataclass, field
 import math
+from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.identification.candidates import CandidateModel
-from gearbox_monitor.identification.innovations import Filtered, InnovationLikelihood
+from gearbox_monitor.identification.innovations import Likelihood
 from gearbox_monitor.identification.likelihood import damped_solve
 from gearbox_monitor.kernels.types import Array
 
-LEAST, MOST = 2e-5, 50.0     # torque noise, N m rms in a sample
 FAR = 2.0                    # change of the logarithm of the noise in a step
 LOG_STEP = 0.05              # of finite differences in that logarithm
 COORDINATE_STEP = 0.1        # of the steps of a candidate: a single sample is nearly linear
@@ -45,7 +45,7 @@ class InnovationFit:
     State of the fit of a candidate.
 
     z [P] coordinates; torque [2] noise on motor and arm, N m; deviance: -2 log L with the prior,
-    as InnovationLikelihood counts it, infinite before it is evaluated.
+    as the likelihood counts it, infinite before it is evaluated.
     """
 
     candidate: CandidateModel
@@ -63,14 +63,14 @@ class InnovationFit:
 class FilteredFit(InnovationFit):
     """An InnovationFit with the run of its filter, which needs much memory."""
 
-    run: Filtered = field(kw_only=True)
+    run: Any = field(kw_only=True)
 
     def alone(self) -> InnovationFit:
         """Return the InnovationFit without the run."""
         return InnovationFit(self.candidate, self.z, self.torque, self.deviance)
 
 
-def evaluated(likelihood: InnovationLikelihood, candidate: CandidateModel, z: Array,
+def evaluated(likelihood: Likelihood, candidate: CandidateModel, z: Array,
               torque: Array) -> FilteredFit:
     """
     Return the FilteredFit at a point.
@@ -86,16 +86,18 @@ def evaluated(likelihood: InnovationLikelihood, candidate: CandidateModel, z: Ar
                        run=run)
 
 
-def annealed(likelihood: InnovationLikelihood, fit: FilteredFit) -> Array:
+def annealed(likelihood: Likelihood, fit: FilteredFit) -> Array:
     """Return the torque noise [2] that is likeliest at `fit`, by its tangents."""
     torque, deviance = fit.torque, fit.run.deviance
+    least, most = likelihood.least_noise, likelihood.most_noise
     for sides in ([0, 1], [0], [1]):
         for factor in FACTORS:
             for sign in (-1.0, 1.0):
                 improved = True
                 while improved:
                     trial = torque.copy()
-                    trial[sides] = np.clip(trial[sides] * factor ** sign, LEAST, MOST)
+                    trial[sides] = np.clip(
+                            trial[sides] * factor ** sign, least[sides], most)
                     value = np.inf if (trial == torque).all() else likelihood.with_noise(
                         fit.run, trial)[0]
                     improved = value < deviance - 0.02
@@ -104,11 +106,11 @@ def annealed(likelihood: InnovationLikelihood, fit: FilteredFit) -> Array:
     return torque
 
 
-def coordinate_columns(likelihood: InnovationLikelihood, fit: FilteredFit) -> Array:
+def coordinate_columns(likelihood: Likelihood, fit: FilteredFit) -> Array:
     """Return the derivatives of whitened innovations [2 N, P] by the coordinates of `fit`."""
     candidate, z = fit.candidate, fit.z
     steps = COORDINATE_STEP * candidate.steps()
-    scale = 1.0 / np.sqrt(fit.run.trace.variance)
+    scale = 1.0 / np.sqrt(fit.run.variance)
     columns = np.empty((scale.size, len(z)))
     for i, step in enumerate(steps):
         moved = z.copy()
@@ -122,21 +124,21 @@ def coordinate_columns(likelihood: InnovationLikelihood, fit: FilteredFit) -> Ar
     return columns
 
 
-def _noise_columns(likelihood: InnovationLikelihood, fit: FilteredFit) -> tuple[Array, Array]:
+def _noise_columns(likelihood: Likelihood, fit: FilteredFit) -> tuple[Array, Array]:
     """Return derivatives of whitened innovations and of log variances [2 N, 2] by log noise."""
-    trace = fit.run.trace
-    scale = 1.0 / np.sqrt(trace.variance)
+    run = fit.run
+    scale = 1.0 / np.sqrt(run.variance)
     means, spreads = np.empty((2, scale.size, 2))
     for i in range(2):
         torque = fit.torque.copy()
         torque[i] *= np.exp(LOG_STEP)
-        _, innovation, variance = likelihood.with_noise(fit.run, torque)
-        means[:, i] = ((innovation - trace.innovation) * scale).ravel() / LOG_STEP
-        spreads[:, i] = np.log(variance / trace.variance).ravel() / LOG_STEP
+        _, innovation, variance = likelihood.with_noise(run, torque)
+        means[:, i] = ((innovation - run.innovation) * scale).ravel() / LOG_STEP
+        spreads[:, i] = np.log(variance / run.variance).ravel() / LOG_STEP
     return means, spreads
 
 
-def fitted(likelihood: InnovationLikelihood, fit: InnovationFit, iterations: int = 12,
+def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
            tolerance: float = 0.5) -> InnovationFit:
     """
     Return the fit of maximum likelihood that `fit` leads to.
@@ -161,11 +163,11 @@ def fitted(likelihood: InnovationLikelihood, fit: InnovationFit, iterations: int
     return at.alone()
 
 
-def _step(likelihood: InnovationLikelihood, fit: FilteredFit,
+def _step(likelihood: Likelihood, fit: FilteredFit,
           damping: float) -> tuple[FilteredFit, float]:
     """Return `fit` after a Fisher step on coordinates and noise, and the damping of the next."""
     candidate, count = fit.candidate, len(fit.z)
-    read = fit.run.trace.slope.ravel() != 0.0
+    read = fit.run.read.ravel()
     residual = fit.run.residual.ravel()
     means, spreads = _noise_columns(likelihood, fit)
     J = np.concatenate([coordinate_columns(likelihood, fit), means], axis=1)
@@ -176,7 +178,8 @@ def _step(likelihood: InnovationLikelihood, fit: FilteredFit,
     g = J.T @ residual
     g[count:] += 0.5 * spreads.T @ (read - residual ** 2)
     g[:count] += pull
-    at_least = (fit.torque <= LEAST * 1.001) & (g[count:] > 0.0)
+    least, most = likelihood.least_noise, likelihood.most_noise
+    at_least = (fit.torque <= least * 1.001) & (g[count:] > 0.0)
     free = np.array([*range(count), *(count + np.flatnonzero(~at_least))], int)
     if not len(free):
         return fit, damping
@@ -187,7 +190,7 @@ def _step(likelihood: InnovationLikelihood, fit: FilteredFit,
         step[free] = -damped_solve(H[np.ix_(free, free)], g[free], damping)
         reach = np.where(log, LOG_REACH, REACH * np.maximum(np.abs(fit.z), scale))
         z = candidate.bounded(fit.z + np.clip(step[:count], -reach, reach))
-        torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), LEAST, MOST)
+        torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), least, most)
         trial = evaluated(likelihood, candidate, z, torque)
         if trial.deviance < fit.deviance - 1e-3:
             return trial, max(0.1 * damping, 1e-9)

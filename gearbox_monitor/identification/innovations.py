@@ -21,9 +21,10 @@ filter follows the drive however wrong the model is, and the torque vanishes as 
 right.
 """
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 import math
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from gearbox_monitor.estimation import innovation_filter as kernels
 from gearbox_monitor.estimation.innovation_filter import (
     FilterInput, FilterStart, FilterTrace, LASTING, MOST_STATES, N_FILTER, SampleSchedule)
 from gearbox_monitor.identification.shooting import Simulator
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.batch import LANES, N_LANE_STATE
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
@@ -48,6 +49,37 @@ MEMORY_MOVE = 1e-5  # of the size of a memory
 SPARSE = 0.02       # s from reading to reading where unexplained torque lasts: steps of less tell
 # of friction within milliseconds alone, which no model of a real drive has
 ONCE = 1e-6         # of a sample: events that are as close happen at once
+STRAY = 0.1         # of the encoders' noise, by which the least torque noise moves a run of 1 s
+MOST = 50.0         # times the standard deviation of the torque: noise with which all is followed
+
+
+class Likelihood(Protocol):
+    """Likelihood of models for one recording or several; a run is a Filtered or more of them."""
+
+    @property
+    def readings(self) -> int:
+        """Number of readings that count."""
+
+    @property
+    def least_noise(self) -> Array:
+        """Least torque noise [2] on motor and arm, N m rms in a sample."""
+
+    @property
+    def most_noise(self) -> float:
+        """Torque noise with which any recording is followed, N m rms in a sample."""
+
+    @property
+    def first_noise(self) -> Array:
+        """Torque noise [2] with which fits begin, N m rms in a sample."""
+
+    def run(self, model: DriveModel, torque: Array) -> Any:
+        """Return the run of a filter under `model` with torque noise `torque` [2]."""
+
+    def change(self, run: Any, model: DriveModel) -> Array:
+        """Return the change [N, 2] (rad) of the innovations when the model becomes `model`."""
+
+    def with_noise(self, run: Any, torque: Array) -> tuple[float, Array, Array]:
+        """Return (-2 log L, innovations, their variance) of `run` under other noise."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +100,21 @@ class Filtered:
         return self.data.torque
 
     @property
+    def innovation(self) -> Array:
+        """Innovations [N, 2], rad, 0 where nothing was read."""
+        return self.trace.innovation
+
+    @property
+    def variance(self) -> Array:
+        """Variance of the innovations [N, 2], rad^2, 1 where nothing was read."""
+        return self.trace.variance
+
+    @property
+    def read(self) -> Flags:
+        """Whether an encoder was read [N, 2]."""
+        return self.trace.slope != 0.0
+
+    @property
     def residual(self) -> Array:
         """Innovations [N, 2] in their standard deviations, 0 where nothing was read."""
         return self.trace.innovation / np.sqrt(self.trace.variance)
@@ -77,12 +124,13 @@ class InnovationLikelihood:
     """
     Likelihood of models for the parts `spans` of a Recording, noise `sigma` [2] rad.
 
-    Each part is halved: the halves are filtered side by side. coarse: on larger steps.
+    Each part is halved: the halves are filtered side by side. coarse: on larger steps; finer: with
+    so many times as many steps.
     """
 
     def __init__(self, recording: UniformRecording, model: DriveModel, sigma: Array,
-                 spans: Sequence[slice], coarse: bool = False) -> None:
-        self.simulator = Simulator(recording, model, coarse)
+                 spans: Sequence[slice], coarse: bool = False, finer: int = 1) -> None:
+        self.simulator = Simulator(recording, model, coarse, finer)
         self.recording, self.nominal = recording, model
         self.variance = np.asarray(sigma, float) ** 2
         ends = [k for span in spans for k in (span.start, (span.start + span.stop) // 2)]
@@ -119,6 +167,41 @@ class InnovationLikelihood:
             self._states[:, :4] = np.repeat(pairs.mean(axis=2), 2, axis=1)
             self._variance = np.repeat(
                 self._variance.reshape(2, 2)[:, list(recording.channels)].max(axis=1), 2)
+
+    def begun(self, states: Array, deviation: Array) -> 'InnovationLikelihood':
+        """
+        Return the likelihood whose parts begin elsewhere.
+
+        Args:
+            states: positions and speeds of motor and arm where the parts begin [C, 4].
+            deviation: standard deviation of each [4].
+        """
+        out = copy(self)
+        out._states = self._states.copy()
+        out._states[:, :4] = states
+        out._variance = np.asarray(deviation, float) ** 2
+        return out
+
+    @property
+    def least_noise(self) -> Array:
+        """
+        Least torque noise [2] on motor and arm, N m rms in a sample: what a free run cannot show.
+
+        White torque s in samples of dt moves an inertia m in T = 1 s by s sqrt(dt T^3 / 3) / m
+        rad rms. The least noise moves it by a share of the encoders' noise, as the steps of the
+        integration may (shooting.STEP_EIGENVALUE).
+        """
+        model = self.nominal
+        inertia = np.array([model.motor_inertia, model.arm_inertia])
+        if model.transmission.kind == 'rigid':
+            inertia[:] = inertia.sum()
+        sigma = float(np.sqrt(self.variance[list(self.recording.channels)].min()))
+        return np.asarray(STRAY * sigma * inertia * math.sqrt(3.0 / self.recording.dt))
+
+    @property
+    def most_noise(self) -> float:
+        """Torque noise with which any recording is followed, N m rms in a sample."""
+        return MOST * max(self._torque, 1e-3)
 
     @property
     def readings(self) -> int:
@@ -220,6 +303,106 @@ class InnovationLikelihood:
         kernels.smoothed(run.schedule, run.data, run.start.places, run.trace,
                          np.zeros(2 * len(run.start.places)), states)
         return states[:, :N_STATE]
+
+
+@dataclass(frozen=True)
+class JointlyFiltered:
+    """Runs of a filter over several recordings, their rows one after the other."""
+
+    runs: tuple[Filtered, ...]
+
+    @property
+    def deviance(self) -> float:
+        """-2 log L of all recordings."""
+        return sum(run.deviance for run in self.runs)
+
+    @property
+    def innovation(self) -> Array:
+        """Innovations [N, 2], rad, 0 where nothing was read."""
+        return np.concatenate([run.innovation for run in self.runs])
+
+    @property
+    def variance(self) -> Array:
+        """Variance of the innovations [N, 2], rad^2, 1 where nothing was read."""
+        return np.concatenate([run.variance for run in self.runs])
+
+    @property
+    def read(self) -> Flags:
+        """Whether an encoder was read [N, 2]."""
+        return np.concatenate([run.read for run in self.runs])
+
+    @property
+    def residual(self) -> Array:
+        """Innovations [N, 2] in their standard deviations, 0 where nothing was read."""
+        return np.concatenate([run.residual for run in self.runs])
+
+
+class JointLikelihood:
+    """
+    Likelihood of models for several recordings of one drive, each with encoders of its own.
+
+    parts: likelihood of each recording.
+    """
+
+    def __init__(self, parts: Sequence[InnovationLikelihood]) -> None:
+        self.parts = tuple(parts)
+
+    @property
+    def readings(self) -> int:
+        """Number of readings that count."""
+        return sum(part.readings for part in self.parts)
+
+    @property
+    def least_noise(self) -> Array:
+        """Least torque noise [2] on motor and arm, N m rms in a sample, of any recording."""
+        return np.min([part.least_noise for part in self.parts], axis=0)
+
+    @property
+    def most_noise(self) -> float:
+        """Torque noise with which any recording is followed, N m rms in a sample."""
+        return max(part.most_noise for part in self.parts)
+
+    @property
+    def first_noise(self) -> Array:
+        """Torque noise [2] on motor and arm with which fits begin, N m rms in a sample."""
+        return np.max([part.first_noise for part in self.parts], axis=0)
+
+    def run(self, model: DriveModel, torque: Array) -> JointlyFiltered:
+        """
+        Return all recordings filtered under `model` with torque noise `torque` [2].
+
+        Args:
+            model: model of the drive.
+            torque: noise of the torque on motor and arm, N m rms in a sample.
+        """
+        return JointlyFiltered(tuple(part.run(model, torque) for part in self.parts))
+
+    def change(self, run: JointlyFiltered, model: DriveModel) -> Array:
+        """
+        Return the change [N, 2] (rad) of the innovations when the model becomes `model`.
+
+        Args:
+            run: run of the filter.
+            model: a model close to that of the run.
+        """
+        return np.concatenate([part.change(own, model)
+                               for part, own in zip(self.parts, run.runs)])
+
+    def with_noise(self, run: JointlyFiltered, torque: Array) -> tuple[float, Array, Array]:
+        """
+        Return (-2 log L, innovations [N, 2], their variance [N, 2]) of `run` under other noise.
+
+        Args:
+            run: filter that was run.
+            torque: noise of the torque on motor and arm, N m rms in a sample.
+        """
+        rows = [part.with_noise(own, torque) for part, own in zip(self.parts, run.runs)]
+        return (sum(row[0] for row in rows), np.concatenate([row[1] for row in rows]),
+                np.concatenate([row[2] for row in rows]))
+
+    def smoothed(self, run: JointlyFiltered) -> list[Array]:
+        """Return the smoothed states [N, N_STATE] of each recording, NaN outside of its parts."""
+        return [part.smoothed(own) for part, own in zip(self.parts, run.runs)]
 
 
 def _kernels_of(model: DriveModel) -> tuple[PackedDrive, tuple[Any, Any]]:

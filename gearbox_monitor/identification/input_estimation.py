@@ -18,6 +18,7 @@ Free-form input estimation: an arbitrary signal at one place, fitted in each win
 The signal is piecewise linear (triangles of 40 ms): a torque on the motor, on the arm or in the
 transmission, or an offset of one encoder.
 """
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
@@ -34,6 +35,12 @@ ITERATIONS = 4
 TORQUES = ('motor_side', 'arm_side', 'transmission')   # in the order of Simulator.run's extra
 SENSORS = ('motor_sensor', 'arm_sensor')
 PLACES = (*TORQUES, *SENSORS)
+
+
+def torque_places(model: DriveModel) -> tuple[str, ...]:
+    """Return the places at which a torque can act in a drive."""
+    # In a rigid drive any torque moves both sides alike.
+    return TORQUES if model.transmission.kind != 'rigid' else TORQUES[:1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,15 +252,16 @@ def taken_over(windows: ShootingWindows, states: Array, targets: ShootingWindows
                      for begin, own in zip(targets.begin, fallback)])
 
 
-def reduced_chi2(free: InputEstimate) -> float:
+def reduced_chi2(estimates: Sequence[InputEstimate]) -> float:
     """
     Return chi2 per reading that is left, geometric mean of windows: one stuck counts less.
 
     Args:
-        free: free-form input estimate.
+        estimates: of a free signal at one place, in each recording.
     """
-    size = free.residual.shape[1]
-    per_reading = np.maximum(free.chi2 / (size - free.unknowns), 1e-300)
+    per_reading = np.concatenate([
+        np.maximum(free.chi2 / (free.residual.shape[1] - free.unknowns), 1e-300)
+        for free in estimates])
     return float(np.exp(np.mean(np.log(per_reading))))
 
 

@@ -15,74 +15,50 @@
 """
 Isolability: which effects a recording can distinguish, by the angles between their signatures.
 
-The signature of an effect is the change of the readings by a little of it, less what window states
-and nominal values can imitate. With evidence d for an effect (generalised likelihood ratio),
-another effect that leaves the share s2 of its signature is indistinguishable unless d s2 is more
-than THRESHOLDS.isolable.
+The signature of an effect is the change of the whitened innovations by a little of it, less what
+the other values of a fit can imitate. With evidence d for an effect (generalised likelihood
+ratio), another effect that leaves the share s2 of its signature is indistinguishable unless d s2
+is more than THRESHOLDS.isolable.
 """
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 import math
 from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification import likelihood
 from gearbox_monitor.identification.candidates import (
-    NOT_FITTED, PERIODIC, replaced_value)
-from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.search import Search
+    CandidateModel, NOT_FITTED, PERIODIC, replaced_value, Starts)
+from gearbox_monitor.identification.effect_scan import signature
+from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.innovation_fit import (
+    coordinate_columns, evaluated, FilteredFit, InnovationFit)
+from gearbox_monitor.identification.innovations import Likelihood
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 
-CAREFUL = 6   # best single effects, whose fits count
 TWINS = {name: effect.twin for name, effect in EFFECTS.items() if effect.twin}
 SMALL = 1e-9
 Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
 
 
 class Space:
-    """Scalar products of changes of the training windows, free unknowns taken out."""
+    """
+    Changes of whitened innovations about one fit.
 
-    def __init__(self, search: Search, fitted: CandidateFit) -> None:
-        self.search, self.fitted = search, fitted
-        data, point = search.long, fitted.point
-        self.model = fitted.candidate.model(point.z)
-        s = likelihood.sensitivity(data, fitted.candidate, point)
-        train = data.train
-        Jx = s.Jx[train]
-        # Orthonormal in each window: the states' part is then a plain product.
-        Jx = Jx / np.maximum(np.linalg.norm(Jx, axis=1, keepdims=True), 1e-30)
-        self._basis, _ = np.linalg.qr(Jx)
-        self.own = self.clean(s.Jz)  # [M, P]
+    own [M, P]: by its coordinates; orders {id: N} of periodic effects.
+    """
 
-    def clean(self, columns: Array) -> Array:
-        """Return columns [W, 2L, C] as [M, C], window states taken out."""
-        columns = columns[self.search.long.train]
-        columns = columns - self._basis @ (self._basis.transpose(0, 2, 1) @ columns)
-        return columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
+    def __init__(self, likelihood: Likelihood, at: FilteredFit, starts: Starts,
+                 orders: Mapping[str, int]) -> None:
+        self.likelihood, self.at, self.starts, self.orders = likelihood, at, starts, orders
+        self.own = coordinate_columns(likelihood, at)
 
-    def signature(self, name: str, order: int | None = None) -> Array:
-        """
-        Return the changes [M, C] by a little of effect `name`, one column per way.
-
-        Args:
-            name: id of an effect.
-            order: order N of a periodic effect, None for the others.
-        """
-        effects = [effect for probe in self.search.probes(name, order) for effect in probe]
-        return self.clean(likelihood.effect_columns(
-            self.search.long, self.model, self.fitted.point, effects))
-
-
-def _orders(search: Search, name: str) -> int | None:
-    """Return the order of the periodic effect `name` that fits best, None for others."""
-    if name not in PERIODIC:
-        return None
-    candidate_fit = search.fitted.get(name)
-    if candidate_fit is not None:
-        return candidate_fit.candidate.orders[0]
-    return search.found_orders(name)[0]
+    def signature(self, name: str) -> Array:
+        """Return the changes [M, C] by a little of effect `name`, one column per way."""
+        order = self.orders.get(name, 1) if name in PERIODIC else None
+        return signature(self.likelihood, self.at, self.starts.candidates(name, order)[0])[0]
 
 
 def share_left(a: Array, b: Array) -> float:
@@ -123,16 +99,16 @@ def remove(columns: Array, nuisances: Array, prior: Array) -> Array:
     return padded - q @ (q.T @ padded)
 
 
-def direction(fitted: CandidateFit, owner: int, own: Array) -> Array:
+def direction(candidate: CandidateModel, z: Array, owner: int, own: Array) -> Array:
     """
-    Return the change [M, 1] towards no effect `owner` of `fitted`, from its columns `own`.
+    Return the change [M, 1] towards no effect number `owner` of a candidate.
 
     Args:
-        fitted: fit on the long windows.
+        candidate: with the effect.
+        z: its coordinates [P].
         owner: index of the effect in the candidate.
-        own: changes of the readings by each coordinate [M, P].
+        own: changes by each coordinate [M, P].
     """
-    candidate, z = fitted.candidate, fitted.point.z
     name = candidate.ids[owner]
     null = replaced_value(candidate.nominal, name) or 0.0
     total, has_coordinates = np.zeros(len(own)), False
@@ -148,109 +124,100 @@ def direction(fitted: CandidateFit, owner: int, own: Array) -> Array:
     return total[:, None] if has_coordinates else np.zeros((len(own), 0))
 
 
-def evidence(search: Search, fitted: CandidateFit, owner: int = 0) -> float:
+def evidence_for(evidence: Evidence, fit: InnovationFit, fits: Sequence[InnovationFit],
+                 owner: int) -> float:
     """
-    Return d: 2 log likelihood that the effect `owner` of `best` gains, on training windows.
+    Return d: 2 log likelihood that the effect `owner` of `fit` gains.
 
     Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
+        evidence: the recordings.
+        fit: with the effect.
+        fits: all that were scored; the best of those without the effect is what it is against.
         owner: index of the effect in the candidate.
     """
-    train = search.long.train
-    other_ids = [n for i, n in enumerate(fitted.candidate.ids) if i != owner]
-    without = search.fitted.get('+'.join(other_ids)) or search.fitted['']
-    gain = without.score - fitted.score + (
-        fitted.candidate.n_effect - without.candidate.n_effect) * math.log(search.long.n_train)
-    if math.isfinite(gain):
-        return float(gain)
-    return float((without.point.chi2 - fitted.point.chi2)[train].sum())
+    kept = {name for i, name in enumerate(fit.candidate.ids) if i != owner}
+    without = min((f for f in fits if set(f.candidate.ids) <= kept), key=evidence.score)
+    return float(without.deviance - fit.deviance)
 
 
-def separations(search: Search, fitted: CandidateFit) -> Separations:
+def separations(evidence: Evidence, fit: InnovationFit, fits: Sequence[InnovationFit],
+                orders: Mapping[str, int]) -> Separations:
     """
-    Return {id of `best`: (d, {other id: s2})}: how much of its evidence others cannot imitate.
+    Return {id of `fit`: (d, {other id: s2})}: how much of its evidence others cannot imitate.
 
-    Other effects of `best`, window states and nominal values (with their prior) give way.
+    The other effects of `fit` and nominal values (with their prior) give way.
 
     Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
+        evidence: the recordings.
+        fit: that is reported.
+        fits: all that were scored.
+        orders: {id: N} of periodic effects.
     """
-    candidate = fitted.candidate
-    owners = [i for i, n in enumerate(candidate.ids) if n not in NOT_FITTED]
+    candidate = fit.candidate
+    owners = [i for i, name in enumerate(candidate.ids)
+              if name not in (*NOT_FITTED, TORQUE_MAP.id)]
     if not owners:
         return {}
-    space = Space(search, fitted)
-    _, prior = candidate.prior(fitted.point.z)
-    names = [n for n in search.ids if n not in NOT_FITTED and n not in candidate.ids]
-
-    def one(name: str) -> Array:
-        """Return the signature of the effect `name`."""
-        return space.signature(name, _orders(search, name))
-    signatures = dict(zip(names, map(one, names)))
+    at = evaluated(evidence.fine, candidate, fit.z, fit.torque)
+    space = Space(evidence.fine, at, evidence.starts, orders)
+    _, prior = candidate.prior(fit.z)
+    names = [n for n in evidence.ids if n not in NOT_FITTED and n not in candidate.ids]
+    signatures = {name: space.signature(name) for name in names}
     out = {}
     for owner in owners:
-        other_coordinates = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
-        nuisances, weight = space.own[:, other_coordinates], prior[other_coordinates]
-        a = remove(direction(fitted, owner, space.own), nuisances, weight)
+        others = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
+        nuisances, weight = space.own[:, others], prior[others]
+        a = remove(direction(candidate, fit.z, owner, space.own), nuisances, weight)
         table = {name: share_left(a, remove(columns, nuisances, weight))
                  for name, columns in signatures.items()}
-        out[candidate.ids[owner]] = (evidence(search, fitted, owner), table)
+        out[candidate.ids[owner]] = (evidence_for(evidence, fit, fits, owner), table)
     return out
 
 
-def confusable(search: Search, fitted: CandidateFit,
-               separation_table: Separations | None = None) -> list[str]:
+def confusable(evidence: Evidence, fit: InnovationFit, fits: Sequence[InnovationFit],
+               separation_table: Separations) -> list[str]:
     """
-    Return the ids that this recording cannot distinguish from an effect of `fitted`.
+    Return the ids that these recordings cannot distinguish from an effect of `fit`.
 
     An effect is confusable if it imitates all but a little of the evidence (generalised likelihood
-    ratio) and its own careful fit does not lag behind by more, or if its fit lags by less, linear
-    or not. With model error, a fit must lag by a share of the evidence.
+    ratio) and its own fit does not lag behind by more, or if its fit lags by less, linear or not.
 
     Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
-        separation_table: result of `separations`, computed if None.
+        evidence: the recordings.
+        fit: that is reported.
+        fits: all that were scored.
+        separation_table: result of `separations`.
     """
-    single = len(fitted.candidate.ids) == 1
-    limit = THRESHOLDS.isolable
-    if search.long.weighing is not None:
-        limit = max(limit, THRESHOLDS.isolable_share * (search.fitted[''].score - fitted.score))
-    careful = search.ranked()[:CAREFUL]
+    ids, limit = fit.candidate.ids, THRESHOLDS.isolable
+    if evidence.lasting:
+        none = min((f for f in fits if not f.candidate.ids), key=evidence.score)
+        limit = max(limit, THRESHOLDS.isolable_share * (
+            evidence.score(none) - evidence.score(fit)))
+    lag = {f.candidate.key: evidence.score(f) - evidence.score(fit) for f in fits}
     out = []
-    for d, table in (separation_table or separations(search, fitted)).values():
+    for d, table in separation_table.values():
         for rival, s2 in sorted(table.items(), key=lambda item: item[1]):
-            rival_fit = search.fitted.get(rival)
-            lags = (single and rival_fit is not None and rival in careful
-                    and rival_fit.score > fitted.score + THRESHOLDS.isolable)
+            lags = len(ids) == 1 and lag.get((rival,), -math.inf) > THRESHOLDS.isolable
             if d * s2 < THRESHOLDS.isolable and not lags:
                 out.append(rival)
-    if single:
-        out += [n for n in careful if search.fitted[n].score < fitted.score + limit
-                and (fitted.white is None or search.fitted[n].white is not None)]
-    else:  # pairs that have one effect in common with `best`
-        neighbours = [f.candidate.ids for f in search.fitted.values()
-                      if len(f.candidate.ids) == 2 and f.score < fitted.score + limit
-                      and (fitted.white is None or f.white is not None)]
-        out += [i for ids in neighbours if set(ids) & set(fitted.candidate.ids) for i in ids]
-    out += [TWINS[i] for i in fitted.candidate.ids if i in TWINS and TWINS[i] in search.ids]
-    return list(dict.fromkeys(i for i in out if i not in fitted.candidate.ids))
+    for key, value in lag.items():
+        if len(key) == len(ids) and value < limit and (len(ids) == 1 or set(key) & set(ids)):
+            out += key
+    out += [TWINS[i] for i in ids if i in TWINS and TWINS[i] in evidence.ids]
+    return list(dict.fromkeys(i for i in out if i not in (*ids, TORQUE_MAP.id)))
 
 
-def matrix(search: Search, ids: Iterable[str]) -> tuple[list[str], Array]:
+def matrix(space: Space, ids: Iterable[str]) -> tuple[list[str], Array]:
     """
     Return (ids, s2 [A, B]): share of the signature of a that b cannot imitate, about no effect.
 
     Args:
-        search: fits of all candidates to one recording.
+        space: about the fit without effects.
         ids: ids of the effects; those that are not fitted as a motion are left out.
     """
-    none = search.fitted['']
-    space = Space(search, none)
-    _, prior = none.candidate.prior(none.point.z)
-    ids = [n for n in ids if n not in NOT_FITTED]
-    columns = [remove(space.signature(n, _orders(search, n)), space.own, prior) for n in ids]
+    candidate = space.at.candidate
+    _, prior = candidate.prior(space.at.z)
+    ids = [n for n in ids if n not in (*NOT_FITTED, TORQUE_MAP.id)]
+    columns = [remove(space.signature(n), space.own, prior) for n in ids]
     first = [a[:, :1] if name not in PERIODIC else a for name, a in zip(ids, columns)]
     return ids, np.array([[share_left(a, b) for b in columns] for a in first])

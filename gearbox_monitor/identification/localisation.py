@@ -30,41 +30,43 @@ from gearbox_monitor.identification import basis_functions, likelihood, window_s
 from gearbox_monitor.identification.input_estimation import (
     better_of, InputEstimate, InputEstimator, PLACES, QUARTERS, reduced_chi2, SENSORS, SPACING,
     taken_over, TORQUES, triangles)
-from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import N_MEMORY
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.identification.windows import WindowRuns
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 THIRDS = ('low', 'mid', 'high')
 REVERSAL = 0.05     # s around a change of sign of the motor's speed
 BANDS = (3.0, 15.0)  # Hz, between low, mid and high frequency
 
 
-def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
-               places: Sequence[str] = PLACES) -> dict[str, InputEstimate]:
+def free_forms(runs: WindowRuns, jobs: int = 1, places: Sequence[str] = PLACES,
+               quarters: bool = True) -> dict[str, InputEstimate]:
     """
-    Return {place: InputEstimate} on the long windows, on top of `fitted`.
+    Return {place: InputEstimate} on the windows of one recording, on top of free runs.
 
     Quarters of the windows first: in them a wrong contact of the gap does not hold the fit.
 
     Args:
-        search: fits of all candidates to one recording.
-        fitted: fit without effects.
+        runs: of the model that lacks something.
         jobs: number of threads.
         places: places of the free signals.
+        quarters: whether quarters of the windows come first.
     """
-    long, point = search.long, fitted.point
-    model = fitted.candidate.model(point.z)
-    quarters = long.windows.parted(QUARTERS)
-    short = replace(long, windows=quarters, train=np.ones(len(quarters), bool), weighing=None)
+    if not quarters:
+        return {place: InputEstimator(runs.data, runs.model, place, runs.point).solve(
+            runs.point.states) for place in places}
+    long, point, model = runs.data, runs.point, runs.model
+    dt = runs.recording.dt
+    parts = long.windows.parted(QUARTERS)
+    short = replace(long, windows=parts, train=np.ones(len(parts), bool), weighing=None)
     states: Array
     memory: Array
-    if fitted.smooth is None:
-        states, memory = short.raw_states(), np.zeros((len(quarters), N_MEMORY))
+    if runs.smooth is None:
+        states, memory = short.raw_states(), np.zeros((len(parts), N_MEMORY))
     else:
-        states, memory = np.split(fitted.smooth[quarters.begin], [4], axis=1)
-    index = np.arange(len(quarters))
+        states, memory = np.split(runs.smooth[parts.begin], [4], axis=1)
+    index = np.arange(len(parts))
     states, _ = window_states.solve_states(short, model, states, memory, index)
     start_point = likelihood.FitPoint(point.z, states, memory)
 
@@ -74,10 +76,10 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
         rough = brief.solve(states)
         fit = InputEstimator(long, model, place, point)
         started = taken_over(short.windows, rough.states, long.windows, point.states)
-        series = np.zeros(len(search.recording.u))
+        series = np.zeros(len(runs.recording.u))
         for first, values in zip(short.windows.first, rough.signal @ brief.basis[brief.lead:].T):
             series[first:first + short.windows.length] = values
-        peaks = np.rint(np.arange(fit.basis.shape[1]) * SPACING / search.recording.dt).astype(int)
+        peaks = np.rint(np.arange(fit.basis.shape[1]) * SPACING / dt).astype(int)
         peaks = np.minimum(long.windows.first[:, None] + peaks, len(series) - 1)
         # From nothing as well: over long windows rough values may lead astray.
         return better_of(fit.solve(started, series[peaks]), fit.solve(point.states))
@@ -85,17 +87,17 @@ def free_forms(search: Search, fitted: CandidateFit, jobs: int = 1,
         return dict(zip(places, pool.map(one, places)))
 
 
-def laws(search: Search, free: InputEstimate, moved: Mapping[str, Array],
-         ) -> dict[str, basis_functions.Law]:
+def laws(runs: WindowRuns, free: InputEstimate,
+         moved: Mapping[str, Array]) -> dict[str, basis_functions.Law]:
     """
-    Return {name: Law} of a InputEstimate of the long windows over `moved` {name: values [W, L]}.
+    Return {name: Law} of a InputEstimate over `moved` {name: values [W, L]}.
 
     Args:
-        search: fits of all candidates to one recording.
+        runs: of the model that lacks something.
         free: free-form input estimate.
         moved: motion variables by name [W, L].
     """
-    basis = triangles(search.long.windows.length, 0, search.recording.dt)
+    basis = triangles(runs.data.windows.length, 0, runs.recording.dt)
     out = {}
     for name, value in moved.items():
         edges_of = (basis_functions.edges_about_zero if 'speed' in name
@@ -105,20 +107,12 @@ def laws(search: Search, free: InputEstimate, moved: Mapping[str, Array],
     return out
 
 
-def labels(search: Search, fitted: CandidateFit) -> dict[str, tuple[tuple[str, ...], Integers]]:
-    """
-    Return {region: (names, bin of each sample [W, L] of the long windows)}.
-
-    Thirds hold a third of the samples each where values are spread enough.
-
-    Args:
-        search: fits of all candidates to one recording.
-        fitted: fit without effects.
-    """
-    recording, windows = search.recording, search.long.windows
-    model, dt = search.model, recording.dt
+def _motion(runs: WindowRuns) -> tuple[dict[str, Array], Flags]:
+    """Return ({quantity: values [W, L]}, whether a reversal is near [W, L]) of a recording."""
+    recording, windows, model = runs.recording, runs.data.windows, runs.model
+    dt = recording.dt
     index = windows.first[:, None] + np.arange(windows.length)
-    positions = search.long.positions(fitted.candidate.model(fitted.point.z), fitted.point)
+    positions = runs.data.positions(model, runs.point)
     y = savgol_filter(positions, max(5, 2 * round(0.01 / dt) + 1), 2, axis=0)
     speed = np.gradient(savgol_filter(
         positions[:, 0], max(5, 2 * round(0.02 / dt) + 1), 2), dt)
@@ -129,19 +123,35 @@ def labels(search: Search, fitted: CandidateFit) -> dict[str, tuple[tuple[str, .
     else:
         load = model.transmission.stiffness * np.maximum(np.abs(twist) - b, 0.0)
     width = max(1, round(REVERSAL / dt))
-    turns = np.flatnonzero(np.diff(np.sign(speed)) != 0)
-    distance = np.full(len(speed), len(speed))
-    for k in turns:
-        distance[max(0, k - width):k + width + 1] = 0
-    out: dict[str, tuple[tuple[str, ...], Integers]] = {}
-    for name, value in (('speed', np.abs(speed)), ('angle', y[:, 1]), ('load', load),
-                        ('time', np.arange(len(speed)) * dt)):
-        value = value[index]
-        out[name] = (THIRDS, np.searchsorted(np.quantile(value, [1 / 3, 2 / 3]), value))
-    out['reversal'] = (('away', 'near'), (distance[index] == 0).astype(int))
-    twist = twist[index]
-    out['twist'] = (('gap', 'upper_flank', 'lower_flank'),
-                    np.where(twist > b, 1, np.where(twist < -b, 2, 0)))
+    near = np.zeros(len(speed), bool)
+    for k in np.flatnonzero(np.diff(np.sign(speed)) != 0):
+        near[max(0, k - width):k + width + 1] = True
+    moved = {'speed': np.abs(speed), 'angle': y[:, 1], 'load': load,
+             'time': np.arange(len(speed)) * dt, 'twist': twist}
+    return {name: value[index] for name, value in moved.items()}, near[index]
+
+
+def labels(runs: Sequence[WindowRuns]
+           ) -> dict[str, tuple[tuple[str, ...], list[Integers]]]:
+    """
+    Return {region: (names, bin of each sample [W, L] of the windows of each recording)}.
+
+    Thirds hold a third of the samples of all recordings each, where values are spread enough.
+
+    Args:
+        runs: without effects, of each recording.
+    """
+    every = [_motion(run) for run in runs]
+    out: dict[str, tuple[tuple[str, ...], list[Integers]]] = {}
+    for name in ('speed', 'angle', 'load', 'time'):
+        limits = np.quantile(np.concatenate([moved[name].ravel() for moved, _ in every]),
+                             [1 / 3, 2 / 3])
+        out[name] = (THIRDS, [np.searchsorted(limits, moved[name]) for moved, _ in every])
+    out['reversal'] = (('away', 'near'), [near.astype(int) for _, near in every])
+    b = runs[0].model.transmission.half_gap
+    out['twist'] = (('gap', 'upper_flank', 'lower_flank'), [
+        np.where(moved['twist'] > b, 1, np.where(moved['twist'] < -b, 2, 0))
+        for moved, _ in every])
     return out
 
 
@@ -160,38 +170,43 @@ def _bands(series: Array, dt: float) -> tuple[Array, Array]:
             np.array([(band == k).mean() for k in range(3)]))
 
 
-def region(search: Search, fitted: CandidateFit, free: InputEstimate) -> dict[str, dict[str, Any]]:
+def region(runs: Sequence[WindowRuns],
+           estimates: Sequence[InputEstimate]) -> dict[str, dict[str, Any]]:
     """
     Return {region: {'time', 'residual', 'signal': {bin: share}, 'most': bin}}.
 
-    time: share of the samples; residual: of the power of the residual of `fitted` beyond noise;
-    signal: of the evidence for the InputEstimate `free`; most: where it is densest.
+    time: share of the samples; residual: of the power of the residual beyond noise; signal: of the
+    evidence for the free signal; most: where it is densest.
 
     Args:
-        search: fits of all candidates to one recording.
-        fitted: fit without effects.
-        free: free-form input estimate at the place found.
+        runs: without effects, of each recording.
+        estimates: free-form input at the place, in each recording.
     """
-    long, dt = search.long, search.recording.dt
-    residual = long.parted(fitted.point.residual)
-    power = (residual ** 2).sum(axis=2) - len(long.channels)
-    basis = triangles(long.windows.length, 0, dt)
-    strength = (free.evidence - 1.0) @ (basis / basis.sum(axis=0)).T
+    powers, strengths = [], []
+    band_residual, band_signal, parts = np.zeros(3), np.zeros(3), np.zeros(3)
+    for run, free in zip(runs, estimates):
+        residual, dt = run.residual, run.recording.dt
+        powers.append((residual ** 2).sum(axis=2) - residual.shape[2])
+        basis = triangles(run.data.windows.length, 0, dt)
+        strengths.append((free.evidence - 1.0) @ (basis / basis.sum(axis=0)).T)
+        for channel in range(residual.shape[2]):
+            bands, part = _bands(residual[:, :, channel], dt)
+            noise = residual.shape[0] * residual.shape[1] * (residual.shape[1] // 2 + 1)
+            band_residual += np.clip(bands - noise * part, 0.0, None)
+        bands, part = _bands(free.signal @ basis.T, dt)
+        band_signal, parts = band_signal + bands, parts + part / len(runs)
+    power, strength = (np.concatenate([row.ravel() for row in rows])
+                       for rows in (powers, strengths))
     out: dict[str, dict[str, Any]] = {}
-    for name, (names, label) in labels(search, fitted).items():
+    for name, (names, bins) in labels(runs).items():
+        label = np.concatenate([row.ravel() for row in bins])
         out[name] = {'time': _shares(np.ones_like(power), label, names),
                      'residual': _shares(power, label, names),
                      'signal': _shares(strength, label, names)}
-    band_residual = np.zeros(3)
-    for channel in range(len(long.channels)):
-        bands, part = _bands(residual[:, :, channel], dt)
-        noise = residual.shape[0] * residual.shape[1] * (residual.shape[1] // 2 + 1)
-        band_residual += np.clip(bands - noise * part, 0.0, None)
-    signal, _ = _bands(free.signal @ basis.T, dt)
     out['frequency'] = {
-        'time': dict(zip(THIRDS, part.tolist())),
+        'time': dict(zip(THIRDS, parts.tolist())),
         'residual': dict(zip(THIRDS, (band_residual / max(band_residual.sum(), 1e-300)).tolist())),
-        'signal': dict(zip(THIRDS, (signal / max(signal.sum(), 1e-300)).tolist()))}
+        'signal': dict(zip(THIRDS, (band_signal / max(band_signal.sum(), 1e-300)).tolist()))}
     for shares in out.values():
         ratio = {k: (v or 0.0) / shares['time'][k] for k, v in shares['signal'].items()
                  if shares['time'][k]}
@@ -199,90 +214,117 @@ def region(search: Search, fitted: CandidateFit, free: InputEstimate) -> dict[st
     return out
 
 
-def _explained_by(free: InputEstimate, columns: Array) -> float:
-    """Return the share of the evidence for `free` that columns [W, H, C] explain."""
+def _products(free: InputEstimate, columns: Array) -> tuple[Array, Array]:
+    """Return the normal equations (gram [C, C], pull [C]) of a signal by columns [W, H, C]."""
     weighted = np.einsum('wij,wjc->wic', free.precision, columns)
-    gram = np.einsum('wic,wid->cd', columns, weighted)
-    g = np.einsum('wic,wi->c', weighted, free.signal)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    step = scale * np.linalg.lstsq(gram * scale[:, None] * scale, g * scale, rcond=1e-12)[0]
-    total = max(free.evidence.sum(), 1e-300)
-    return float(np.clip(step @ g / total, 0.0, 1.0))
+    return (np.einsum('wic,wid->cd', columns, weighted),
+            np.einsum('wic,wi->c', weighted, free.signal))
 
 
-def command_or_motion(search: Search, free: InputEstimate) -> dict[str, float]:
+def command_or_motion(runs: Sequence[WindowRuns],
+                      estimates: Sequence[InputEstimate]) -> dict[str, float]:
     """
-    Return the shares of the torque of `free` on the motor that simple laws explain.
+    Return the shares of the torque missing on the motor that simple laws explain.
 
     command: the torque u and its rate; motion: the motor's speed and its sign; constant. An effect
     of the actuator acts where one on the motor does; this tells them apart.
 
     Args:
-        search: fits of all candidates to one recording.
-        free: free-form input estimate.
+        runs: without effects, of each recording.
+        estimates: free-form torque on the motor, in each recording.
     """
-    recording, windows = search.recording, search.long.windows
-    dt, width = recording.dt, max(3, 2 * round(0.5 * SPACING / recording.dt) + 1)
-    speed = np.gradient(savgol_filter(recording.positions[:, 0], width, 2), dt)
-    mean = np.ones(width) / width
-    s = np.convolve(search.model.friction_side(speed), mean, 'same')
-    u = np.convolve(recording.torque, mean, 'same')
-    rate = np.gradient(u, dt)
-    peaks = np.rint(np.arange(free.signal.shape[1]) * SPACING / dt).astype(int)
-    at = np.minimum(windows.first[:, None] + peaks, len(u) - 1)
-    return {name: _explained_by(free, np.stack(columns, axis=2)) for name, columns in (
-        ('command', (u[at], rate[at])), ('motion', (speed[at], s[at])),
-        ('constant', (np.ones(at.shape),)))}
+    sums: dict[str, tuple[Array, Array]] = {}
+    total = 1e-300
+    for run, free in zip(runs, estimates):
+        recording, windows, dt = run.recording, run.data.windows, run.recording.dt
+        width = max(3, 2 * round(0.5 * SPACING / dt) + 1)
+        speed = np.gradient(savgol_filter(recording.positions[:, 0], width, 2), dt)
+        mean = np.ones(width) / width
+        s = np.convolve(run.model.friction_side(speed), mean, 'same')
+        u = np.convolve(recording.torque, mean, 'same')
+        rate = np.gradient(u, dt)
+        peaks = np.rint(np.arange(free.signal.shape[1]) * SPACING / dt).astype(int)
+        at = np.minimum(windows.first[:, None] + peaks, len(u) - 1)
+        total += float(free.evidence.sum())
+        for name, columns in (('command', (u[at], rate[at])), ('motion', (speed[at], s[at])),
+                              ('constant', (np.ones(at.shape),))):
+            gram, pull = _products(free, np.stack(columns, axis=2))
+            before = sums.get(name, (0.0, 0.0))
+            sums[name] = gram + before[0], pull + before[1]
+    out = {}
+    for name, (gram, pull) in sums.items():
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
+        step = scale * np.linalg.lstsq(gram * scale[:, None] * scale, pull * scale,
+                                       rcond=1e-12)[0]
+        out[name] = float(np.clip(step @ pull / max(total, 1e-300), 0.0, 1.0))
+    return out
 
 
-def visible_places(search: Search) -> tuple[str, ...]:
-    """
-    Return the places that this drive and its encoders tell apart.
-
-    Args:
-        search: fits of all candidates to one recording.
-    """
+def visible_places(runs: WindowRuns) -> tuple[str, ...]:
+    """Return the places that the drive and the encoders of a recording tell apart."""
+    recording = runs.recording
     # A motion that is put in takes no offset; one encoder alone takes whatever is asked of it.
-    sensors = SENSORS if search.recording.motor is None else SENSORS[1:]
-    both = len(search.long.channels) == 2
-    if search.model.transmission.kind != 'rigid':
-        return (*TORQUES, *sensors) if both or search.recording.motor is not None else TORQUES
+    sensors = SENSORS if recording.motor is None else SENSORS[1:]
+    both = len(recording.channels) == 2
+    if runs.model.transmission.kind != 'rigid':
+        return (*TORQUES, *sensors) if both or recording.motor is not None else TORQUES
     # Any torque moves both sides alike.
     return ('motor_side', *sensors) if both else ('motor_side',)
 
 
-def places(search: Search, fitted: CandidateFit, jobs: int = 1) -> dict[str, Any]:
+NOWHERE: Mapping[str, Any] = {'place': 'none', 'location': 'none', 'places': {}, 'margin': 1.0,
+                              'actuator': {}, 'region': {}}
+
+
+def some_windows(runs: WindowRuns, most: int) -> WindowRuns:
+    """Return `most` windows of a recording, evenly spread, or all if there are fewer."""
+    count = len(runs.data.windows)
+    if count <= most:
+        return runs
+    index = np.linspace(0, count - 1, most).round().astype(int)
+    point, data = runs.point, runs.data
+    return replace(
+        runs, data=replace(data, windows=data.windows.take(index), train=data.train[index]),
+        point=replace(point, states=point.states[index], memory=point.memory[index],
+                      residual=point.residual[index], chi2=point.chi2[index],
+                      carry=None if point.carry is None else point.carry[index]))
+
+
+def places(runs: Sequence[WindowRuns], jobs: int = 1, most: int | None = None) -> dict[str, Any]:
     """
-    Return how much of the gap that `fitted` (none) leaves a free signal at each place explains.
+    Return how much of the gap that `runs` leave a free signal at each place explains.
 
     {'place': the best, 'location': its class, 'places': {place: {'left': chi2 per reading,
     'explained': share}}, 'margin': left of the second best over the best, 'actuator': see
     command_or_motion, 'region': see region}. Effects of the actuator show as motor_side; the
-    location is 'actuator' where the torque that is missing there follows the command.
+    location is 'actuator' where the torque that is missing there follows the command. What a
+    recording cannot tell apart is what all recordings tell.
 
     Args:
-        search: fits of all candidates to one recording.
-        fitted: fit without effects.
+        runs: without effects, of each recording.
         jobs: number of threads.
+        most: windows of each recording that are enough to illustrate a place, None: all decide.
     """
-    estimates = free_forms(search, fitted, jobs, visible_places(search))
-    size = fitted.point.residual.shape[1]
-    chi2_before = float(fitted.point.chi2.sum())
-    floor = size * len(fitted.point.chi2)
+    if most is not None:
+        runs = [some_windows(run, most) for run in runs]
+    visible = [place for place in PLACES if all(place in visible_places(run) for run in runs)]
+    estimates = [free_forms(run, jobs, visible, most is None) for run in runs]
+    chi2_before = sum(float(run.chi2.sum()) for run in runs)
+    floor = sum(run.data.size * len(run.chi2) for run in runs)
     table = {}
-    for place, free in estimates.items():
-        reduced = reduced_chi2(free)
+    for place in visible:
+        reduced = reduced_chi2([estimate[place] for estimate in estimates])
         share = (chi2_before - reduced * floor) / max(chi2_before - floor,
                                                       1e-9) if chi2_before > floor else 0.0
         table[place] = {'left': reduced, 'explained': float(np.clip(share, 0.0, 1.0))}
     order = sorted(table, key=lambda p: table[p]['left'])
-    laws = command_or_motion(search, estimates['motor_side'])
-    actuator = order[0] == 'motor_side' and laws['command'] > max(
-        laws['motion'], THRESHOLDS.command_share)
+    shares = command_or_motion(runs, [estimate['motor_side'] for estimate in estimates])
+    actuator = order[0] == 'motor_side' and shares['command'] > max(
+        shares['motion'], THRESHOLDS.command_share)
     return {'place': order[0], 'location': 'actuator' if actuator else order[0], 'places': table,
             'margin': table[order[1]]['left'] / table[order[0]]['left'] if order[1:] else 1.0,
-            'actuator': laws,
-            'region': region(search, fitted, estimates[order[0]])}
+            'actuator': shares,
+            'region': region(runs, [estimate[order[0]] for estimate in estimates])}
 
 
 def signal_of(place: str) -> str:

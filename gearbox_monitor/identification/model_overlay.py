@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.identification.closed_model import crossed, free_run, gap_of, windowed
+from gearbox_monitor.identification.closed_model import crossed, free_run, gap_of, open_loop
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.shooting import ShootingWindows
 from gearbox_monitor.identification.torque_domain import driven
@@ -94,17 +94,16 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
     recording = driven(recording, next(iter(models.values())))
     if sigma is None:
         sigma, _ = noise_floor(recording, next(iter(models.values())))
-    fits = [windowed(recording, model, sigma) for model in models.values()]
+    fits = [open_loop(recording, model, sigma) for model in models.values()]
     if len(fits) == 2:
         fits = crossed(fits)
-    windows = fits[0][0].long.windows
+    windows, train = fits[0].data.windows, fits[0].data.train
     index = windows.first[:, None] + np.arange(windows.length)
-    train = fits[0][0].long.train
     runs = []
-    for name, (search, candidate, point) in zip(models, fits):
-        model = candidate.model(point.z)
-        y, _ = search.long.simulator.run(windows, model, point.states, point.memory)
-        free = free_run(search, model, point) if len(recording.cuts) == 1 else None
+    for name, fit in zip(models, fits):
+        point = fit.point
+        y, _ = fit.data.simulator.run(windows, fit.model, point.states, point.memory)
+        free = free_run(fit) if len(recording.cuts) == 1 else None
         runs.append(ModelRun(name, y, point.chi2, gap_of(point.chi2, point.residual.shape[1]),
                              Begin(point.states, point.memory), free))
     return Overlay(recording, windows, recording.t[index], recording.y[index], ~train,

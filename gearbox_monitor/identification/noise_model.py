@@ -22,6 +22,8 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import UniformRecording
 
 MOTION = 60.0  # Hz, above which motion has hardly anything
+FEWEST = 20    # readings that tell a level of noise
+LEAST = 1e-8   # of the travel: readings without any noise are no more accurate than the model
 FINEST = 1e-4  # of the travel: on a real drive, differences below are no gap
 
 
@@ -78,7 +80,14 @@ def noise_floor(recording: UniformRecording, model: DriveModel) -> tuple[Array, 
         model: model of the drive.
     """
     sigma, quantum = noise_levels(recording.y)
+    for channel in np.flatnonzero(sigma <= 0.0):
+        # An encoder that stands for most of the recording has its noise where it moves.
+        moving = np.flatnonzero(np.diff(recording.y[:, channel]))
+        if len(moving) > FEWEST:
+            level, _ = noise_levels(recording.y[moving[0]:moving[-1] + 1, [channel]])
+            sigma[channel] = level[0]
     sigma = np.maximum(sigma, recording.floor)
+    sigma = np.maximum(sigma, LEAST * np.ptp(recording.y, axis=0) + 1e-12)
     if model.process_torque_time > 0.0:
         sigma = np.maximum(sigma, FINEST * np.ptp(recording.y, axis=0))
     return sigma, quantum

@@ -35,13 +35,14 @@ from gearbox_monitor.identification.candidates import (
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
-from gearbox_monitor.identification.position_search import PositionSearch
+from gearbox_monitor.identification.position.position_search import PositionSearch
 from gearbox_monitor.identification.process_noise import noise_weighted_residual
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.smoothed_windows import likeliest, on_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
+from gearbox_monitor.identification.windows import misfit_of
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel, weight_of
@@ -119,9 +120,9 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         search = PositionSearch(recording, plain, sigma, [], jobs, progress)
     gap_before = None
     if not seconds:  # no state of a window holds the zero where the motor's motion is put in
-        windowed_search, none, point = closed_model.windowed(
-            recording, plain if recording.motor is None else model, sigma, settling=0.0)
-        gap_before = _gap(windowed_search.long, none, point)
+        base = plain if recording.motor is None else model
+        gap_before = misfit_of([closed_model.open_loop(driven(r, model), base, sigma, 0.0)
+                                for r in recordings])
     scales = {'u0': search.starts.scales.torque, ZERO: max(search.starts.scales.twist, 1e-6)}
     held = ('kt', *(GAINS if model.controller and not model.controller.tolerance else ()))
     free = free or [name for name in names if name not in held]

@@ -26,10 +26,11 @@ from typing import TypeAlias, TypeVar
 
 import numpy as np
 
-from gearbox_monitor.identification import gauss_newton, likelihood, model_error, window_states
+from gearbox_monitor.identification import gauss_newton, likelihood, window_states
 from gearbox_monitor.identification.candidates import (
     CandidateModel, NOT_FITTED, ORDERS, PERIODIC, probes, replaced_value, Starts)
 from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.position import model_error
 from gearbox_monitor.identification.shooting import shooting_windows, ShootingWindows, Simulator
 from gearbox_monitor.identification.torque_domain import simulator
 from gearbox_monitor.kernels.types import Array, Flags, Values

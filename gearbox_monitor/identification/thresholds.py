@@ -35,8 +35,6 @@ class Thresholds:
     # --- Selection
     # Gain of one effect over none: the best of some 35 effects gains up to 10 by chance.
     effect_gain: float = 25.0
-    # The same of bursts beside an encoder with steps: what the steps leave looks like bursts.
-    rough_burst_gain: float = 250.0
     # Gain of a value with a tolerance: four standard deviations of one number.
     scatter_gain: float = 16.0
     # Gain of a parameter that sits at its bound: chance gives the best effect as much.
@@ -47,14 +45,18 @@ class Thresholds:
     further_effect_gain: float = 40.0
     # Linearised gain that makes pairs worth a fit: more than that of the fit, which keeps less.
     pair_hint: float = 60.0
-    # Share of the gain of bursts that one effect may reach: with more, it is a part of the answer.
-    burst_rival: float = 0.5
     # Tolerances from which on a nominal value is tried as an effect: 1 % by chance.
     far_value: float = 2.5
     # -2 log L by which windows, which carry more evidence, may turn a ranking round: blind sets.
     ranking_error: float = 60.0
 
     # --- Adequacy
+    # -2 log L of torque noise beyond what is allowed: as an effect, which it stands for.
+    noise_gain: float = 25.0
+    # Probability that the best of all free functions of the motion gains as much by chance.
+    chance: float = 1e-4
+    # Misfit of free runs from which on what is left is as large as the noise: sqrt(1 + 1).
+    misfit: float = 1.4142
     # Excess of a noise level that is too low by 4 %; 0.05 called 1 of 29 exact models unknown.
     excess: float = 0.08
     # Relative error of a noise level from N fourth differences, times sqrt(N): simulated.
@@ -74,10 +76,6 @@ class Thresholds:
     rough_structure: float = 30.0
     # Structure over the excess without effects: the integration is not more accurate.
     structure_relative: float = 0.04
-    # Gain of a free function of the motion: right answers leave at most 29 in 300 recordings.
-    dependence: float = 30.0
-    # The same over the gain of the fit: the integration is not more accurate.
-    dependence_relative: float = 1e-4
     # Correction of a noise level by the residual: a larger one is misfit, not noise.
     sharpening: float = 0.15
     # Torque noise over the torque: more is an error of the model, not of an actuator.
@@ -110,10 +108,6 @@ class Thresholds:
     # --- Place
     # Ratio of what free signals leave at places that tie: the deviation of chi2 in 10 s.
     place_tie: float = 1.01
-    # Misfit of a law over that of a free signal that it may replace: blind sets.
-    law_tie: float = 1.1
-    # Share of the gap that an effect must explain to locate an unknown one: blind sets.
-    nearly_all: float = 0.85
     # Share of a free torque that the command explains if the actuator is its cause: blind sets.
     command_share: float = 0.1
 
@@ -126,12 +120,12 @@ class Thresholds:
     # --- Statement
     # Gap from which on a closed fraction is stated: below, the error of the noise is as large.
     gap: float = 1.02
-    # Misfit, in standard deviations of the noise, of a fit that misses the motion.
-    motion: float = 5.0
     # Logarithm of the ratio of sharpnesses from which on the verdict mentions it: a fifth.
     shape: float = 0.2
     # Standard error of the logarithm of a value that counts as determined: a third of it.
     determined: float = 0.3
+    # Standard error over a value from which on the recording does not determine it.
+    undetermined: float = 1.0
     # Misfit over that of the model file that is no worse: two deviations of it in 10 s.
     no_worse: float = 1.01
     # chi2 per reading up to which a residual counts as encoder noise: beyond, neighbouring

@@ -12,58 +12,159 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The verdict of a diagnosis with its evidence, as plain data."""
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+"""The verdict of a diagnosis with its evidence: findings, what remains, figures."""
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
+import math
 from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.errors import Undecided
-from gearbox_monitor.identification import (
-    closed_model, isolability, localisation, verdict_parts)
-from gearbox_monitor.identification.adequacy import misfit, on_all, residual_law, sharpened
+from gearbox_monitor.identification import closed_model, localisation, window_states
+from gearbox_monitor.identification.bursts import Burst
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, GAINS, NOT_FITTED, NUISANCES, SHAPES, with_effects, ZERO)
-from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.residual_dependence import ResidualDependence
-from gearbox_monitor.identification.search import Search
-from gearbox_monitor.identification.selection import gain
+    CandidateModel, GAINS, NUISANCES, SHAPES, with_effects, ZERO)
+from gearbox_monitor.identification.findings import (
+    EFFECT, Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN)
+from gearbox_monitor.identification.isolability import Separations
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.windows import misfit_of, WindowRuns
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
+from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE, GRAVITY
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import UniformRecording
 
 # In the order of the encoders.
 LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
+ILLUSTRATED = 6  # windows on which free signals illustrate the place of an effect
+Matrix = tuple[list[str], Array]
 
 
 @dataclass(frozen=True)
-class DiagnosisVerdict:
+class Dependence:
+    """The remainder follows the quantity `over` at `place`: gain in 2 log likelihood."""
+
+    place: str
+    over: str
+    gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
     """
-    What a diagnosis found; see docs/diagnose.md for each field of `data`.
+    What a search found, whatever likelihood it used: all that a verdict states.
+
+    recordings: of one drive; model: the nominal one; sigma [2] rad, colour [2] and quantum [2] rad
+    of the encoders. candidate, z [P]: effects that count, torque: noise on the motor beside them,
+    N m; closed, closed_z: the model that leaves least. published, none, runs, closed_runs: free
+    runs of the nominal model, of the fit without effects, of the effects, of the closed model.
+    errors {id: {parameter: standard error}}, condition: of their normal matrix. gains {effects:
+    gain over none in BIC}; evidence {id: 2 log likelihood}; separations, confusable, matrix: see
+    isolability. excess, structure, noise_gain, dependence: what is left, see adequacy. remains:
+    whether that is more than noise. bursts; lattices: quantisations that may be named.
+    """
+
+    recordings: tuple[UniformRecording, ...]
+    model: DriveModel
+    sigma: Array
+    colour: Array | None
+    quantum: Array
+    candidate: CandidateModel
+    z: Array
+    torque: float
+    closed: CandidateModel
+    closed_z: Array
+    published: tuple[WindowRuns, ...]
+    none: tuple[WindowRuns, ...]
+    runs: tuple[WindowRuns, ...]
+    closed_runs: tuple[WindowRuns, ...]
+    errors: Mapping[str, Mapping[str, float]]
+    condition: float | None
+    gains: Mapping[str, float]
+    evidence: Mapping[str, float]
+    separations: Separations
+    confusable: Sequence[str]
+    matrix: Callable[[Iterable[str]], Matrix]
+    excess: float
+    structure: float
+    noise_gain: float | None
+    dependence: Dependence | None
+    remains: bool
+    bursts: tuple[Burst, ...] = ()
+    lattices: tuple[str, ...] = ()
+
+    @property
+    def widest(self) -> int:
+        """Number of the recording with the largest gap."""
+        return int(np.argmax([misfit_of([run]) for run in self.published]))
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """
+    The verdict of a diagnosis; docs/diagnose.md explains each field.
 
     model: DriveModel that closes the gap as far as is known; without effect or map, with the
-    values of the model that were estimated along.
+    values of the model that were estimated along. basis: what the search found.
     """
 
-    data: Mapping[str, Any]
-    model: DriveModel
-    search: Search = field(repr=False)
+    verdict: str
+    effect: str | None
+    location: str | list[str]
+    findings: tuple[Finding, ...]
+    ranked: list[str]
+    confusable: list[str]
+    params: Mapping[str, Mapping[str, float]]
+    gap_before: float
+    gap_after: float
+    floor: float
+    closed_fraction: float | None
+    closed_fraction_ci: list[float] | None
+    channels: Mapping[str, Any]
+    regions: Mapping[str, Any]
+    standard_errors: Mapping[str, Mapping[str, float]]
+    condition: float | None
+    at_bound: list[str]
+    sigma: list[float | None]
+    noise_time: list[float | None]
+    nominal: Mapping[str, float]
+    process_torque: float
+    gains: Mapping[str, float]
+    misfit: Mapping[str, Any]
+    where: Mapping[str, Any]
+    identified: list[Mapping[str, Any]]
+    remainder: Mapping[str, Any] | None
+    warnings: list[str]
+    bursts: list[Mapping[str, Any]]
+    equivalent: list[str]
+    model: DriveModel = field(repr=False)
+    basis: Explained = field(repr=False)
+    nominal_shift: Mapping[str, float] | None = None
+    validation: Mapping[str, Any] | None = None
+    between_recordings: Mapping[str, Any] | None = None
 
-    def with_data(self, **entries: Any) -> 'DiagnosisVerdict':
-        """Return the verdict with other `entries` of its data."""
-        return replace(self, data={**self.data, **entries})
+    @property
+    def kind(self) -> str:
+        """One of findings.KINDS."""
+        return self.verdict
 
-    def warned(self, warning: str) -> 'DiagnosisVerdict':
-        """Return the verdict with one more `warning`."""
-        return self.with_data(warnings=[*self.data['warnings'], warning])
+    @property
+    def data(self) -> dict[str, Any]:
+        """The verdict as plain data."""
+        return self.to_dict()
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, as JSON has it."""
-        return dict(self.data)
+        data = {f.name: getattr(self, f.name) for f in fields(self)
+                if f.name not in ('model', 'basis')}
+        data['findings'] = [finding.to_dict() for finding in self.findings]
+        for name in ('nominal_shift', 'validation', 'between_recordings'):
+            if data[name] is None:
+                del data[name]
+        return data
 
 
 def location_of(name: str) -> str:
@@ -71,173 +172,218 @@ def location_of(name: str) -> str:
     return library()[name].location
 
 
-def report(search: Search, best_fit: CandidateFit, closed_fit: CandidateFit, kind: str,
-           lattices: list[str], quantum: Array, validate: UniformRecording | None,
-           seed: int) -> DiagnosisVerdict:
+def report(basis: Explained, validate: UniformRecording | None, seed: int,
+           notes: Sequence[str] = ()) -> Verdict:
     """
     Return the Verdict with all evidence.
 
     Args:
-        search: fits of all candidates to one recording.
-        best_fit: fit that is reported.
-        closed_fit: the same, or with a torque map of its remainder.
-        kind: kind of the verdict: effect, none or unknown.
-        lattices: ids of the quantisations of the encoders.
-        quantum: quantisation steps of the encoders [2], rad.
+        basis: what the search found.
         validate: recording for validation, or None.
         seed: seed of the random numbers.
+        notes: sentences about the search.
     """
-    ids = list(best_fit.candidate.ids)
-    weighed, weighed_fit, phi = search, best_fit, search.long.colour
-    search = weighed.in_sensor_units()
-    if search is not weighed:
-        best_fit = search.fitted[best_fit.name]
-        if phi is None:
-            search, best_fit = sharpened(search, best_fit)
-    else:
-        weighed, weighed_fit = search, best_fit = sharpened(search, best_fit)
-    if TORQUE_MAP.id in closed_fit.candidate.ids:
-        closed_fit = replace(closed_fit, point=search.long.evaluate(
-            closed_fit.candidate, closed_fit.point))
-    else:
-        closed_fit = best_fit
-    judging, judged_fit = (search, best_fit) if phi is None else (weighed, weighed_fit)
-    places = localisation.places(judging, judging.fitted[''], judging.jobs)
-    whole, left_on_all = on_all(judging, judged_fit)
-    excess, structure = misfit(whole, left_on_all)
-    law = residual_law(whole, left_on_all)
-    none = search.fitted['']
-    if kind == 'none' and lattices:
-        kind, ids = 'effect', lattices[:2]
-    elif kind == 'effect' and lattices and len(ids) == 1:
-        ids = [*ids, lattices[0]]
-    effects = ids if kind == 'effect' else []
+    candidate, z = basis.candidate, basis.z
+    effects = [*candidate.ids, *((DISTURBANCE.id,) if basis.bursts else ())]
+    if basis.lattices and not basis.remains and len(effects) < 2:
+        effects = [*effects, *basis.lattices[:2 if not effects else 1]]
+    kind = kind_of(bool(effects), basis.remains)
+    places = dict(localisation.NOWHERE)
+    if kind == EFFECT:  # it names the place; what free signals explain illustrates it
+        places = localisation.places(basis.none, most=ILLUSTRATED)
+    elif kind != NONE:
+        places = localisation.places(basis.none)
+    remaining = None
+    if basis.remains:
+        left = places if not candidate.ids else localisation.places(basis.runs)
+        remaining = remaining_place(left, basis.dependence)
     locations = [location_of(i) for i in effects]
-    if kind == 'unknown':
-        judged = int(whole.long.train.sum()) * whole.long.size
-        reduced_chi2 = 1.0 + excess - (law.gain if law else 0.0) / judged
-        places['location'] = nearly_known(judging,
-                                          judged_fit) or unknown_place(places, law, reduced_chi2)
-        locations = [places['location']]
-    nuisances, parameters = closed_fit.candidate.values(closed_fit.point.z)
-    model = closed_fit.candidate.model(closed_fit.point.z)
-    if set(best_fit.candidate.ids) & set(NOT_FITTED):
-        model = none.candidate.model(none.point.z)
-    params = {name: {k: float(v) for k, v in values.items()}
-              for name, values in zip(best_fit.candidate.ids, parameters)}  # no map
+    if kind == UNKNOWN:
+        locations = [str(remaining)]
+        places = {**places, 'location': remaining}
+    nuisances, _ = basis.closed.values(basis.closed_z)
+    model = basis.closed.model(basis.closed_z)
+    params: dict[str, dict[str, float]] = {
+        name: {k: float(v) for k, v in values.items()}
+        for name, values in zip(candidate.ids, candidate.values(z)[1]) if name != TORQUE_MAP.id}
     for i, name in enumerate(LATTICES):
-        if name in ids:
-            params[name] = {'q': float(quantum[i])}
+        if name in effects:
+            params[name] = {'q': float(basis.quantum[i])}
             model = with_effects(model, [*model.effects, {'id': name, **params[name]}])
-    closure = closed_model.closure(
-        search, none, closed_fit if closed_fit.candidate.ids else None, seed)
-    deviations = list(closure['standard_errors'].pop(TORQUE_MAP.id, {}).values())
-    torque_map = next((e for e in model.effects if deviations and e['id'] == TORQUE_MAP.id), None)
+    errors = {name: dict(values) for name, values in basis.errors.items()
+              if name != TORQUE_MAP.id}
+    torque_map = _torque_map(model, basis)
     if torque_map is not None:
-        torque_map = {**torque_map, 'deviations': deviations}
         model = with_effects(model, [torque_map])
-    if phi is not None and closure['standard_errors']:
-        closure['standard_errors'], closure['condition'] = closed_model.standard_errors(
-            weighed, weighed_fit)
-    if kind == 'effect' and any(i in NOT_FITTED for i in ids):
-        closure.update(closed_fraction=None, closed_fraction_ci=None)
-    ranked = [name for size in (1, 2, 3) for name in weighed.ranked(size)]
-    ranked = sorted(ranked, key=lambda n: weighed.fitted[n].score)
-    order = list(dict.fromkeys([*effects, *(i for n in ranked for i in n.split('+'))]))
-    times = noise_times(search, phi)
-    data = {
-        'verdict': kind,
-        'effect': '+'.join(effects) if effects else None,
-        'location': ('none' if kind == 'none' else locations[0] if len(locations) == 1
-                     else locations),
-        'ranked': order,
-        'confusable': isolability.confusable(weighed, weighed_fit) if kind == 'effect' else [],
-        'params': params if kind != 'none' else {},
-        **closure,
-        'sigma': [float(s) if i in search.long.channels else None
-                  for i, s in enumerate(search.long.sigma)],
-        'noise_time': times,
-        'nominal': co_estimated(search.model, nuisances),
-        'process_torque': float(best_fit.s),
-        # With torque noise only those fitted with it can be compared; the others stand behind.
-        'gains': {n: round(gain(weighed, weighed.fitted[n]), 1) for n in ranked
-                  if not search.noisy or weighed.fitted[n].white is not None},
-        'misfit': {'excess': excess, 'structure': structure,
-                   'follows': None if law is None else asdict(law)},
-        'where': places,
-        'identified': verdict_parts.identified(
-            search, closed_fit, params, closure['standard_errors']) if kind != 'none' else [],
-        'remainder': verdict_parts.remainder(
-            search, best_fit, places['location'], law, torque_map) if kind == 'unknown' else None,
-        'warnings': warnings(search, best_fit, kind, nuisances, times),
-    }
-    if nuisances:
-        data['nominal_shift'] = shifts(closed_fit.candidate, nuisances)
-    _require_solution(search, data)
-    if data['closed_fraction'] is not None and data['closed_fraction'] < 0.0:
-        data.update(closed_fraction=None, closed_fraction_ci=None)  # of what is not claimed
-    if validate is not None:
-        data['validation'] = closed_model.validate(validate, search.model, model,
-                                                   search.long.sigma)
-    return DiagnosisVerdict(data, model, weighed)
-
-
-def _require_solution(search: Search, data: Mapping[str, Any]) -> None:
-    """Raise Undecided if the figures `data` of a verdict are those of a fit that failed."""
-    gaps = data['gap_before'], data['gap_after']
-    if not np.isfinite(gaps).all():
+    claims = bool(basis.closed.ids)
+    closure = closed_model.closure(basis.published, basis.closed_runs, claims, seed)
+    if closure['closed_fraction'] is not None and closure['closed_fraction'] < 0.0:
+        closure.update(closed_fraction=None, closed_fraction_ci=None)  # of what is not claimed
+    if not np.isfinite([closure['gap_before'], closure['gap_after']]).all():
         raise Undecided('diagnose: free runs of the model are not finite: no solution; check '
                         'the model file (inertias, stiffness, damping)')
-    windows = search.long.windows
-    rows = windows.first[:, None] + np.arange(windows.length)
-    readings = (search.recording.y / search.long.sigma)[rows][:, :, list(search.long.channels)]
-    rest = float(np.sqrt(readings.var(axis=1).mean()))
-    if data['gap_after'] > max(rest, THRESHOLDS.motion):
-        raise Undecided(f'diagnose: free runs of 1 s miss the readings by {gaps[1]:.4g} standard '
-                        f'deviations, one that stood still by {rest:.4g}: no solution; check '
-                        'the model file, or fit it with fit-nominal')
-    fraction = data['closed_fraction']
-    if data['verdict'] == 'effect' and fraction is not None and fraction < 0.0:
-        raise Undecided(f'diagnose: {data["effect"]} leaves {gaps[1]:.4g} standard deviations on '
-                        f'windows that were not fitted, the model file {gaps[0]:.4g}: no '
-                        'solution; record longer, or more kinds of motion')
+    shares = {name: (channel, share) for name, channel, share in explained_shares(basis)}
+    findings = tuple(_finding(basis, name, params.get(name, {}), errors.get(name, {}),
+                              shares.get(name, (None, None))) for name in effects)
+    ranked = sorted(basis.gains, key=lambda name: -basis.gains[name])
+    times = noise_times(basis.recordings[0].dt, basis.colour)
+    channels = sorted({i for r in basis.recordings for i in r.channels})
+    return Verdict(
+        verdict=kind, effect='+'.join(effects) or None,
+        location=NONE if kind == NONE else locations[0] if len(locations) == 1 else locations,
+        findings=findings,
+        ranked=list(dict.fromkeys([*effects, *(i for name in ranked for i in name.split('+'))])),
+        confusable=list(basis.confusable) if effects else [],
+        params=params, **closure, standard_errors=errors, condition=basis.condition,
+        at_bound=candidate.at_bound(z),
+        sigma=[float(s) if i in channels else None for i, s in enumerate(basis.sigma)],
+        noise_time=times, nominal=co_estimated(basis.model, nuisances),
+        process_torque=basis.torque,
+        gains={name: round(gain, 1) for name, gain in basis.gains.items()
+               if math.isfinite(gain)},
+        misfit={'excess': basis.excess, 'structure': basis.structure,
+                'noise_gain': basis.noise_gain,
+                'follows': None if basis.dependence is None else asdict(basis.dependence)},
+        where=places,
+        identified=[{
+            'effect': f.effect, 'location': f.place, 'channel': f.channel,
+            'params': dict(f.values), 'standard_errors': dict(errors.get(f.effect, {})),
+            'explained': f.share} for f in findings if f.effect in candidate.ids],
+        remainder=None if remaining is None else remainder(basis, remaining, torque_map),
+        warnings=[*notes, *warnings(basis, kind, nuisances, times)],
+        bursts=[asdict(burst) for burst in basis.bursts], equivalent=equivalents(findings),
+        model=model, basis=basis,
+        nominal_shift=shifts(basis.closed, nuisances) if nuisances else None,
+        validation=None if validate is None else closed_model.validate(
+            validate, basis.model, model, basis.sigma))
 
 
-def unknown_place(places: Mapping[str, Any], law: ResidualDependence | None,
-                  reduced_chi2: float) -> str:
+def _torque_map(model: DriveModel, basis: Explained) -> dict[str, Any] | None:
+    """Return the torque map of the closed model with its deviations, None without."""
+    effect = next((dict(e) for e in model.effects if e['id'] == TORQUE_MAP.id), None)
+    if effect is None or TORQUE_MAP.id not in basis.closed.ids:
+        return None
+    return {**effect, 'deviations': list(basis.errors.get(TORQUE_MAP.id, {}).values())
+            or effect['deviations']}
+
+
+def _finding(basis: Explained, name: str, values: Mapping[str, float],
+             errors: Mapping[str, float], shown: tuple[str | None, float | None]) -> Finding:
+    """Return the effect `name` as a finding; shown: the reading that shows it, its share."""
+    channel, share = shown
+    deviations: dict[str, float | None] = {
+        key: errors[key] if _determined(value, errors.get(key)) else None
+        for key, value in values.items()}
+    if name in LATTICES:
+        deviations = dict.fromkeys(values, 0.0)
+        channel = basis.recordings[0].readings[LATTICES.index(name)]
+    if name == DISTURBANCE.id:
+        largest = basis.bursts[0]
+        values = {'t0': largest.t0, 'duration': largest.duration, 'amplitude': largest.amplitude}
+        deviations = dict.fromkeys(values)
+    rivals = [rival for rival in basis.separations.get(name, (0.0, {}))[1]
+              if rival in basis.confusable]
+    alone = len(basis.candidate.ids) == 1
+    return Finding(name, location_of(name), values, deviations, basis.evidence.get(name), share,
+                   channel, confusable=tuple(basis.confusable if alone else rivals))
+
+
+def _determined(value: float, error: float | None) -> bool:
+    """Return whether a recording determines a value: to better than its own size."""
+    return error is not None and (error == 0.0 or error < THRESHOLDS.undetermined * abs(value))
+
+
+def explained_shares(basis: Explained) -> list[tuple[str, str, float | None]]:
     """
-    Return the location of an unknown effect for which no known one nearly stands.
+    Return (effect, reading in which it shows, share of the misfit that it explains) of each.
 
-    A law decides between places where free signals explain as much, if it leaves about as little.
+    share: of the squared misfit beyond noise that returns without the effect, the states of the
+    windows fitted again; None where nothing is beyond noise.
+    """
+    total = sum(float(run.chi2.sum()) - run.point.residual.size for run in basis.none)
+    out = []
+    for number, name in enumerate(basis.candidate.ids):
+        if name == TORQUE_MAP.id:
+            continue
+        lost = np.zeros(2)
+        for none, run in zip(basis.none, basis.runs):
+            without = none.residual if len(basis.candidate.ids) == 1 else _without(run, number)
+            change = (without ** 2).sum(axis=(0, 1)) - (run.residual ** 2).sum(axis=(0, 1))
+            lost[run.data.channels] += change
+        out.append((name, basis.recordings[0].readings[int(np.argmax(lost))],
+                    float(np.clip(lost.sum() / total, 0.0, 1.0)) if total > 0.0 else None))
+    return out
+
+
+def _without(run: WindowRuns, number: int) -> Array:
+    """Return the residual [W, L, C] of free runs without the effect `number`."""
+    name = run.candidate.ids[number]
+    model = run.model
+    bare = with_effects(model, [e for e in run.candidate.nominal.effects if e['id'] == name])
+    if not any(e['id'] == name for e in run.candidate.nominal.effects):
+        bare = DriveModel.with_(bare, effects=tuple(e for e in bare.effects if e['id'] != name))
+    point, data = run.point, run.data
+    states, _ = window_states.solve_states(data, bare, point.states, point.memory,
+                                           np.arange(len(data.windows)))
+    return data.parted(data.residual(bare, states, point.memory)[0])
+
+
+def remaining_place(places: Mapping[str, Any], dependence: Dependence | None) -> str:
+    """
+    Return the location of what no finding explains.
+
+    A dependence on the motion decides between places where free signals explain as much.
 
     Args:
         places: result of `localisation.places`.
-        law: dependence of the residual on the motion, None if there is none.
-        reduced_chi2: chi2 per reading that the best fit and the law leave.
+        dependence: of the remainder on the motion, None if there is none.
     """
     free_chi2 = {place: figures['left'] for place, figures in places['places'].items()}
-    smallest = min(free_chi2.values())
-    if (law is not None and reduced_chi2 < THRESHOLDS.law_tie * smallest
-            and free_chi2[localisation.signal_of(law.place)] < THRESHOLDS.place_tie * smallest):
-        return law.place
+    if dependence is not None:
+        signal = localisation.signal_of(dependence.place)
+        if free_chi2.get(signal, math.inf) < THRESHOLDS.place_tie * min(free_chi2.values()):
+            if signal != localisation.signal_of(places['location']):
+                return dependence.place
     return str(places['location'])
 
 
-def nearly_known(search: Search, best_fit: CandidateFit) -> str | None:
+def remainder(basis: Explained, place: str, torque_map: Mapping[str, Any] | None
+              ) -> dict[str, Any]:
     """
-    Return the location of the effects of `best` that explain nearly all of the gap, or None.
+    Return what is left: its place, the reading that shows it, its size there, over what.
 
     Args:
-        search: fits of all candidates to one recording.
-        best_fit: fit that is reported.
+        basis: what the search found.
+        place: location class of what remains.
+        torque_map: effect that closes a part of it, None if none does.
     """
-    classes = {location_of(i) for i in best_fit.candidate.ids}
-    none = float(search.fitted[''].point.chi2.sum())
-    gap = none - search.long.size * len(search.long.windows)
-    explained = none - float(best_fit.point.chi2.sum())
-    if search.noisy or len(classes) != 1 or explained < THRESHOLDS.nearly_all * gap:
-        return None
-    return classes.pop()
+    squares, counts = np.zeros(2), np.zeros(2)
+    for run in basis.runs:
+        squares[run.data.channels] += (run.residual ** 2).sum(axis=(0, 1))
+        counts[run.data.channels] += run.residual[:, :, 0].size
+    reduced = squares / np.maximum(counts, 1)
+    at = int(np.argmax(reduced))
+    left = Remainder(
+        place, basis.recordings[0].readings[at],
+        float(basis.sigma[at]) * math.sqrt(max(0.0, float(reduced[at]) - 1.0)),
+        None if basis.dependence is None else basis.dependence.over,
+        times=tuple((b.t0, b.t0 + b.duration) for b in basis.bursts))
+    return left.to_dict() | {'torque_map': None if torque_map is None else {
+        k: v for k, v in torque_map.items() if k != 'id'}}
+
+
+def equivalents(findings: Sequence[Finding]) -> list[str]:
+    """Return sentences about what else the values of `findings` may be called."""
+    values = {finding.effect: finding.values for finding in findings}
+    out = []
+    if 'torque_gain' in values:
+        factor = 1.0 / (1.0 + values['torque_gain']['g'])
+        out.append(f'the same motion results if all inertias, weights, stiffnesses and frictions '
+                   f'are multiplied by {factor:.4g} instead of the torque by '
+                   f'{1.0 / factor:.4g}: only a known load or torque sensor tells')
+    if ARM_INERTIA.id in values and GRAVITY.id in values:
+        out.append('arm_inertia and gravity changed together: a payload has both')
+    return out
 
 
 def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str, float]:
@@ -258,15 +404,15 @@ def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str,
     return values
 
 
-def noise_times(search: Search, phi: Array | None) -> list[float | None]:
+def noise_times(dt: float, phi: Array | None) -> list[float | None]:
     """
     Return over which time (s) the noise of each encoder is correlated, None: it is white.
 
     Args:
-        search: fits of all candidates to one recording.
+        dt: sample time, s.
         phi: correlation of neighbouring readings of each encoder.
     """
-    return [float(-search.recording.dt / np.log(p)) if p > 0.0 else None
+    return [float(-dt / np.log(p)) if p > 0.0 else None
             for p in (np.zeros(2) if phi is None else phi)]
 
 
@@ -283,34 +429,42 @@ def shifts(candidate: CandidateModel, nuisances: Mapping[str, float]) -> dict[st
             for name, value in nuisances.items()}
 
 
-def warnings(search: Search, best_fit: CandidateFit, kind: str, nuisances: Mapping[str, float],
+def warnings(basis: Explained, kind: str, nuisances: Mapping[str, float],
              times: Sequence[float | None]) -> list[str]:
     """
-    Return sentences about what weakens the verdict; times [2]: see noise_times.
+    Return sentences about what weakens the verdict.
 
     Args:
-        search: fits of all candidates to one recording.
-        best_fit: fit that is reported.
-        kind: kind of the verdict: effect, none or unknown.
+        basis: what the search found.
+        kind: of the verdict.
         nuisances: relative changes of nominal values by name.
         times: correlation times of the encoder noise [2], s; None: white.
     """
+    model, candidate = basis.model, basis.candidate
     out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '
            'it is judged with that' for name, time in zip(('motor', 'arm'), times) if time]
-    sharpness = co_estimated(search.model, nuisances)
+    sharpness = co_estimated(model, nuisances)
     out += [f'friction of the {side} has another shape than in the model file: its sharpness is '
             f'{sharpness[name]:.3g}, not {value:.3g} s/rad; its size stands'
-            for name, side, value in (('alpha', 'motor', search.model.friction_sharpness),
-                                      ('alpha_arm', 'arm', search.model.arm_sharpness))
+            for name, side, value in (('alpha', 'motor', model.friction_sharpness),
+                                      ('alpha_arm', 'arm', model.arm_sharpness))
             if name in nuisances and abs(np.log1p(nuisances[name])) > THRESHOLDS.shape]
-    bound = best_fit.candidate.at_bound(best_fit.point.z)
-    if (kind == 'unknown' and len(search.long.channels) == 1
-            and search.model.transmission.kind != 'rigid'):
+    law = candidate.nominal.friction_law.kind
+    if law != model.friction_law.kind:
+        out.append(f'friction of the drive follows the law {law}, not {model.friction_law.kind} '
+                   'of the model file (friction_law): with it, nothing but noise is left')
+    before, after = (misfit_of(runs) for runs in (basis.published, basis.closed_runs))
+    if kind == NONE and before > THRESHOLDS.misfit * after:
+        out.append(f'the model file itself misses by {before:.3g} standard deviations: values '
+                   'moved within their tolerances (nominal_shift) explain the recording')
+    bound = candidate.at_bound(basis.z)
+    one_encoder = all(len(r.channels) == 1 for r in basis.recordings)
+    if kind in (UNKNOWN, INCOMPLETE) and one_encoder and model.transmission.kind != 'rigid':
         out.append('one encoder: where an unknown effect acts is a guess, record both to know')
-    if bound and kind != 'none':
+    if bound and kind != NONE:
         out.append(f'{", ".join(bound)}: at the bound of what is possible')
-    if nuisances and best_fit.candidate.penalty(best_fit.point.z) > THRESHOLDS.effect_gain:
-        shift = shifts(best_fit.candidate, nuisances)
+    if nuisances and candidate.penalty(basis.z) > THRESHOLDS.effect_gain:
+        shift = shifts(candidate, candidate.values(basis.z)[0])
         farthest = max(shift, key=lambda n: abs(shift[n]))
         out.append(f'nominal values lie far outside their tolerance (most: {farthest}, '
                    f'{shift[farthest]:+.1f} tolerances): the tolerance '

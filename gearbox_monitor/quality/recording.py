@@ -493,6 +493,23 @@ def at_one_rate(recordings: Sequence[UniformRecording]) -> list[UniformRecording
     return aligned
 
 
+def expect_one_rate(recordings: Sequence[UniformRecording]) -> None:
+    """
+    Raise InputError when recordings differ in their rate or in what loads the arm.
+
+    Args:
+        recordings: recordings of one drive.
+    """
+    first = recordings[0]
+    for recording in recordings[1:]:
+        if abs(recording.dt / first.dt - 1.0) > 1e-3:
+            raise InputError(f'{recording.name}: {1 / recording.dt:g} Hz, expected '
+                             f'{1 / first.dt:g} Hz as {first.name}')
+        if (recording.arm_torque is None) != (first.arm_torque is None):
+            raise InputError(f'{recording.name}: arm torque: expected in all recordings or '
+                             'in none')
+
+
 def concatenated(recordings: Sequence[UniformRecording]) -> UniformRecording:
     """
     Return one Recording of several of one drive. Raises InputError when rates differ.
@@ -503,13 +520,7 @@ def concatenated(recordings: Sequence[UniformRecording]) -> UniformRecording:
     first = recordings[0]
     if len(recordings) == 1:
         return first
-    for recording in recordings[1:]:
-        if abs(recording.dt / first.dt - 1.0) > 1e-3:
-            raise InputError(f'{recording.name}: {1 / recording.dt:g} Hz, expected '
-                             f'{1 / first.dt:g} Hz as {first.name}')
-        if (recording.arm_torque is None) != (first.arm_torque is None):
-            raise InputError(f'{recording.name}: arm torque: expected in all recordings or '
-                             'in none')
+    expect_one_rate(recordings)
     sizes = [len(r.u) for r in recordings]
     return replace(
         first, t=np.arange(sum(sizes)) * first.dt,

@@ -19,18 +19,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearbox_monitor.identification import (
-    basis_functions, input_estimation, isolability, localisation)
-from gearbox_monitor.identification.candidates import NOT_FITTED
+    basis_functions, input_estimation, localisation)
 from gearbox_monitor.identification.model_overlay import Overlay, overlay
-from gearbox_monitor.identification.search import Search
-from gearbox_monitor.identification.torque_domain import driven
-from gearbox_monitor.identification.verdict import DiagnosisVerdict
+from gearbox_monitor.identification.verdict import Explained, Verdict
+from gearbox_monitor.identification.windows import WindowRuns
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import concatenated, UniformRecording
 from gearbox_monitor.report.residual_views import binned, BinnedMap, plane
-from gearbox_monitor.report.words import ids_of
 
 COMPARED = 10  # effects in the matrix of distinguishable effects
 QUANTITIES = {'speed': 'speed of the motor (rad/s)', 'angle': 'angle of the arm (rad)',
@@ -80,14 +77,12 @@ class DiagnosisEvidence:
     separations: Mapping[str, tuple[float, Mapping[str, float]]]
 
 
-def gather(verdict: DiagnosisVerdict, recordings: Sequence[UniformRecording], model: DriveModel,
-           jobs: int = 1) -> DiagnosisEvidence:
+def gather(verdict: Verdict, model: DriveModel, jobs: int = 1) -> DiagnosisEvidence:
     """
-    Return the evidence behind a verdict.
+    Return the evidence behind a verdict, of the recording with the largest gap.
 
     Args:
-        verdict: with its search.
-        recordings: those it is about.
+        verdict: with what the search found.
         model: the nominal model.
         jobs: threads.
 
@@ -95,12 +90,13 @@ def gather(verdict: DiagnosisVerdict, recordings: Sequence[UniformRecording], mo
         Arrays that the page and the pictures show.
 
     """
-    data, search = verdict.data, verdict.search
-    recording = concatenated([driven(r, model) for r in recordings])
+    data, basis = verdict.to_dict(), verdict.basis
+    number = basis.widest
+    none, recording = basis.none[number], basis.recordings[number]
     models = {'nominal model': model}
     if verdict.model != model:
         models[closed_name(data)] = verdict.model
-    laid = overlay(recording, models, data['sigma'])
+    laid = overlay(recording, models, basis.sigma)
     motion = basis_functions.motion(recording.positions, recording.dt, recording.cuts)
     index = laid.windows.first[:, None] + np.arange(laid.windows.length)
     motion = {name: value[index] for name, value in motion.items()
@@ -111,15 +107,11 @@ def gather(verdict: DiagnosisVerdict, recordings: Sequence[UniformRecording], mo
             for name, value in motion.items()}
     missing = None
     if data['verdict'] != 'none':
-        missing = missing_signal(search, data['where']['place'], motion, jobs)
-    name = '+'.join(i for i in ids_of(data) if i not in NOT_FITTED)
-    separations = {}
-    if name in search.fitted and name:
-        separations = isolability.separations(search, search.fitted[name])
+        missing = missing_signal(none, data['where']['place'], jobs)
     return DiagnosisEvidence(
         model.axis, {name: on_axis(QUANTITIES[name], model.axis) for name in motion}, laid,
         notable_windows(laid), maps, _planes(motion, residuals), missing,
-        distinguishable(search, data), separations)
+        distinguishable(basis, data), basis.separations)
 
 
 def _planes(motion: Mapping[str, Array], residuals: Sequence[Array]) -> ResidualPlanes:
@@ -151,35 +143,38 @@ def notable_windows(laid: Overlay, held_out: bool = True) -> tuple[tuple[str, in
     return ('typical window', typical), ('worst window', highest)
 
 
-def missing_signal(search: Search, place: str, motion: Mapping[str, Array],
-                   jobs: int = 1) -> MissingSignal:
+def missing_signal(none: WindowRuns, place: str, jobs: int = 1) -> MissingSignal:
     """
     Return the signal that the model without effect misses at one place.
 
     Args:
-        search: of the diagnosis.
+        none: free runs without effects over the windows of a recording.
         place: where a free signal is put.
-        motion: {quantity: values [W, L]} to see it over.
         jobs: threads.
 
     Returns:
         The signal as a function of each quantity.
 
     """
-    free = localisation.free_forms(search, search.fitted[''], jobs, (place,))[place]
+    free = localisation.free_forms(none, jobs, (place,))[place]
+    recording, windows = none.recording, none.data.windows
+    index = windows.first[:, None] + np.arange(windows.length)
+    moved = {name: value[index] for name, value in basis_functions.motion(
+        recording.positions, recording.dt, recording.cuts).items()
+        if name != 'twist' or none.model.transmission.kind != 'rigid'}
     unit = 'N m' if place in input_estimation.TORQUES else 'rad'
-    return MissingSignal(place, on_axis(unit, search.model.axis),
-                         localisation.laws(search, free, motion))
+    return MissingSignal(place, on_axis(unit, none.model.axis),
+                         localisation.laws(none, free, moved))
 
 
-def distinguishable(search: Search, data: Values) -> tuple[list[str], Array] | None:
-    """Return (ids, s2) of the leading effects of `search` and `data`, None for fewer than two."""
-    ids = [i for i in data['ranked'] if i in search.ids and i not in NOT_FITTED]
+def distinguishable(basis: Explained, data: Values) -> tuple[list[str], Array] | None:
+    """Return (ids, s2) of the leading effects of a search, None for fewer than two."""
+    ids = [i for i in data['ranked'] if i in EFFECTS and EFFECTS[i].fitted]
     ids = list(dict.fromkeys([*ids[:COMPARED - 3],
                               *(i for i in data['confusable'] if i in ids), *ids]))
     if len(ids) < 2:
         return None
-    return isolability.matrix(search, ids[:COMPARED])
+    return basis.matrix(ids[:COMPARED])
 
 
 def explained_by(name: str, law: basis_functions.Law) -> str:

@@ -33,8 +33,8 @@ from gearbox_monitor.report.figures import (
     Span, Trace)
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
 from gearbox_monitor.report.words import (
-    dense_regions, gain_text, headline, ids_of, meaning, MEANINGS, next_steps, number, percent,
-    place_text, torque_map_of, undefined, unit_of)
+    dense_regions, gain_text, headline, ids_of, meaning, MEANINGS, NAMING, next_steps, number,
+    percent, place_text, torque_map_of, undefined, unit_of)
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 ROLES = ('nominal', 'closed')
@@ -111,9 +111,10 @@ class VerdictSummary(Section):
         if data['verdict'] != 'none':
             facts.append(('gap after', number(data['gap_after'])))
             facts.append(('closed', percent(data.get('closed_fraction'))))
-        if data['verdict'] == 'effect':
+        if data['verdict'] in NAMING:
             facts.append(('indistinguishable from it', ', '.join(data['confusable']) or 'nothing'))
-        return cls({'none': 'good', 'unknown': 'warn'}.get(data['verdict'], ''), headline(data),
+        colour = {'none': 'good', 'unknown': 'warn', 'incomplete': 'warn'}
+        return cls(colour.get(data['verdict'], ''), headline(data),
                    [(name, meaning(name, axis)) for name in ids_of(data) if name in MEANINGS],
                    facts)
 
@@ -425,7 +426,7 @@ class EffectRanking(Section):
                     if name in rivals else meaning(name, evidence.axis))
             rows.append(BarRow(name, note, max(gains[name], 0.0), gain_text(gains, name),
                                'closed' if name == effect else 'closed faint'))
-        has_effect = data['verdict'] == 'effect'
+        has_effect = data['verdict'] in NAMING
         close = [name for name in ranking if name != effect and name not in rivals
                  and gains.get(effect or '', 0.0) - gains[name] < THRESHOLDS.isolable
                  ] if has_effect else []
@@ -475,7 +476,7 @@ class FittedValues(Section):
                              on_axis(units.get(parameter, ''), axis)))
         words, knots = torque_map_of(data) or ('', [])
         return cls(
-            data['verdict'] == 'unknown',
+            data['verdict'] == 'incomplete',
             PageTable(('effect', 'parameter', 'value', 'standard error', 'unit'), rows, (2, 3)),
             words, PageTable(('at', f'torque, {on_axis("N m", axis)}', 'standard error'), knots,
                              (0, 1, 2)),

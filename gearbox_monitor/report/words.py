@@ -22,6 +22,8 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.units import on_axis
 
+LACKING = ('incomplete', 'unknown')  # verdicts with a remainder
+NAMING = ('effect', 'incomplete')  # verdicts with findings
 NEAR_FLOOR = 1.5  # gap that may be noise of the encoders
 DENSE = 1.5  # ratio of the share of the gap to the share of the time that is worth a word
 PLACES = {
@@ -61,6 +63,9 @@ def headline(data: Mapping[str, Any]) -> str:
     if data['verdict'] == 'none' and (data.get('gap_after') or 0.0) > NEAR_FLOOR:
         return ('No effect stands out: the residual is no larger than that of a real drive '
                 'without a known fault.')
+    if data['verdict'] == 'none' and (data.get('gap_before') or 0.0) > NEAR_FLOOR:
+        return ('No gap beyond the tolerances: with values of the model moved within them, noise '
+                'alone is left.')
     if data['verdict'] == 'none':
         return 'No gap: the model explains the recording down to the noise of the encoders.'
     places = data.get('location') or []
@@ -73,9 +78,23 @@ def headline(data: Mapping[str, Any]) -> str:
     ids = ids_of(data)
     if len(ids) > 1 and len(names) == len(ids):
         *others, last = (f'{name} ({place})' for name, place in zip(ids, names))
-        return (f'{"Two" if len(ids) == 2 else "Three"} effects: '
-                f'{", ".join(others)} and {last}.')
-    return f'Effect: {"+".join(ids)} ({" and ".join(names)}).'
+        named = (f'{"Two" if len(ids) == 2 else "Three"} effects: '
+                 f'{", ".join(others)} and {last}.')
+    else:
+        named = f'Effect: {"+".join(ids)} ({" and ".join(names)}).'
+    return f'{named} {left_over(data)}'.rstrip()
+
+
+def left_over(data: Mapping[str, Any]) -> str:
+    """Return what the findings of the verdict `data` do not explain, '' for nothing."""
+    left = data.get('remainder') if data['verdict'] == 'incomplete' else None
+    if not left:
+        return ''
+    shares = [f['share'] for f in data.get('findings') or () if f.get('share') is not None]
+    explained = f'{percent(sum(shares))} of the gap' if len(shares) == 1 else 'a part of the gap'
+    over = f', over the {left["over"]}' if left.get('over') else ''
+    return (f'That explains {explained}; the rest has no known cause '
+            f'({PLACES.get(left["location"], left["location"])}{over}).')
 
 
 def counted(count: int, noun: str) -> str:
@@ -119,7 +138,7 @@ def percent(value: float | None) -> str:
 def undefined(data: Mapping[str, Any]) -> str:
     """Return why the verdict `data` has no closed fraction."""
     ids = ids_of(data)
-    if data['verdict'] == 'unknown' and (data.get('gap_before') or 0.0) > NEAR_FLOOR:
+    if data['verdict'] in LACKING and (data.get('gap_before') or 0.0) > NEAR_FLOOR:
         return 'no effect and no torque map explains readings that were not fitted'
     if DISTURBANCE.id in ids:
         return 'a disturbance does not repeat'
@@ -171,7 +190,7 @@ def next_steps(data: Mapping[str, Any], closed_written: bool, validated: str | N
     if data['verdict'] == 'none':
         return ['nothing: simulate with the model as it is. An effect too small for this motion '
                 'and noise stays hidden']
-    if data['verdict'] == 'unknown':
+    if data['verdict'] in LACKING:
         follows = (data.get('misfit') or {}).get('follows')
         law = f': the residual depends on the {follows["over"]}' if follows else ''
         fraction = data.get('closed_fraction')

@@ -13,7 +13,6 @@
 # limitations under the License.
 
 """Diagnosis of a servo by its setpoint: effects before, in and behind the loop, gains in doubt."""
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +22,6 @@ from gearbox_monitor.identification.closed_model import validate
 from gearbox_monitor.identification.diagnose import diagnose, visible
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.nominal import fit_nominal
-from gearbox_monitor.identification.residual_dependence import motion_of
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
@@ -93,15 +91,6 @@ def test_unknown_gains_of_a_late_servo_are_fitted():
     assert verdict['verdict'] == 'none'
     for name, key in (('kp', 'kp'), ('kd', 'kd'), ('ki', 'ki'), ('kff', 'feedforward')):
         assert verdict['nominal'][name] == pytest.approx(true[key], rel=0.03)
-
-
-@compiled
-def test_torque_beside_a_residual_has_no_noise_of_the_readings():
-    """That noise is part of the residual: the two would correlate."""
-    noisy, clean = recorded(noise=0.06), recorded(noise=0.0)
-    assert np.std(noisy.torque - clean.torque) > 0.3
-    moved = motion_of(SimpleNamespace(recording=noisy, model=MODEL), clean.y)
-    np.testing.assert_allclose(moved['torque'], clean.torque, atol=1e-9)
 
 
 @compiled

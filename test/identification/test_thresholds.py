@@ -24,8 +24,8 @@ from gearbox_monitor.identification.thresholds import THRESHOLDS, Thresholds
 
 FOLDER = Path(identification.__file__).parent
 # Modules that decide; the others measure and fit.
-DECIDING = ('adequacy', 'diagnose', 'disturbance_pulses', 'innovation_selection', 'localisation',
-            'selection', 'verdict', 'verdict_parts')
+DECIDING = ('adequacy', 'bursts', 'diagnose', 'evidence', 'free_functions', 'isolability', 'judge',
+            'localisation', 'position/adequacy', 'position/selection', 'verdict')
 
 
 def test_thresholds_stay_as_they_are():

@@ -29,7 +29,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.identification import likelihood, pair_search
-from gearbox_monitor.identification.position_search import PositionSearch
+from gearbox_monitor.identification.position.position_search import PositionSearch
 from gearbox_monitor.identification.shooting import ShootingWindows
 from gearbox_monitor.identification.torque_domain import driven, DrivenSimulator
 from gearbox_monitor.plant.drive import model_from_dict

@@ -27,8 +27,8 @@ import yaml
 from gearbox_monitor.benchmarks.blind import plant as own
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification.innovation_selection import InnovationEvidence
-from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.judge import decide
 from gearbox_monitor.identification.shooting import shooting_windows, Simulator
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant import effects
@@ -329,12 +329,12 @@ def test_the_plugin_of_the_page(plugin_folder):
     u = 3.0 * np.sin(2 * np.pi * 0.7 * t) + 1.5 * np.sin(2 * np.pi * 1.9 * t)
     _, y = own.simulate(own.NOMINAL, [spring], u, DT)
     y = y + 0.003 * np.random.default_rng(1).standard_normal(y.shape)
-    search = Search(UniformRecording(t, u, y, DT), model_from_dict({}, 'test'),
-                    np.array([0.003, 0.003]), ['arm_spring', 'gravity'])
-    assert InnovationEvidence(search).convincing_single().name == 'arm_spring'
-    best, second = (search.fitted[name] for name in search.ranked())
-    assert second.score - best.score > 25 < search.fitted[''].score - best.score
-    _, [values] = best.candidate.values(best.point.z)
+    decision = decide(Evidence((UniformRecording(t, u, y, DT),), model_from_dict({}, 'test'),
+                               np.array([0.003, 0.003]), ('arm_spring', 'gravity')))
+    assert decision.fit.name == 'arm_spring' and not decision.remains
+    gains = {fit.name: decision.gain(fit) for fit in decision.fits}
+    assert gains['arm_spring'] > 25.0 + max(gains['gravity'], 0.0)
+    _, [values] = decision.fit.candidate.values(decision.fit.z)
     assert values['S'] == pytest.approx(0.4, rel=0.02)
 
 

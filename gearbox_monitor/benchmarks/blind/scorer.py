@@ -81,7 +81,7 @@ def judge(label: Label, verdict: Judgement | None) -> ScoredRow:
     ids = label['ids']
     verdict = verdict or {}
     kind = verdict.get('verdict', 'missing')
-    named_ids = canonical(verdict.get('effect')) if kind == 'effect' else frozenset()
+    named_ids = canonical(verdict.get('effect'))
     truth = canonical('+'.join(ids))
     ranked = [canonical(r) for r in verdict.get('ranked') or []][:2]
     return {
@@ -92,7 +92,7 @@ def judge(label: Label, verdict: Judgement | None) -> ScoredRow:
         'located': located(verdict.get('location'), ids) and (kind != 'none' or not ids)
         and kind != 'missing',
         'both': len(ids) == 2 and truth <= named_ids, 'one': bool(truth & named_ids),
-        'unknown': kind == 'unknown',
+        'unknown': kind in ('unknown', 'incomplete'),
         'false_alarm': not ids and kind != 'none',
         'confusable': len(verdict.get('confusable') or []),
         'admitted': bool(ids) and truth <= named_ids | canonical(

@@ -13,29 +13,25 @@
 # limitations under the License.
 
 """
-Model selection: no effect, one, two or an unknown one.
+Selection among fits to windows where the measured motion of the motor drives the model.
 
 Gains are differences of BIC; margins cover what the search over all candidates gains by chance.
 """
-from abc import ABC, abstractmethod
 from collections.abc import Callable
-from copy import copy
 from functools import cache
-from typing import Self
 
 import numpy as np
 
-from gearbox_monitor.identification import remainder_map
-from gearbox_monitor.identification.adequacy import incomplete
 from gearbox_monitor.identification.candidates import nuisances_of, ZERO
-from gearbox_monitor.identification.disturbance_pulses import disturbance_fit
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.pair_search import find_pairs, gains_beside, with_third
-from gearbox_monitor.identification.position_search import PositionSearch
+from gearbox_monitor.identification.position import remainder_map
+from gearbox_monitor.identification.position.adequacy import leaves_more_than_noise
+from gearbox_monitor.identification.position.pair_search import (
+    find_pairs, gains_beside, with_third)
+from gearbox_monitor.identification.position.position_search import PositionSearch
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 
@@ -84,114 +80,13 @@ def own_margin(search: Search) -> float:
     return THRESHOLDS.scatter_gain - float(np.log(search.long.n_train))
 
 
-class Evidence(ABC):
-    """
-    Evidence of a Search for a decision, independent of the likelihood that finds the fits.
-
-    search: holds all fits; rough: whether an encoder is quantised more coarsely than its noise.
-    inadequate(fit): whether a fit leaves more than noise, evaluated once for each fit.
-    """
-
-    def __init__(self, search: Search, rough: bool = False) -> None:
-        self.search, self.rough = search, rough
-        self.inadequate: Callable[[CandidateFit], bool] = cache(
-            lambda fit: incomplete(search, fit, rough))
-
-    def on(self, search: Search) -> Self:
-        """Return the same evidence for fits of another `search` on the recording."""
-        out = copy(self)
-        out.search = search
-        return out
-
-    @abstractmethod
-    def convincing_single(self) -> CandidateFit | None:
-        """Return the best fit of one effect, None where it does not convince."""
-
-    @abstractmethod
-    def lacks(self, fit: CandidateFit) -> bool:
-        """Return whether a further effect promises more than chance beside `fit`."""
-
-    @abstractmethod
-    def pair_beyond(self, fit: CandidateFit) -> CandidateFit:
-        """Return the best fit of more effects that is worth more than `fit`, else `fit`."""
-
-    @abstractmethod
-    def shaped(self, fit: CandidateFit) -> CandidateFit | None:
-        """Return the fit that friction of another shape makes complete, None if none does."""
-
-    @abstractmethod
-    def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
-        """Return whether readings that were not fitted prefer `fit` to the simpler `base`."""
-
-    @abstractmethod
-    def mapped(self, fit: CandidateFit) -> CandidateFit | None:
-        """Return `fit` with a map of the torque that it leaves, None where none is worth it."""
-
-
-def decide(evidence: Evidence) -> tuple[CandidateFit, str]:
-    """Return (fit, 'effect' | 'none' | 'unknown'): what explains the recording best."""
-    search, inadequate = evidence.search, evidence.inadequate
-    chosen = evidence.convincing_single()
-    if chosen is None:
-        chosen = search.finer(search.fitted[''], inadequate)
-        if not inadequate(chosen):
-            return chosen, 'none'
-    else:
-        chosen = search.finer(simpler(search, chosen), inadequate)
-    lacking = inadequate(chosen)
-    if search.ranked() and lacking:
-        pulses = explained_by_pulses(search, evidence.rough, inadequate)
-        if pulses is not None:
-            return pulses, 'effect'
-    shaped = evidence.shaped(chosen)
-    if shaped is not None:
-        return shaped, 'effect' if shaped.candidate.ids else 'none'
-    if search.ranked() and (lacking or evidence.lacks(chosen)):
-        chosen = evidence.pair_beyond(chosen)
-    return chosen, 'unknown' if inadequate(chosen) else 'effect'
-
-
-def parts(evidence: Evidence, fit: CandidateFit,
-          with_map: bool = True) -> tuple[CandidateFit, CandidateFit]:
-    """
-    Return (effects that count, the same with a torque map) where the verdict is unknown.
-
-    Effects that readings do not prefer once they are not fitted explain nothing. Beside a map that
-    takes up the remainder, effects that only imitated it have no gain left: by BIC they go.
-
-    Args:
-        evidence: of the search.
-        fit: fit that explains the recording best.
-        with_map: whether a map may be fitted; a model has one at most.
-    """
-    search = evidence.search
-    none = search.fitted['']
-    effects = [search.fitted[i] for i in fit.candidate.ids if i in search.fitted and i != fit.name]
-    effects = sorted(effects, key=lambda f: f.score)
-    if fit.candidate.ids:
-        effects.insert(0, fit)
-    nearest = next((f for f in effects if evidence.holds(f, none)), none)
-    if not with_map or any(e['id'] == TORQUE_MAP.id for e in search.model.effects):
-        return nearest, nearest
-    chosen: tuple[CandidateFit, CandidateFit] | None = None
-    for base in sorted((none, *effects), key=lambda f: len(f.candidate.ids)):
-        mapped = evidence.mapped(base)
-        if mapped is None or not evidence.holds(mapped, base):
-            continue
-        if chosen is None or (chosen[1].score - mapped.score > THRESHOLDS.further_effect_gain
-                              and evidence.holds(mapped, chosen[1])):
-            chosen = base, mapped
-    if chosen and nearest.score < chosen[1].score and evidence.holds(nearest, chosen[1]):
-        chosen = None  # effects alone explain more than the map
-    return chosen or (nearest, nearest)
-
-
-class PositionEvidence(Evidence):
+class PositionEvidence:
     """Evidence of windows alone, where the motion of the motor drives the model."""
 
     def __init__(self, search: PositionSearch, rough: bool = False) -> None:
-        super().__init__(search, rough)
-        self.windows = search
+        self.search = self.windows = search
+        self.inadequate: Callable[[CandidateFit], bool] = cache(
+            lambda fit: leaves_more_than_noise(search, fit, rough))
 
     def convincing_single(self) -> CandidateFit | None:
         """Fit none and single effects; return the best one, None where it does not convince."""
@@ -228,10 +123,6 @@ class PositionEvidence(Evidence):
         search.weigh_by_error([pair.name])
         return search.fitted[pair.name]
 
-    def shaped(self, fit: CandidateFit) -> CandidateFit | None:
-        """Return None: where the motor stands, which shows the shape, its torque tells nothing."""
-        return None
-
     def holds(self, fit: CandidateFit, base: CandidateFit) -> bool:
         """Return whether readings that were not fitted prefer `fit` to the simpler `base`."""
         return remainder_map.closer_on_unseen(self.search, fit, base)
@@ -241,27 +132,54 @@ class PositionEvidence(Evidence):
         return remainder_map.on_measured_motion(self.windows, fit)
 
 
-def explained_by_pulses(search: Search, rough: bool,
-                        inadequate: Callable[[CandidateFit], bool]) -> CandidateFit | None:
+def decide(evidence: PositionEvidence) -> tuple[CandidateFit, str]:
+    """Return (fit, 'effect' | 'none' | 'unknown'): what explains the recording best."""
+    search, inadequate = evidence.search, evidence.inadequate
+    chosen = evidence.convincing_single()
+    if chosen is None:
+        chosen = search.fitted['']
+        if not inadequate(chosen):
+            return chosen, 'none'
+    else:
+        chosen = simpler(search, chosen)
+    if search.ranked() and (inadequate(chosen) or evidence.lacks(chosen)):
+        chosen = evidence.pair_beyond(chosen)
+    return chosen, 'unknown' if inadequate(chosen) else 'effect'
+
+
+def parts(evidence: 'PositionEvidence', fit: CandidateFit,
+          with_map: bool = True) -> tuple[CandidateFit, CandidateFit]:
     """
-    Return the fit of pulses, None if there are none or one effect explains as much.
+    Return (effects that count, the same with a torque map) where the verdict is unknown.
+
+    Effects that readings do not prefer once they are not fitted explain nothing. Beside a map that
+    takes up the remainder, effects that only imitated it have no gain left: by BIC they go.
 
     Args:
-        search: fits of all candidates to one recording.
-        rough: whether an encoder is quantised more coarsely than its noise.
-        inadequate: function that tells whether a fit leaves more than noise.
+        evidence: of the search.
+        fit: fit that explains the recording best.
+        with_map: whether a map may be fitted; a model has one at most.
     """
-    # Torque noise on the motor is bursts, too.
-    if DISTURBANCE.id not in search.ids or (search.noisy and search.long.weighing is None):
-        return None
-    pulses = disturbance_fit(search)
-    if pulses is None or inadequate(pulses):
-        return None
-    explained = max(0.0, gain_on_all_windows(search, search.fitted[search.ranked()[0]]))
-    margin = THRESHOLDS.rough_burst_gain if rough else THRESHOLDS.effect_gain
-    if gain(search, pulses) < margin + explained / THRESHOLDS.burst_rival:
-        return None
-    return search.keep(pulses)
+    search = evidence.search
+    none = search.fitted['']
+    effects = [search.fitted[i] for i in fit.candidate.ids if i in search.fitted and i != fit.name]
+    effects = sorted(effects, key=lambda f: f.score)
+    if fit.candidate.ids:
+        effects.insert(0, fit)
+    nearest = next((f for f in effects if evidence.holds(f, none)), none)
+    if not with_map or any(e['id'] == TORQUE_MAP.id for e in search.model.effects):
+        return nearest, nearest
+    chosen: tuple[CandidateFit, CandidateFit] | None = None
+    for base in sorted((none, *effects), key=lambda f: len(f.candidate.ids)):
+        mapped = evidence.mapped(base)
+        if mapped is None or not evidence.holds(mapped, base):
+            continue
+        if chosen is None or (chosen[1].score - mapped.score > THRESHOLDS.further_effect_gain
+                              and evidence.holds(mapped, chosen[1])):
+            chosen = base, mapped
+    if chosen and nearest.score < chosen[1].score and evidence.holds(nearest, chosen[1]):
+        chosen = None  # effects alone explain more than the map
+    return chosen or (nearest, nearest)
 
 
 def worth(search: Search, single: CandidateFit, pair: CandidateFit) -> bool:
@@ -301,16 +219,3 @@ def simpler(search: Search, best_fit: CandidateFit) -> CandidateFit:
         if rival.candidate.n_effect < best_fit.candidate.n_effect and distance < similar:
             return rival
     return best_fit
-
-
-def gain_on_all_windows(search: Search, fitted: CandidateFit) -> float:
-    """
-    Return by how much `fitted` beats none in BIC on all windows, held-out ones included.
-
-    Args:
-        search: fits of all candidates to one recording.
-        fitted: fit on the long windows.
-    """
-    n = search.long.size * len(search.long.windows)
-    return float((search.fitted[''].point.chi2 - fitted.point.chi2).sum()
-                 - fitted.candidate.n_effect * np.log(n))

@@ -26,11 +26,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification import gauss_newton, isolability, likelihood
+from gearbox_monitor.identification import gauss_newton, likelihood
 from gearbox_monitor.identification.candidates import (
     CandidateModel, NOT_FITTED, ORDERS, PERIODIC)
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.position_search import PositionSearch
+from gearbox_monitor.identification.position import window_isolability
+from gearbox_monitor.identification.position.position_search import PositionSearch
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 
@@ -252,7 +253,7 @@ def _exchanged(search: PositionSearch, pair: CandidateFit) -> list[Started]:
     way to a pair one effect had to bear what was the other's.
     """
     data = likelihood.shortened(search.long, RACE[0][0])
-    separations = isolability.separations(search, pair)
+    separations = window_isolability.separations(search, pair)
     jobs = []
     for i, name in enumerate(pair.candidate.ids):
         kept_single = _alone(search, pair, 1 - i)

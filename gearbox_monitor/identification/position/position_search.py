@@ -24,9 +24,10 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.identification import gauss_newton, likelihood, model_error
+from gearbox_monitor.identification import gauss_newton, likelihood
 from gearbox_monitor.identification.candidates import CandidateModel, NOT_FITTED, PERIODIC
 from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.position import model_error
 from gearbox_monitor.identification.search import KEEP_REFINED, Search
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array

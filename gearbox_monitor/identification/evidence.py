@@ -1,0 +1,153 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What a diagnosis has to go by: recordings, model, noise, and likelihoods of their parts."""
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gearbox_monitor.identification.candidates import Starts
+from gearbox_monitor.identification.innovation_fit import InnovationFit
+from gearbox_monitor.identification.innovations import InnovationLikelihood, JointLikelihood
+from gearbox_monitor.identification.noise_model import white_level
+from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.windows import hidden_begins, Segment, segment_of
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.recording import UniformRecording
+
+
+def silent(text: str) -> None:
+    """Report nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """
+    Recordings of one drive under one nominal model.
+
+    sigma [2]: noise of the encoders, rad; colour [2]: correlation of neighbouring readings, None:
+    white. ids: effects that may be named. rough: whether an encoder is quantised more coarsely
+    than its noise. all_trained: whether no window is held out. with_map: whether a torque map of
+    the remainder may be fitted. finer: how many times as many steps the model takes as the nominal
+    drive asks for. reference: fit in whose free runs filters begin where an encoder is missing, None:
+    the nominal model. progress(text) is called as the search goes on.
+    """
+
+    recordings: tuple[UniformRecording, ...]
+    model: DriveModel
+    sigma: Array
+    ids: tuple[str, ...]
+    colour: Array | None = None
+    rough: bool = False
+    all_trained: bool = False
+    with_map: bool = True
+    finer: int = 1
+    reference: InnovationFit | None = None
+    jobs: int = 1
+    progress: Callable[[str], object] = silent
+
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """The recordings with their windows."""
+        parts = [segment_of(r, self.model, self.sigma, self.colour, finer=self.finer)
+                 for r in self.recordings]
+        if self.all_trained:
+            parts = [replace(part, unseen=part.span.stop, data=replace(
+                part.data, train=np.ones_like(part.data.train))) for part in parts]
+        return tuple(parts)
+
+    @cached_property
+    def starts(self) -> Starts:
+        """Where fits of effects begin."""
+        return Starts(self.model, self.recordings)
+
+    def _likelihood(self, spans: Sequence[slice], coarse: bool = False) -> JointLikelihood:
+        sigma = white_level(self.sigma, self.colour)
+        parts = []
+        for recording, span in zip(self.recordings, spans):
+            if span.stop > span.start:
+                part = InnovationLikelihood(recording, self.model, sigma, [span], coarse,
+                                            1 if coarse else self.finer)
+                if self.hides(recording):
+                    fit = self.reference
+                    candidate = self.starts.none() if fit is None else fit.candidate
+                    part = hidden_begins(part, candidate, candidate.start() if fit is None
+                                         else fit.z, sigma)
+                parts.append(part)
+        return JointLikelihood(parts)
+
+    def hides(self, recording: UniformRecording) -> bool:
+        """Return whether a side of the drive moves on its own that no encoder reads."""
+        return len(recording.channels) == 1 and self.model.transmission.kind != 'rigid'
+
+    @cached_property
+    def coarse(self) -> JointLikelihood:
+        """Likelihood of the training parts, on larger steps."""
+        return self._likelihood([part.training for part in self.segments], coarse=True)
+
+    @cached_property
+    def fine(self) -> JointLikelihood:
+        """Likelihood of the training parts."""
+        return self._likelihood([part.training for part in self.segments])
+
+    @cached_property
+    def whole(self) -> JointLikelihood:
+        """Likelihood of all that is evidence."""
+        return self._likelihood([part.span for part in self.segments])
+
+    @cached_property
+    def unseen(self) -> JointLikelihood | None:
+        """Likelihood of what is held out, None if nothing is."""
+        spans = [part.held_out for part in self.segments]
+        return self._likelihood(spans) if any(s.stop > s.start for s in spans) else None
+
+    @property
+    def step(self) -> float:
+        """Length of an integration step, s."""
+        return min(part.recording.dt / part.simulator.n for part in self.whole.parts)
+
+    @property
+    def lasting(self) -> bool:
+        """Whether torque that no model explains lasts, as on a real drive."""
+        return self.model.process_torque_time > 0.0
+
+    @property
+    def noisy(self) -> bool:
+        """Whether the model file says that values or the torque are not exact."""
+        model = self.model
+        return model.tolerance > 0.0 or bool(model.process_torque) or self.lasting
+
+    @property
+    def torque(self) -> float:
+        """Standard deviation of the torque, N m."""
+        return max(float(np.std(np.concatenate([r.torque for r in self.recordings]))), 1e-9)
+
+    @property
+    def allowed_noise(self) -> Array:
+        """Torque noise [2] on motor and arm that is no model error, N m rms in a sample."""
+        allowed = self.whole.least_noise
+        if self.model.process_torque:
+            allowed = np.maximum(allowed, self.model.process_torque)
+        if self.lasting:
+            allowed = np.maximum(allowed, THRESHOLDS.lasting_torque * self.torque)
+        elif self.noisy:
+            allowed = np.maximum(allowed, THRESHOLDS.torque_noise * self.torque)
+        return allowed
+
+    def score(self, fit: InnovationFit) -> float:
+        """Return the BIC (Schwarz 1978) of a fit to the training parts."""
+        return fit.deviance + fit.candidate.n_effect * float(np.log(self.fine.readings))

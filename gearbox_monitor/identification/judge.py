@@ -1,0 +1,357 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The decision: none, effects, effects that explain a part, or unknown.
+
+One kind of evidence decides: the likelihood of innovations (BIC for what is better, adequacy
+against noise for what is enough). Nothing here is written into: each step returns new fits.
+"""
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+import math
+
+import numpy as np
+
+from gearbox_monitor.identification.adequacy import Adequacy, adequacy_of
+from gearbox_monitor.identification.bursts import Bursts, bursts_beside
+from gearbox_monitor.identification.candidates import (
+    nuisances_of, with_free_shape, with_law, ZERO)
+from gearbox_monitor.identification.effect_scan import Proposal, scan
+from gearbox_monitor.identification.effect_search import EffectSearch, FitTable
+from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.free_functions import mapped
+from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
+from gearbox_monitor.identification.input_estimation import torque_places
+from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.plant.effects import EFFECTS, library
+from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
+from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
+
+COMPARED, PAIRS = 4, 3   # fits of one effect, of two, that are finished on short steps
+SHAPED = 2               # best single effects that are tried with friction of another shape
+POLISH = 8               # iterations of a fit on short steps
+FINER = 4                # times as many steps, where long ones show
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """
+    What explains the recordings best.
+
+    none: the fit without effects; fit: that of all effects that count; closed: the same, or with a
+    torque map of the remainder, or whatever leaves least. adequacy: of `fit`. fits: all that were
+    scored by one likelihood, best first. bursts: beside `fit`, None without. lattices: ids of the
+    encoders that are quantised. law: kind of friction that the model file does not have, ''.
+    """
+
+    evidence: Evidence
+    none: InnovationFit
+    fit: InnovationFit
+    closed: InnovationFit
+    adequacy: Adequacy
+    none_adequacy: Adequacy
+    fits: tuple[InnovationFit, ...]
+    orders: tuple[tuple[str, list[int]], ...] = ()
+    bursts: Bursts | None = None
+    remains: bool = False
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Effects that count."""
+        return (*self.fit.candidate.ids, *((DISTURBANCE.id,) if self.bursts else ()))
+
+    def gain(self, fit: InnovationFit) -> float:
+        """Return by how much a fit beats none, in BIC."""
+        return self.evidence.score(self.none) - self.evidence.score(fit)
+
+
+class Judge:
+    """Fits of candidates to one Evidence, each found once."""
+
+    def __init__(self, evidence: Evidence) -> None:
+        self.evidence = evidence
+        self.search = EffectSearch(evidence.coarse, evidence.starts, evidence.ids, evidence.jobs,
+                                   evidence.progress)
+        self._left: dict[tuple[object, ...], Adequacy] = {}
+
+    def polished(self, fit: InnovationFit, iterations: int = POLISH) -> InnovationFit:
+        """Return `fit` on short steps, refitted."""
+        return fitted(self.evidence.fine, fit, iterations)
+
+    def cooled(self, fit: InnovationFit) -> InnovationFit:
+        """
+        Return `fit` from the least torque noise on, if that is likelier.
+
+        Noise that was large while the model was wrong may hold a fit off its optimum. Free runs
+        tell when it is worth a try: they miss by little.
+        """
+        left = self.left(fit)
+        if left.adequate or left.vetoed:
+            return fit
+        cold = self.polished(replace(fit, torque=self.evidence.fine.least_noise))
+        return cold if cold.deviance < fit.deviance - 0.5 * THRESHOLDS.noise_gain else fit
+
+    def steps_show(self, fit: InnovationFit) -> bool:
+        """
+        Return whether the error of the integration is what `fit` leaves.
+
+        Steps are as long as the nominal drive allows; with an effect it may be a faster one.
+        """
+        evidence = self.evidence
+        if evidence.finer > 1 or evidence.noisy or self.left(fit).adequate:
+            return False
+        model, torque = fit.candidate.model(fit.z), evidence.fine.least_noise
+        shorter = replace(evidence, finer=FINER).fine.run(model, torque).deviance
+        return bool(evidence.fine.run(model, torque).deviance - shorter > THRESHOLDS.noise_gain)
+
+    def begins_show(self, fit: InnovationFit) -> bool:
+        """Return whether filters that begin as another model does may be what `fit` leaves."""
+        evidence, left = self.evidence, self.left(fit)
+        return bool(fit.candidate.ids and evidence.reference is None and not left.adequate
+                    and not left.vetoed and any(map(evidence.hides, evidence.recordings)))
+
+    def rescored(self, fits: Iterable[InnovationFit]) -> list[InnovationFit]:
+        """Return fits as the likelihood on short steps has them where they stand."""
+        return [evaluated(self.evidence.fine, f.candidate, f.z, f.torque).alone() for f in fits]
+
+    def left(self, fit: InnovationFit) -> Adequacy:
+        """Return what `fit` leaves, evaluated once for each fit."""
+        key = (fit.candidate.name, fit.candidate.nominal.friction_law, fit.z.tobytes())
+        if key not in self._left:
+            self._left[key] = adequacy_of(self.evidence, fit)
+        return self._left[key]
+
+    def score(self, fit: InnovationFit) -> float:
+        """Return the BIC of a fit."""
+        return self.evidence.score(fit)
+
+    def scatters(self, name: str) -> bool:
+        """Return whether the effect `name` is a value that may scatter anyway."""
+        effect = EFFECTS.get(name)
+        value = ZERO if name == ENCODER_OFFSET.id else (
+            effect.parameters[0].name if effect and effect.replaces else None)
+        return value in nuisances_of(self.evidence.model)
+
+    def price(self, ids: Sequence[str], beside: Sequence[str]) -> float:
+        """
+        Return the gain in BIC that the effects `ids` must exceed.
+
+        Args:
+            ids: effects that are added.
+            beside: effects that are there.
+        """
+        if len(ids) == 1 and self.scatters(ids[0]):
+            # A fit without it may move this value, too: what counts is how far.
+            return THRESHOLDS.scatter_gain - math.log(self.evidence.fine.readings)
+        return THRESHOLDS.further_effect_gain if beside else THRESHOLDS.effect_gain
+
+    def worth(self, fit: InnovationFit, base: InnovationFit) -> bool:
+        """Return whether `fit` beats the simpler `base` by the price of what it adds."""
+        added = [i for i in fit.candidate.ids if i not in base.candidate.ids]
+        return self.score(base) - self.score(fit) > self.price(added, base.candidate.ids)
+
+    def holds(self, fit: InnovationFit, base: InnovationFit) -> bool:
+        """Return whether readings that were not fitted prefer `fit` to the simpler `base`."""
+        unseen = self.evidence.unseen
+        if unseen is None:
+            return True
+        of_fit, of_base = (unseen.run(f.candidate.model(f.z), f.torque).deviance
+                           for f in (fit, base))
+        return of_fit < of_base
+
+    def lacks(self, fit: InnovationFit) -> bool:
+        """Return whether a further effect promises more than chance beside `fit`."""
+        return any(p.gain > (THRESHOLDS.scatter_gain if self.scatters(p.name)
+                             else THRESHOLDS.effect_gain)
+                   for p in scan(self.evidence.fine, self.evidence.starts, fit,
+                                 self.evidence.ids) if math.isfinite(p.gain))
+
+
+def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
+    """
+    Return what explains the recordings best.
+
+    Args:
+        evidence: the recordings and the likelihoods of their parts.
+        table: fits of single effects on coarse steps, None: not yet fitted.
+    """
+    judge = Judge(evidence)
+    coarse_none = judge.search.none() if table is None else table.none
+    none = judge.polished(coarse_none)
+    if table is None:
+        table = judge.search.singles(coarse_none, judge.left(none).adequate)
+    singles = _finished(judge, table.singles, COMPARED)
+    leader = singles[0] if singles else None
+    chosen = none
+    if leader is not None and judge.worth(leader, none):
+        chosen = judge.cooled(simplest(judge, leader, singles))
+    if judge.steps_show(chosen):
+        return decide(replace(evidence, finer=FINER), table)
+    if judge.begins_show(chosen):
+        return decide(replace(evidence, reference=chosen), table)
+    notes: tuple[str, ...] = ()
+    fits = [none, *singles, *judge.rescored(table.singles[len(singles):])]
+    if not judge.left(chosen).adequate and singles:
+        reshaped = _reshaped(judge, [chosen, *singles[:SHAPED], none])
+        if reshaped is not None:
+            chosen, fits = reshaped, [*fits, reshaped]
+    lacking = not judge.left(chosen).adequate
+    if singles and (lacking or chosen.candidate.ids and judge.lacks(chosen)):
+        pairs = judge.search.pairs(table.singles)
+        finished = _finished(judge, pairs, PAIRS)
+        fits += [*finished, *judge.rescored(pairs[len(finished):])]
+        for pair in finished:
+            pair = judge.cooled(_canonical(judge, pair))
+            if judge.worth(pair, chosen) and (lacking or judge.left(pair).adequate):
+                chosen, fits = pair, [*fits, pair]
+                break
+    left = judge.left(chosen)
+    bursts = None
+    if not left.adequate and DISTURBANCE.id in evidence.ids:
+        bursts = _bursts(judge, chosen, none)
+        if bursts is not None:
+            chosen = bursts.fit
+    remains = not left.adequate and (bursts is None or not bursts.adequate)
+    closed = chosen
+    if remains:
+        chosen, closed = _parts(judge, chosen, none, fits)
+        left = judge.left(chosen)
+    unique: dict[tuple[str, ...], InnovationFit] = {}
+    for fit in sorted([*fits, chosen], key=judge.score):
+        unique.setdefault(fit.candidate.key, fit)
+    return Decision(evidence, none, chosen, closed, left, judge.left(none),
+                    tuple(unique.values()), table.orders, bursts, remains, notes)
+
+
+def _finished(judge: Judge, fits: Sequence[InnovationFit], most: int) -> list[InnovationFit]:
+    """Return the leading `fits` on short steps, best first."""
+    close = [fit for number, fit in enumerate(fits[:most]) if number < 2
+             or fit.deviance < fits[0].deviance + THRESHOLDS.ranking_error]
+    return sorted(map(judge.polished, close), key=judge.score)
+
+
+def simplest(judge: Judge, leader: InnovationFit,
+             singles: Sequence[InnovationFit]) -> InnovationFit:
+    """
+    Return the effect of fewest parameters that explains the recordings as well as `leader`.
+
+    Args:
+        judge: of the recordings.
+        leader: best fit of one effect.
+        singles: fits of single effects.
+    """
+    rivals = [f for f in singles if judge.score(f) - judge.score(leader) < THRESHOLDS.bound_gain
+              and f.candidate.n_effect < leader.candidate.n_effect]
+    simple = min(rivals, key=lambda f: (f.candidate.n_effect, judge.score(f)), default=leader)
+    return _canonical(judge, simple)
+
+
+def _canonical(judge: Judge, fit: InnovationFit) -> InnovationFit:
+    """
+    Return `fit` with what an effect at a bound is instead of it.
+
+    At the bound of a shape an effect is a simpler one: Stribeck friction that never falls is
+    Coulomb friction, a loop of no width is friction in the gear. Of the simpler effects at the
+    same place, the one that explains as much takes over.
+    """
+    bound = {part.partition('.')[0] for part in fit.candidate.at_bound(fit.z)}
+    effects = library()
+    for number, name in enumerate(fit.candidate.ids):
+        if name not in bound or name == TORQUE_MAP.id:
+            continue
+        rest = [i for i in range(len(fit.candidate.ids)) if i != number]
+        base = judge.search.without(fit, number)
+        count = sum(c.owner == number for c in fit.candidate.coordinates)
+        trials = [i for i in judge.evidence.ids
+                  if i not in fit.candidate.ids and effects[i].fitted
+                  and effects[i].location == effects[name].location
+                  and len(effects[i].parameters) < count]
+        proposals: dict[str, Proposal] = {}
+        for proposal in scan(judge.evidence.fine, judge.evidence.starts, base, trials):
+            proposals.setdefault(proposal.name, proposal)
+        simpler = [judge.polished(judge.search.begun(base, p)) for p in proposals.values()]
+        closest = min(simpler, key=judge.score, default=None)
+        if closest is not None and judge.score(closest) - judge.score(
+                fit) < THRESHOLDS.bound_gain:
+            return closest
+        if rest and judge.score(base) - judge.score(fit) < THRESHOLDS.bound_gain:
+            return judge.polished(base)
+    return fit
+
+
+def _reshaped(judge: Judge, fits: Sequence[InnovationFit]) -> InnovationFit | None:
+    """
+    Return the fit that friction of another shape or law makes adequate, None if none does.
+
+    A shape or law that differs is no effect of its own, and must not find one a partner.
+    """
+    adequate: list[InnovationFit] = []
+    unique = {fit.candidate.key: fit for fit in fits}
+    for fit in unique.values():
+        for candidate in (with_free_shape(fit.candidate),
+                          with_law(fit.candidate, judge.evidence.step)):
+            if candidate is None:
+                continue
+            freed = len(candidate.coordinates) - len(fit.z)
+            z = np.concatenate([np.zeros(freed), fit.z])
+            shaped = judge.polished(InnovationFit(candidate, z, fit.torque), 12)
+            if (fit.deviance - shaped.deviance > THRESHOLDS.scatter_gain
+                    and judge.left(shaped).adequate):
+                adequate.append(shaped)
+    return min(adequate, default=None, key=lambda f: (
+        judge.score(f) + THRESHOLDS.effect_gain * bool(f.candidate.ids)))
+
+
+def _bursts(judge: Judge, chosen: InnovationFit, none: InnovationFit) -> Bursts | None:
+    """Return bursts on the arm that explain more than the effects do, None without."""
+    for fit in [none] if chosen is none else [none, chosen]:
+        bursts = bursts_beside(judge.evidence, fit, judge.left(fit).runs)
+        if bursts is None:
+            continue
+        base = judge.score(fit) - (bursts.gain - bursts.price)
+        if judge.score(chosen) - base > THRESHOLDS.further_effect_gain and (
+                bursts.adequate or fit is chosen):
+            return bursts
+    return None
+
+
+def _parts(judge: Judge, chosen: InnovationFit, none: InnovationFit,
+           fits: Sequence[InnovationFit]) -> tuple[InnovationFit, InnovationFit]:
+    """
+    Return (effects that count, the model that leaves least) where more than noise remains.
+
+    An effect counts if it is worth its price and readings that were not fitted prefer it. The
+    closed model is the best of all that was fitted, with a torque map where that is worth it.
+    """
+    counting = none
+    if chosen.candidate.ids and judge.worth(chosen, none) and judge.holds(chosen, none):
+        counting = chosen
+    else:
+        for fit in sorted((f for f in fits if f.candidate.ids), key=judge.score):
+            if judge.worth(fit, none) and judge.holds(fit, none):
+                counting = fit
+                break
+    evidence = judge.evidence
+    closed = counting
+    if evidence.with_map:
+        for base in [none] if counting is none else [none, counting]:
+            with_map = mapped(evidence.fine, base, torque_places(evidence.model), evidence.torque)
+            if (with_map is not None and judge.holds(with_map, base) and judge.holds(
+                    with_map, closed) and judge.score(closed) - judge.score(
+                    with_map) > THRESHOLDS.further_effect_gain):
+                closed = with_map
+    return counting, closed

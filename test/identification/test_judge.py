@@ -1,0 +1,464 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Where the gap lies, how far it closes, what a recording can separate, and what is decided."""
+from dataclasses import replace
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.identification import closed_model, diagnose, isolability, localisation
+from gearbox_monitor.identification.adequacy import adequacy_of
+from gearbox_monitor.identification.bursts import at_ends_of_travel, best_pulses, pulses_in
+from gearbox_monitor.identification.candidates import sine_and_cosine
+from gearbox_monitor.identification.diagnose import standard_errors
+from gearbox_monitor.identification.effect_scan import scan
+from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
+from gearbox_monitor.identification.input_estimation import SPACING
+from gearbox_monitor.identification.judge import decide, Judge, simplest
+from gearbox_monitor.identification.shooting import shooting_windows
+from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.verdict import Dependence, remaining_place
+from gearbox_monitor.kernels import sensor_noise
+from gearbox_monitor.plant.drive import DriveModel, model_from_dict
+from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.quality.recording import UniformRecording
+
+DT, SIGMA = 0.001, np.array([0.002, 0.002])
+CASES = {
+    'stribeck': ({'Cs': 0.15, 'vs': 0.5}, 'motor_side'),
+    'torque_gain': ({'g': 0.08}, 'actuator'),
+    'backlash_gap': ({'b': 0.115}, 'transmission'),
+    'arm_encoder_eccentricity': ({'A': 0.02, 'phi': 0.7}, 'arm_sensor'),
+}
+
+
+def record(effects, seconds=5, seed=1, std=SIGMA, u=None, model=None):
+    """Return a recording of the paper's drive with `effects` under a sum of sines."""
+    t = np.arange(round(seconds / DT)) * DT
+    if u is None:
+        phase = np.random.default_rng(seed).uniform(0, 2 * np.pi, 3)
+        u = sum(a * np.sin(2 * np.pi * f * t + p)
+                for a, f, p in zip((0.6, 0.4, 0.3), (0.45, 1.1, 2.3), phase))
+    model = model_from_dict({**(model or {}), 'effects': effects}, 'test')
+    path = simulate(model, u, DT, Noise(measurement=tuple(std)), seed)
+    return UniformRecording(t, u, path.y, DT)
+
+
+def evidence_of(*recordings, ids=(), model=None):
+    """Return the Evidence of recordings under the model of the package."""
+    return Evidence(recordings, model or DriveModel(), SIGMA, tuple(ids))
+
+
+def without(evidence):
+    """Return the fit without effects."""
+    likelihood = evidence.fine
+    return fitted(likelihood, InnovationFit(
+        evidence.starts.none(), evidence.starts.none().start(), likelihood.first_noise))
+
+
+def from_truth(evidence, name, values):
+    """Return the fit of effect `name` that begins at its true `values`."""
+    candidate = evidence.starts.candidates(name)[0]
+    if 'phi' in values:
+        values = sine_and_cosine(name, values)
+    z = np.array([np.log(values[c.name]) if c.log else values[c.name]
+                  for c in candidate.coordinates])
+    return fitted(evidence.fine, InnovationFit(candidate, z, evidence.fine.first_noise))
+
+
+@pytest.fixture(scope='module')
+def cases():
+    """Return {id: (Evidence, fit without, fit of the id)} of all cases."""
+    out = {}
+    for name, (values, _) in CASES.items():
+        evidence = evidence_of(record([{'id': name, **values}]), ids=[name])
+        out[name] = evidence, without(evidence), from_truth(evidence, name, values)
+    return out
+
+
+@pytest.mark.parametrize('name', CASES)
+def test_a_right_model_leaves_noise_alone(cases, name):
+    """Each of the four tests tells the model without the effect from the one with it."""
+    evidence, none, fit = cases[name]
+    lacking, enough = adequacy_of(evidence, none), adequacy_of(evidence, fit)
+    assert enough.adequate and enough.noise_gain < 12.0 and enough.structure < THRESHOLDS.structure
+    assert not enough.dependence.beyond_chance and enough.misfit == pytest.approx(1.0, abs=0.04)
+    # No torque noise is needed: it has annealed to what a free run cannot show.
+    assert (fit.torque < 20.0 * evidence.whole.least_noise).all()
+    assert not lacking.adequate and lacking.noise_gain > 100.0
+    assert lacking.dependence.beyond_chance and lacking.dependence.gain > 2.0 * enough.dependence.gain
+
+
+@pytest.mark.parametrize('name', CASES)
+def test_a_free_signal_finds_the_place(cases, name):
+    evidence, none, _ = cases[name]
+    places = localisation.places(adequacy_of(evidence, none).runs)
+    location = CASES[name][1]
+    assert places['location'] == location, places['places']
+    assert places['place'] == ('motor_side' if location == 'actuator' else location)
+    assert places['places'][places['place']]['explained'] > 0.8
+    for shares in places['region'].values():
+        assert sum(shares['time'].values()) == pytest.approx(1.0)
+    if name == 'stribeck':
+        assert places['region']['speed']['signal']['high'] < 0.2
+    json.dumps(places, allow_nan=False)
+
+
+@pytest.mark.parametrize('name', CASES)
+def test_the_true_effect_closes_the_gap(cases, name):
+    evidence, none, fit = cases[name]
+    before, after = (adequacy_of(evidence, f).runs for f in (none, fit))
+    closure = closed_model.closure(before, after, True, seed=3)
+    assert closure['gap_before'] > 1.05
+    assert closure['gap_after'] == pytest.approx(1.0, abs=0.03)
+    low, high = closure['closed_fraction_ci']
+    assert low <= 1.0 <= high and low <= closure['closed_fraction'] <= high
+    truth, (values,) = CASES[name][0], fit.candidate.values(fit.z)[1]
+    errors, _ = standard_errors(evidence, fit)
+    for parameter, value in truth.items():
+        assert abs(values[parameter] - value) < 4.0 * errors[name][parameter], parameter
+    assert closure == closed_model.closure(before, after, True, seed=3)
+    json.dumps(closure, allow_nan=False)
+
+
+def test_recordings_with_other_encoders_are_evaluated_each_with_its_own():
+    """One with both encoders, one with the motor's alone: no reading is made up."""
+    effect = [{'id': 'torque_gain', 'g': 0.08}]
+    both, motor = record(effect), record(effect, seed=2)
+    motor = replace(motor, y=motor.y[:, [0, 0]], channels=(0,))
+    together = evidence_of(both, motor, ids=['torque_gain'])
+    assert together.fine.readings == evidence_of(both).fine.readings + evidence_of(
+        motor).fine.readings
+    data = diagnose.diagnose([both, motor], DriveModel(), only=['torque_gain']).data
+    assert (data['verdict'], data['effect']) == ('effect', 'torque_gain')
+    assert data['params']['torque_gain']['g'] == pytest.approx(0.08, rel=0.02)
+    alone = [diagnose.diagnose([r], DriveModel(), only=['torque_gain']).gap_before
+             for r in (both, motor)]
+    assert min(alone) < data['gap_before'] < max(alone)
+
+
+def test_nothing_runs_from_one_recording_into_the_next():
+    """The second begins elsewhere: no speed, region or start knows of the first."""
+    free = {'position_gain': 0.0}
+    model = model_from_dict(free, 'test')
+    first, second = record([], model=free), record([], seed=2, model=free)
+    moved = replace(second, y=second.y + 40.0)
+    evidence = evidence_of(first, moved, model=model)
+    runs = adequacy_of(evidence, without(evidence)).runs
+    rows = [localisation._motion(run)[0]['speed'].max() for run in runs]
+    assert max(rows) < 1.2 * np.abs(np.gradient(np.convolve(
+        first.y[:, 0], np.ones(20) / 20, 'valid'), DT)).max()
+    assert evidence.starts.scales.speed < 1.05 * max(
+        evidence_of(r).starts.scales.speed for r in (first, second))
+    assert diagnose.diagnose([first, moved], model, only=['torque_gain']).verdict == 'none'
+
+
+def test_validation_on_a_second_recording():
+    effect = {'id': 'arm_coulomb', 'Cac': 0.05}
+    result = closed_model.validate(record([effect], seed=9), DriveModel(),
+                                   model_from_dict({'effects': [effect]}, 'test'), SIGMA)
+    assert result['gap_after'] == pytest.approx(1.0, abs=0.03) and result['gap_before'] > 1.3
+    before, after = result['free_run']['before'], result['free_run']['after']
+    assert after['motor'] < 0.2 * before['motor'] and after['arm'] < 0.2 * before['arm']
+
+
+def test_one_speed_cannot_tell_viscous_from_coulomb_friction():
+    """Forth and back at one speed, Cv and Cc act alike; at several speeds they do not."""
+    t = np.arange(4000) * DT
+    ids = ['motor_coulomb', 'motor_viscous', 'gravity', 'torque_offset', 'coulomb_asymmetry']
+    slow = 0.5 * np.sign(np.sin(2 * np.pi * 0.5 * t))
+    levels = np.repeat([0.35, -0.6, 1.5, 0.4] * 4, 250)
+    tables = []
+    for u in (slow, levels):
+        evidence = evidence_of(record([], 4, u=u), ids=ids)
+        none = without(evidence)
+        space = isolability.Space(evidence.fine, evaluated(
+            evidence.fine, none.candidate, none.z, none.torque), evidence.starts, {})
+        names, s2 = isolability.matrix(space, ids)
+        assert np.diag(s2) == pytest.approx(0.0, abs=1e-6)
+        tables.append({(a, b): s2[i, j] for i, a in enumerate(names)
+                       for j, b in enumerate(names)})
+    pair = ('motor_coulomb', 'motor_viscous')
+    assert tables[0][pair] < 0.1 < tables[1][pair]
+    for table in tables:
+        assert table['motor_coulomb', 'gravity'] > 0.1
+        assert table['torque_offset', 'coulomb_asymmetry'] < 0.02
+
+
+def test_confusable_lists_what_little_evidence_leaves_open():
+    ids = ['torque_offset', 'coulomb_asymmetry', 'gravity', 'motor_inertia']
+    decision = decide(evidence_of(record([{'id': 'torque_offset', 'u0': 0.02}], 4), ids=ids))
+    table = isolability.separations(decision.evidence, decision.fit, decision.fits, {})
+    d, shares = table['torque_offset']
+    assert d > 100 and shares['coulomb_asymmetry'] < 0.05 < shares['gravity']
+    names = isolability.confusable(decision.evidence, decision.fit, decision.fits, table)
+    assert 'coulomb_asymmetry' in names and 'motor_inertia' not in names
+
+
+def test_a_parameter_at_its_bound_is_no_discovery():
+    """Friction that has drifted from the first moment on is plain friction, if hardly worse."""
+    ids = ['viscous_drift', 'motor_viscous']
+    evidence = evidence_of(record([{'id': 'motor_viscous', 'Cv': 0.11}]), ids=ids)
+    judge = Judge(evidence)
+    plain = from_truth(evidence, 'motor_viscous', {'Cv': 0.11})
+    drift = from_truth(evidence, 'viscous_drift', {'r': 0.1, 'T': 0.011})
+    assert abs(judge.score(drift) - judge.score(plain)) < THRESHOLDS.bound_gain
+    assert simplest(judge, drift, [drift, plain]).name == 'motor_viscous'
+    # Not where readings tell the two apart.
+    evidence = evidence_of(record([{'id': 'viscous_drift', 'r': 0.5, 'T': 3.0}]), ids=ids)
+    judge = Judge(evidence)
+    drift = from_truth(evidence, 'viscous_drift', {'r': 0.5, 'T': 3.0})
+    plain = from_truth(evidence, 'motor_viscous', {'Cv': 0.13})
+    assert simplest(judge, drift, [drift, plain]).name == 'viscous_drift'
+
+
+def test_an_effect_that_explains_a_part_is_named_with_what_remains():
+    """Two effects of which one is not among the candidates: a finding and a remainder."""
+    effects = [{'id': 'torque_gain', 'g': 0.2}, {'id': 'stribeck', 'Cs': 0.05, 'vs': 0.5}]
+    verdict = diagnose.diagnose([record(effects, 6)], DriveModel(),
+                                only=['torque_gain', 'arm_inertia'])
+    data = verdict.to_dict()
+    assert (data['verdict'], data['effect'], data['location']) == (
+        'incomplete', 'torque_gain', 'actuator')
+    finding, = verdict.findings
+    assert finding.values['g'] == pytest.approx(0.2, abs=0.05) and 0.3 < finding.share < 1.0
+    assert data['remainder']['location'] == 'motor_side'
+    assert data['remainder']['over'] == 'speed of the motor'
+    assert 1.05 < data['gap_after'] < data['gap_before']
+    json.dumps(data, allow_nan=False)
+
+
+def test_a_torque_scale_says_what_else_it_may_be_called(cases):
+    data = diagnose.diagnose([record([{'id': 'torque_gain', 'g': 0.08}])], DriveModel(),
+                             only=['torque_gain', 'gravity']).data
+    assert 'multiplied by 0.92' in data['equivalent'][0]
+
+
+@pytest.mark.parametrize('ids', [['lugre', 'motor_viscous'], ['lugre']])
+def test_an_effect_without_a_scale_ends_in_a_verdict(ids):
+    """LuGre beside a model without Coulomb friction has no gain: it is ranked all the same."""
+    model = {'coulomb_friction': 0.0}
+    recording = record([{'id': 'motor_viscous', 'Cv': 0.13}], 4, model=model)
+    data = diagnose.diagnose([recording], model_from_dict(model, 'test'), only=ids).data
+    assert data['verdict'] in ('effect', 'incomplete', 'unknown')
+    assert all(np.isfinite(gain) for gain in data['gains'].values())
+    json.dumps(data, allow_nan=False)
+
+
+def test_a_frozen_encoder_ends_in_a_verdict():
+    recording = record([], 5)
+    y = recording.y.copy()
+    y[2000:, 1] = y[2000, 1]
+    data = diagnose.diagnose([replace(recording, y=y)], DriveModel(),
+                             only=['torque_gain', 'gravity']).data
+    assert data['verdict'] in ('incomplete', 'unknown')
+    assert data['remainder']['location'] == 'arm_sensor'
+    json.dumps(data, allow_nan=False)
+
+
+def test_a_window_in_which_nothing_moves_has_no_pulse():
+    """Its readings say nothing of a torque: the precision of all values is 0."""
+    free = SimpleNamespace(signal=np.ones((2, 5)), precision=np.stack([
+        np.zeros((5, 5)), 100.0 * np.eye(5)]))
+    mask, cost = best_pulses(free, 1.0)
+    assert not mask[0].any() and cost[0] == 0.0 and mask[1].all()
+
+
+@pytest.mark.parametrize('law', ['mujoco'])
+def test_the_law_of_friction_is_doubted_once(law):
+    """MuJoCo's constraint against an arctangent in the model file is no effect and no unknown."""
+    true = {'friction_law': {'kind': law}, 'timestep': 0.001, 'integrator': 'rk4'}
+    recording = record([], 6, std=(5e-4, 5e-4), model=true)
+    data = diagnose.diagnose([recording], DriveModel(), only=['motor_viscous', 'stribeck']).data
+    assert data['verdict'] == 'none', data['effect']
+    assert any(f'follows the law {law}' in warning for warning in data['warnings'])
+
+
+@pytest.mark.parametrize('step', [0.05, 0.5, 1.0, 2.0])
+def test_noise_on_a_lattice_is_that_of_encoder_and_rounding(step):
+    """The step is in standard deviations of the noise; motion crosses many of them."""
+    t = np.arange(12_000) * DT
+    y = 3.0 * np.sin(8.0 * t) + 0.01 * np.random.default_rng(1).standard_normal(len(t))
+    quantum = 0.01 * step
+    levels, steps = sensor_noise.noise_levels(np.column_stack([quantum * np.rint(y / quantum), y]))
+    assert levels[0] == pytest.approx(0.01 * np.sqrt(1.0 + step ** 2 / 12.0), rel=0.04)
+    assert levels[1] == pytest.approx(0.01, rel=0.04)
+    assert steps == pytest.approx([quantum, 0.0])
+
+
+@pytest.mark.system
+def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
+    """In slow motion their error lasts: it is not white, and no model explains it."""
+    t = np.arange(6000) * DT
+    wave = np.sin(2 * np.pi * 0.3 * t)
+    recording = record([], 6, std=(0.0045, 0.0045),
+                       u=0.6 * np.sign(wave) * np.minimum(1.0, 4.0 * np.abs(wave)))
+    recording.y[:, 0] = 0.04 * np.rint(recording.y[:, 0] / 0.04)
+    data = diagnose.diagnose([recording], DriveModel(), only=[
+        'motor_encoder_quantisation', 'arm_coulomb', 'torque_offset']).data
+    assert data['effect'] == 'motor_encoder_quantisation', data['misfit']
+    assert data['params']['motor_encoder_quantisation']['q'] == pytest.approx(0.04)
+    data = diagnose.diagnose([recording], DriveModel(), only=['arm_coulomb', 'torque_offset'],
+                             exclude=['motor_encoder_quantisation']).data
+    assert data['verdict'] == 'unknown' and data['location'] == 'motor_sensor', data['warnings']
+
+
+@pytest.mark.system
+def test_an_effect_that_shows_in_held_out_windows_alone_is_seen():
+    u = record([], 8).u * np.where(np.arange(8000) < 6000, 1.0, 2.0)
+    limit = 1.1 * np.abs(u[:6000]).max()
+    assert limit < np.abs(u).max()
+    data = diagnose.diagnose([record([{'id': 'saturation', 'umax': limit}], u=u, seconds=8)],
+                             DriveModel(), only=['saturation', 'motor_viscous']).data
+    assert data['effect'] == 'saturation'
+    assert data['params']['saturation']['umax'] == pytest.approx(limit, rel=0.01)
+    assert 'only the held-out windows show the model error' in ' '.join(data['warnings'])
+
+
+@pytest.mark.system
+def test_bursts_are_named_with_their_times():
+    """Two of 44 ms in 6 s, hardly above the noise."""
+    bursts = [{'id': 'disturbance', 't0': t0, 'duration': 0.044, 'amplitude': amplitude}
+              for t0, amplitude in ((1.62, -0.012), (4.9, 0.0144))]
+    data = diagnose.diagnose([record(bursts, 6)], DriveModel(),
+                             only=['disturbance', 'motor_viscous']).data
+    assert data['effect'] == 'disturbance'
+    assert sorted(b['t0'] for b in data['bursts']) == pytest.approx([1.62, 4.9], abs=0.08)
+    assert data['findings'][0]['values']['t0'] == pytest.approx(4.9, abs=0.08)
+
+
+@pytest.mark.system
+@pytest.mark.parametrize('steady', [False, True])
+def test_a_load_that_swings_all_the_time_is_no_bursts(steady):
+    """So weak that most windows look as if nothing were missing. Or stronger, and but twice."""
+    t = 0.02 * np.arange(400)
+    amplitude = (1.0 if steady else 6.0) * 0.0035 * np.sin(2 * np.pi * 3.0 * t)
+    here = np.full(len(t), True) if steady else np.abs(t % 4.0 - 2.0) < 0.1
+    loads = [{'id': 'disturbance', 't0': t0, 'duration': 0.02, 'amplitude': a}
+             for t0, a in zip(t[here], amplitude[here])]
+    evidence = evidence_of(record(loads, 8), ids=['disturbance'])
+    run, = adequacy_of(evidence, without(evidence)).runs
+    assert (pulses_in(run, 1)[0] is None) == steady
+
+
+def test_the_order_of_a_small_periodic_effect_is_found():
+    evidence = evidence_of(record([{'id': 'cogging', 'A': 0.001, 'N': 36, 'phi': -1.8}], 6),
+                           ids=['cogging'])
+    proposal = scan(evidence.fine, evidence.starts, without(evidence), ['cogging'])[0]
+    assert (proposal.name, proposal.order) == ('cogging', 36)
+
+
+def test_a_wave_of_less_than_a_period_is_no_candidate():
+    t = np.arange(4000) * DT
+    evidence = evidence_of(record([], 4, u=0.5 * np.sin(9.0 * t)), ids=['cogging'])
+    travel = np.ptp(evidence.recordings[0].y[:, 0])
+    assert min(evidence.starts.orders) * travel >= 2.0 * np.pi > (
+        min(evidence.starts.orders) - 1) * travel
+
+
+def scattered(effects, torque_noise=0.005, seconds=8, seed=3):
+    """Return (recording, DriveModel told) of a drive with torque noise, nominal within 1.5 %."""
+    told = model_from_dict({'tolerance': 0.015}, 'test')
+    scatter = np.random.default_rng(seed).normal(0.0, 0.015, 3)
+    own = model_from_dict({'effects': [
+        {'id': i, p: v * (1.0 + f)} for (i, p, v), f in zip((
+            ('arm_inertia', 'm2', told.arm_inertia),
+            ('motor_coulomb', 'Cc', told.coulomb_friction),
+            ('stiffness', 'K', told.transmission.stiffness)), scatter)
+        if i not in {e['id'] for e in effects}] + effects}, 'test')
+    r = record([], seconds, seed)
+    noise = np.random.default_rng(seed + 1).normal(0.0, torque_noise, len(r.u))
+    path = simulate(own, r.u + noise, DT, Noise(measurement=tuple(SIGMA)), seed)
+    return UniformRecording(r.t, r.u, path.y, DT), told
+
+
+@pytest.mark.parametrize('effects, expected', [
+    ([], None),
+    ([{'id': 'motor_viscous', 'Cv': 0.088}], 'motor_viscous'),
+    ([{'id': 'load_torque', 'TL': 0.05}, {'id': 'backlash_gap', 'b': 0.113}],
+     'load_torque+backlash_gap'),
+])
+@pytest.mark.system
+def test_a_value_far_beyond_its_tolerance_is_an_effect(effects, expected):
+    recording, told = scattered(effects)
+    data = diagnose.diagnose([recording], told, only=[
+        'motor_viscous', 'backlash_gap', 'load_torque', 'torque_gain', 'disturbance'], jobs=2).data
+    assert data['verdict'] == ('effect' if expected else 'none')
+    assert sorted((data['effect'] or '').split('+')) == sorted((expected or '').split('+'))
+    for effect in effects:
+        for parameter, value in effect.items():
+            if parameter != 'id':
+                assert data['params'][effect['id']][parameter] == pytest.approx(value, rel=0.05)
+    assert all(abs(shift) < 4.0 for shift in data['nominal_shift'].values())
+
+
+@pytest.mark.parametrize('place, left, expected', [
+    (None, {'arm_side': 1.0}, 'arm_side'),
+    ('actuator', {'motor_side': 1.005, 'arm_side': 1.0}, 'actuator'),
+    ('actuator', {'motor_side': 1.02, 'arm_side': 1.0}, 'arm_side'),
+    ('transmission', {'transmission': 1.0, 'arm_side': 1.0}, 'transmission'),
+])
+def test_what_is_left_decides_between_places_that_explain_as_much(place, left, expected):
+    places = {'location': 'arm_side', 'places': {p: {'left': v} for p, v in left.items()}}
+    law = place and Dependence(place, 'speed', 100.0)
+    assert remaining_place(places, law) == expected
+
+
+@pytest.mark.parametrize('when, sign, low, high', [
+    ('end', -1.0, 0.0, 0.01),    # pushed back where the travel ends
+    ('end', 1.0, 0.9, 1.0),      # pushed on
+    ('middle', -1.0, 0.2, 0.9)])
+def test_bursts_at_the_ends_of_travel_are_no_disturbance(when, sign, low, high):
+    dt, count = 2e-3, round(SPACING / 2e-3)
+    t = np.arange(8 * 25 * count) * dt
+    arm = np.sin(np.arange(8 * 25 * count) * 2 * np.pi / (25 * count))  # a window: a period
+    signal, mask = np.zeros((8, 25)), np.zeros((8, 25), bool)
+    h = 6 if when == 'end' else 12
+    signal[2:4, h], mask[2:4, h] = sign, True
+    runs = SimpleNamespace(
+        recording=SimpleNamespace(dt=dt), model=None, point=None,
+        data=SimpleNamespace(windows=SimpleNamespace(first=np.arange(8) * 25 * count),
+                             positions=lambda *_: np.column_stack([t, arm])))
+    p = at_ends_of_travel(runs, SimpleNamespace(signal=signal), mask)
+    assert low <= p <= high
+
+
+def test_a_command_from_before_the_recording_is_no_evidence():
+    t = np.arange(9000) * DT
+    sines = sum(a * np.sin(2 * np.pi * f * t)
+                for a, f in ((1.2, 0.5), (0.6, 1.3), (0.3, 3.2)))
+    u = sines + np.where((1.3 * t) % 1.0 < 0.5, 2.0, -2.0)  # jumps
+    lag, late = 0.02, 1157                                  # samples: 3 ms after a jump
+    whole = record([{'id': 'actuator_lag', 'T': lag}], u=u, seconds=9, std=(2e-4, 2e-4))
+    kept = UniformRecording(t[:-late], u[late:], whole.y[late:], DT)
+    data = diagnose.diagnose([kept], DriveModel(), only=['actuator_lag', 'actuator_delay',
+                                                         'motor_inertia']).data
+    assert (data['verdict'], data['effect']) == ('effect', 'actuator_lag')
+    assert data['params']['actuator_lag']['T'] == pytest.approx(lag, rel=0.01)
+
+
+@pytest.mark.parametrize('seconds, settling, count, length', [
+    (4.0, 0.0, 4, 1000), (6.5, 0.1, 6, 1000), (4.95, 0.1, 4, 1000), (4.05, 0.1, 4, 987)])
+def test_windows_after_settling_are_as_many(seconds, settling, count, length):
+    n = round(seconds / DT)
+    recording = UniformRecording(np.arange(n) * DT, np.zeros(n), np.zeros((n, 2)), DT)
+    windows = shooting_windows(recording, 1.0, settling)
+    assert (len(windows), windows.length) == (count, length)
+    assert windows.first[0] == round(settling / DT)
+    parts = windows.parted(4)
+    assert (parts.first[::4] == windows.first).all() and (parts.begin[::4] == windows.begin).all()
