@@ -42,9 +42,9 @@ class Evidence:
     sigma [2]: noise of the encoders, rad; colour [2]: correlation of neighbouring readings, None:
     white. ids: effects that may be named. rough: whether an encoder is quantised more coarsely
     than its noise. all_trained: whether no window is held out. with_map: whether a torque map of
-    the remainder may be fitted. finer: how many times as many steps the model takes as the nominal
-    drive asks for. reference: fit in whose free runs filters begin where an encoder is missing, None:
-    the nominal model. progress(text) is called as the search goes on.
+    the remainder may be fitted. finer: how many times as many steps the model takes as the
+    nominal drive asks for. reference: fit in whose free runs filters begin where an encoder is
+    missing, None: the nominal model. progress(text) is called as the search goes on.
     """
 
     recordings: tuple[UniformRecording, ...]

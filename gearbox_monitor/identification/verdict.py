@@ -19,6 +19,7 @@ import math
 from typing import Any
 
 import numpy as np
+from scipy.constants import g as STANDARD_GRAVITY
 
 from gearbox_monitor.errors import Undecided
 from gearbox_monitor.identification import closed_model, localisation, window_states
@@ -31,7 +32,7 @@ from gearbox_monitor.identification.isolability import Separations
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.windows import misfit_of, WindowRuns
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE, GRAVITY
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
@@ -251,7 +252,8 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
             'explained': f.share} for f in findings if f.effect in candidate.ids],
         remainder=None if remaining is None else remainder(basis, remaining, torque_map),
         warnings=[*notes, *warnings(basis, kind, nuisances, times)],
-        bursts=[asdict(burst) for burst in basis.bursts], equivalent=equivalents(findings),
+        bursts=[asdict(burst) for burst in basis.bursts],
+        equivalent=equivalents(findings, basis.model),
         model=model, basis=basis,
         nominal_shift=shifts(basis.closed, nuisances) if nuisances else None,
         validation=None if validate is None else closed_model.validate(
@@ -372,8 +374,14 @@ def remainder(basis: Explained, place: str, torque_map: Mapping[str, Any] | None
         k: v for k, v in torque_map.items() if k != 'id'}}
 
 
-def equivalents(findings: Sequence[Finding]) -> list[str]:
-    """Return sentences about what else the values of `findings` may be called."""
+def equivalents(findings: Sequence[Finding], model: DriveModel) -> list[str]:
+    """
+    Return sentences about what else the values of findings may be called.
+
+    Args:
+        findings: of the verdict.
+        model: the nominal model.
+    """
     values = {finding.effect: finding.values for finding in findings}
     out = []
     if 'torque_gain' in values:
@@ -382,7 +390,12 @@ def equivalents(findings: Sequence[Finding]) -> list[str]:
                    f'are multiplied by {factor:.4g} instead of the torque by '
                    f'{1.0 / factor:.4g}: only a known load or torque sensor tells')
     if ARM_INERTIA.id in values and GRAVITY.id in values:
-        out.append('arm_inertia and gravity changed together: a payload has both')
+        added = values[ARM_INERTIA.id]['m2'] - model.arm_inertia
+        weight = values[GRAVITY.id]['G'] - weight_of(model.effects)[0]
+        if added > 0.0 and weight > 0.0 and model.axis == 'rotary':
+            distance = STANDARD_GRAVITY * added / weight
+            out.append(f'a payload of {added / distance ** 2:.3g} kg at {distance:.3g} m from the '
+                       'axis has this inertia and this weight')
     return out
 
 

@@ -34,6 +34,10 @@ CONFLICTS = [{'motor_viscous', 'viscous_drift'}, {'lugre', 'stribeck'},
              {'servo_feedforward', 'servo_deadband'}]  # what the deadband acts on is a convention
 # A delay hides compliance in other tools: of setpoints each is drawn more often.
 DELAYS, COMPLIANCES = ('setpoint_delay', 'servo_delay'), ('stiffness', 'backlash_gap')
+# Effects whose size is relative to Coulomb friction; every tenth of the other recordings is of a
+# drive without it.
+OF_COULOMB = {'motor_coulomb', 'stribeck', 'lugre', 'coulomb_asymmetry', 'motor_friction_angle'}
+SMOOTH = 10
 NEVER_IN_PAIRS = {'disturbance', *QUANTISATION}
 
 

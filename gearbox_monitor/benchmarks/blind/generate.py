@@ -91,8 +91,9 @@ def plan(counts: Mapping[str, int], random: np.random.Generator,
                 chosen = [[i] for i in (
                     *cycle((*draw.DELAYS, *draw.COMPLIANCES), rivals),
                     *cycle(ids, count - rivals))]
-            specs += [{'set': name, 'class': kind, 'ids': ids, 'options': options}
-                      for ids in chosen]
+            specs += [{'set': name, 'class': kind, 'ids': ids, 'options': options,
+                       'smooth': number % draw.SMOOTH == 0 and not {*ids} & draw.OF_COULOMB}
+                      for number, ids in enumerate(chosen)]
     return [specs[i] for i in random.permutation(len(specs))]
 
 
@@ -122,7 +123,8 @@ def make(spec: Spec, seed: Sequence[int]) -> tuple[dict[str, Any], dict[str, Any
     every = PERIOD if driver == 'setpoint' else 1  # samples of the plant that are read
     kind = str(random.choice(motions.KINDS if every == 1 else motions.SETPOINT_KINDS))
     for _ in range(TRIES):
-        place = scene.drawn(ids, kind, random, scatter, torque, driver)
+        place = scene.drawn(ids, kind, random, scatter, torque, driver,
+                            spec.get('smooth', False))
         x, _, u, sane = place.run([])
         if sane and scene.moves(x, place.truth['b']):
             break
@@ -158,7 +160,8 @@ def make(spec: Spec, seed: Sequence[int]) -> tuple[dict[str, Any], dict[str, Any
         'options': options, 'exclude': ids if spec['class'] == 'loo' else [],
         'truth': place.truth, 'told': place.nominal, 'sigma': limits['sigma'], 'noise': share,
         'kind': kind, 'seeds': place.seeds, 'torque': torque, 'samples': n, 'd': d,
-        'd_each': each, 'places': [plant.place_of(i) for i in ids], 'scatter': scatter,
+        'd_each': each, 'smooth': spec.get('smooth', False), 'scatter': scatter,
+        'places': [plant.place_of(i) for i in ids],
         'states': realisation.x[window_fit.cut(n)].tolist()}
     return {**recording, 't': t, 'told': place.nominal, 'tolerance': scatter,
             'read': read}, label

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.benchmarks.blind.draw import log_uniform
+from gearbox_monitor.benchmarks.blind.draw import log_uniform, OF_COULOMB, SMOOTH
 from gearbox_monitor.export.mjcf_file import mujoco_module
 from gearbox_monitor.kernels.types import Array
 
@@ -199,10 +199,23 @@ def _torque(random: np.random.Generator) -> Array:
     return u
 
 
-def make(ids: Sequence[str], seed: Sequence[int]) -> tuple[dict[str, Any], Label] | None:
-    """Return (recording, Label) with the effects `ids` drawn from `seed`; None: none moves it."""
+def make(ids: Sequence[str], seed: Sequence[int],
+         smooth: bool = False) -> tuple[dict[str, Any], Label] | None:
+    """
+    Draw a recording.
+
+    Args:
+        ids: effects that it has.
+        seed: of all random numbers.
+        smooth: whether the drive has no Coulomb friction.
+
+    Returns:
+        (recording, Label), None where the motion does not suit.
+    """
     random = np.random.default_rng(seed)
     nominal, u = drawn_nominal(random), _torque(random)
+    if smooth:
+        nominal['Cc'] = 0.0
     plain, speeds = simulated(nominal, u)
     if np.ptp(plain[:, 0] - plain[:, 1]) < 2.2 * nominal['b'] or np.abs(plain).max() > 60.0:
         return None
@@ -266,10 +279,11 @@ def generate(n: int, folder: Path, seed: int, sealed: Path,
     random = np.random.default_rng([seed, 25])
     labels: dict[str, Any] = {}
     rows = plan(n, random)
-    for ids in rows:
+    for number, ids in enumerate(rows):
         name = random.bytes(6).hex()
+        smooth = number % SMOOTH == 0 and not {*ids} & OF_COULOMB
         drawn = next((made for attempt in range(TRIES)
-                      if (made := make(ids, [seed, len(labels), attempt]))), None)
+                      if (made := make(ids, [seed, len(labels), attempt], smooth))), None)
         if drawn is None:
             raise RuntimeError(f'{"+".join(ids)}: not drawn in {TRIES} tries')
         recording, label = drawn

@@ -66,7 +66,7 @@ def scored(label: Mapping[str, Any], verdict: Mapping[str, Any] | None,
     if outside:
         place = found.get('location')
         judged['located'] = place in ('arm_side', ['arm_side'])
-        judged['top1'] = found.get('verdict') == 'unknown' or bool(found.get('remainder'))
+        judged['top1'] = found.get('verdict') in ('unknown', 'incomplete')
     row = {'ids': ids, 'class': kind, 'evidence': label['evidence'], **{
         k: judged[k] for k in ('named', 'located', 'top1', 'top2')}, 'true': None, OURS: None}
     if kind in ('single', 'pair'):
@@ -144,6 +144,8 @@ def score(labels: Mapping[str, Any], verdicts: Mapping[str, Mapping[str, Any] | 
     bars.share('top-1', [r['top1'] for r in of['single']], 0.88)
     bars.share('none', [r['top1'] for r in of['none']], 29 / 30)
     bars.share('pairs, both named', [r['top1'] for r in of['pair']])
+    bars.share('without Coulomb friction: right', [
+        r['top1'] for r in rows if not labels[r['name']]['nominal']['Cc']])
     bars.share('outside unknown or in parts', [r['top1'] for r in of['outside']], 0.85)
     bars.share('closed in MuJoCo within 0.05 of the truth',
                [r[OURS] is not None and abs(r[OURS] - r['true']) <= CLOSE

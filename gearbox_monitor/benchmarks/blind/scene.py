@@ -56,7 +56,7 @@ class Scene:
 
 
 def drawn(ids: list[str], kind: str, random: np.random.Generator, scatter: float,
-          torque: float, driver: str = 'torque') -> Scene:
+          torque: float, driver: str = 'torque', smooth: bool = False) -> Scene:
     """
     Draw a scene of 10 to 14 s, of 20 s with a setpoint.
 
@@ -67,8 +67,11 @@ def drawn(ids: list[str], kind: str, random: np.random.Generator, scatter: float
         scatter: relative tolerance of the nominal values.
         torque: standard deviation of the process torque, N m.
         driver: one of plant.INPUTS.
+        smooth: whether the drive has no Coulomb friction.
     """
     nominal = draw.nominal(random)
+    if smooth:
+        nominal['Cc'] = 0.0
     truth = dict(nominal)
     replaced = {draw.REPLACES[i] for i in ids if i in draw.REPLACES}
     for name in draw.SCATTERED if scatter else ():

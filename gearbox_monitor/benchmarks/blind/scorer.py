@@ -341,6 +341,7 @@ def score(labels: Mapping[str, Label], verdicts: Mapping[str, Judgement | None],
         row = {'name': name, 'set': label['set'], 'class': label['class'], 'ids': label['ids'],
                'kind': label['kind'], 'noise': label['noise'], 'd': label['d'],
                'd_each': label['d_each'], 'options': label['options'],
+               'smooth': label.get('smooth', False),
                'location': (verdict or {}).get('location'),
                'ranked': ((verdict or {}).get('ranked') or [])[:3],
                'seconds': (seconds or {}).get(name), **judge(label, verdict)}
@@ -362,6 +363,9 @@ def score(labels: Mapping[str, Label], verdicts: Mapping[str, Judgement | None],
         _main_bars(bars, main, False)
     stress = [r for r in rows if r['set'] == 'stress' and not r['options']]
     _main_bars(bars, stress, True)
+    bars.share('without Coulomb friction: right', [
+        r['unknown'] if r['class'] in ('outside', 'loo') else r['top1']
+        for r in rows if r['smooth'] and r['class'] != 'small'])
     loo = [r for r in rows if r['class'] == 'loo']
     # Without a computed imitator all count as not imitable: the harder reading.
     clear = [r for r in loo if (r['left'] is None or r['left'] > IMITABLE)
