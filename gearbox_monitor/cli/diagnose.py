@@ -110,7 +110,7 @@ def run(args: Namespace) -> int:
     paths = [*args.bag, *([args.validate] if args.validate else [])]
     recordings, notes = [], []
     for path in paths:
-        recording, remarks = load_recording(path, model, args)
+        recording, remarks = load_recording(path, model, args, weigh=True)
         recordings.append(recording)
         notes += [f'{Path(path).name}: {note}' if len(paths) > 1 else note for note in remarks]
     if not COMPILED:

@@ -32,7 +32,7 @@ from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
 from gearbox_monitor.files.yaml_files import load_model, load_yaml
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.admission import admitted
+from gearbox_monitor.quality.admission import admitted, prepared, weighed
 from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
 
 CSV = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')
@@ -129,8 +129,8 @@ def add_recording_arguments(parser: ArgumentParser) -> None:
     add_drive_arguments(parser)
 
 
-def load_recording(name: str, model: DriveModel,
-                   args: Namespace) -> tuple[UniformRecording, list[str]]:
+def load_recording(name: str, model: DriveModel, args: Namespace,
+                   weigh: bool = False) -> tuple[UniformRecording, list[str]]:
     """
     Read a recording and check it.
 
@@ -138,6 +138,7 @@ def load_recording(name: str, model: DriveModel,
         name: of a bag or CSV file.
         model: of the drive.
         args: options of add_drive_arguments.
+        weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
 
     Returns:
         The recording and notes about it.
@@ -158,8 +159,14 @@ def load_recording(name: str, model: DriveModel,
     def place(row: int, field: str) -> str:
         """Return where the value of field in a row that is left stands."""
         return readings.place(int(rows[row]), field)
-    recording, notes = admitted(readings.t[rows], values[:, 0], values[:, 1:3], values[:, 3],
-                                str(path), place, model, Path(args.model).name)
+    columns = (readings.t[rows], values[:, 0], values[:, 1:3], values[:, 3])
+    words = (str(path), place, model, Path(args.model).name)
+    if weigh:
+        recording, notes = prepared(*columns, *words)
+        recording, doubts = weighed(recording, model)
+        notes += doubts
+    else:
+        recording, notes = admitted(*columns, *words)
     return recording, [*readings.notes, *([repeats] if repeats else []), *notes]
 
 

@@ -26,7 +26,7 @@ from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.closed_model import open_loop, with_starts_of
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import (
-    coordinate_columns, evaluated, InnovationFit)
+    coordinate_columns, evaluated, fitted, InnovationFit)
 from gearbox_monitor.identification.isolability import (
     confusable, evidence_for, matrix, separations, Space)
 from gearbox_monitor.identification.judge import decide, Decision
@@ -78,7 +78,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
                                     Reporter(progress), jobs)
     evidence, quantum = evidence_of(recordings, model, ids, jobs, Reporter(progress))
     decision = decided(evidence, quantum)
-    notes = list(decision.notes)
+    notes = [*decision.notes, *doubts(decision)]
     if decision.remains and len(recordings) > 1:
         same = _shown_by_each(decision, [
             diagnose([r], model, only=only, exclude=exclude, seed=seed, jobs=jobs).effect
@@ -172,6 +172,38 @@ def decided(evidence: Evidence, quantum: Array) -> Decision:
                 'only the held-out windows show the model error: all windows were fitted, so '
                 'gap_after is not from unseen ones; validate with a second recording',))
     return decision
+
+
+def doubts(decision: Decision) -> list[str]:
+    """
+    Return what a check of channels, signs and units said, and effects explain better.
+
+    Args:
+        decision: of the judge, on recordings as they are.
+
+    Raises:
+        InputError: the nominal model is likelier on a recording as the doubt reads it than any
+            fit is on it as it stands.
+    """
+    out = []
+    evidence = decision.evidence
+    for part, recording in zip(evidence.whole.parts, evidence.recordings):
+        doubt = recording.doubt
+        if doubt is None:
+            continue
+        closed = decision.closed
+        here = part.run(closed.candidate.model(closed.z), closed.torque).deviance
+        sigma = np.abs(evidence.sigma[::-1] if doubt.swap else evidence.sigma) * np.abs(
+            np.array(doubt.scale))
+        read = recording.read_otherwise(doubt).with_servo(evidence.model.controller)
+        otherwise = Evidence((read,), evidence.model, sigma, ())
+        candidate = otherwise.starts.none()
+        there = fitted(otherwise.whole, InnovationFit(
+            candidate, candidate.start(), otherwise.whole.first_noise)).deviance
+        if there < here:
+            raise InputError(f'{recording.name}: {doubt.text}')
+        out.append(f'{doubt.text}; but the verdict explains the recording better than that')
+    return out
 
 
 def _shown_by_each(decision: Decision, names: Sequence[str | None]) -> Decision | None:

@@ -54,6 +54,8 @@ class SearchEffort:
     rounds: tuple[tuple[int, int], ...] = ((99, 2), (8, 3), (4, 15))  # how many, iterations
     bases: int = 4             # single effects that pairs grow from
     grown: int = 4             # second effects of each
+    growing: tuple[tuple[int, int], ...] = ((16, 1), (8, 2))  # rounds of second effects
+    kept: int = 6              # of them, which go on
     exchanges: int = 3
 
 
@@ -163,8 +165,8 @@ class EffectSearch:
                 untested = number == 0 and base is bases[0]
                 jobs += [(base, p) for p in self._chosen(proposals, EFFORT.grown, untested)]
             self.progress('pairs')
-            grown = self._map(lambda job: fitted(self.likelihood, self.begun(*job), 3), jobs)
-            fits = self._halved([*fits, *grown], ((8, 3), (4, 6)))
+            grown = self._halved(self._map(lambda job: self.begun(*job), jobs), EFFORT.growing)
+            fits = self._halved([*fits, *grown[:EFFORT.kept]], ((4, 4),))
             if not fits:
                 break
             bases = [self.alone(fits[0], i) for i, name in enumerate(fits[0].candidate.ids)

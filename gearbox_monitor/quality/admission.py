@@ -14,6 +14,7 @@
 
 """Admission of a recording to the diagnosis: repaired and checked against the model."""
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,8 +23,11 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.input_checks import check
-from gearbox_monitor.quality.recording import prepare, RecordingKind, UniformRecording
+from gearbox_monitor.quality.recording import (
+    Doubt, prepare, RecordingKind, UniformRecording)
 
+# Faults of channels, signs and units, which say how the data would have to be read.
+READ_OTHERWISE = ('sign', 'swapped', 'units')
 # What the model file of a drive with one encoder must have.
 ONE_ENCODER = ('transmission.kind: rigid, or dead_zone with driven_by: torque and '
                'process_torque_time: 0')
@@ -46,6 +50,33 @@ def kind_of(model: DriveModel) -> RecordingKind:
 
 
 def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
+             place: Callable[[int, str], str] | None, model: DriveModel,
+             model_name: str) -> tuple[UniformRecording, list[str]]:
+    """
+    Return (Recording, notes) of readings that suit a verdict on the drive.
+
+    Args:
+        t: stamps [N], s, or integer ns.
+        u: torque [N], N m, or setpoint, rad, of a model with a controller; NaN: not measured.
+        y: readings of motor and arm [N, 2], rad.
+        arm_torque: torque measured on the arm [N], N m, or None.
+        name: name of the recording in messages.
+        place: function (row, field) that says where a value stands.
+        model: model of the drive.
+        model_name: name of the model in messages.
+
+    Raises:
+        InputError: see prepared; or channels, signs, units or motion allow no verdict.
+    """
+    recording, notes = prepared(t, u, y, arm_torque, name, place, model, model_name)
+    problems = check(recording, model)
+    fatal = [problem.text for problem in problems if problem.fatal]
+    if fatal:
+        raise InputError(f'{name}: ' + '; '.join(fatal))
+    return recording, [*notes, *(problem.text for problem in problems)]
+
+
+def prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
              place: Callable[[int, str], str] | None, model: DriveModel,
              model_name: str) -> tuple[UniformRecording, list[str]]:
     """
@@ -81,9 +112,32 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
         raise InputError(f'{name}: {missing[0]}: never measured, expected both encoders, or in '
                          f'{model_name} {ONE_ENCODER}')
     recording, repaired = prepare(t, u, y, arm_torque, name, place, kind_of(model))
-    recording = recording.with_servo(model.controller)
+    return recording.with_servo(model.controller), [*notes, *repaired]
+
+
+def weighed(recording: UniformRecording, model: DriveModel
+            ) -> tuple[UniformRecording, list[str]]:
+    """
+    Return (recording with what speaks for another reading of it, notes).
+
+    A strong effect may look like a wrong sign or unit. What channels, signs and units look like
+    is a doubt here: the diagnosis refuses a recording only if it is likelier as the doubt reads
+    it than with any effect.
+
+    Args:
+        recording: of the drive, as prepared has it.
+        model: model of the drive.
+
+    Raises:
+        InputError: other defects allow no verdict.
+    """
     problems = check(recording, model)
-    fatal = [problem.text for problem in problems if problem.fatal]
+    fatal = [p.text for p in problems
+             if p.fatal and p.code not in (*READ_OTHERWISE, 'implausible')]
     if fatal:
-        raise InputError(f'{name}: ' + '; '.join(fatal))
-    return recording, [*notes, *repaired, *(problem.text for problem in problems)]
+        raise InputError(f'{recording.name}: ' + '; '.join(fatal))
+    doubts = [Doubt(p.text, bool(p.values.get('swap', 0.0)),
+                    (p.values.get('motor', 1.0), p.values.get('arm', 1.0)),
+                    p.values.get('torque', 1.0)) for p in problems if p.code in READ_OTHERWISE]
+    return (replace(recording, doubt=doubts[0] if doubts else None),
+            [p.text for p in problems if p.code not in READ_OTHERWISE])

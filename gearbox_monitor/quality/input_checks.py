@@ -49,9 +49,9 @@ OTHER_UNIT = 5.0            # times the motion: the setpoint is in another unit
 SAME_FACTOR = 0.3          # how near (relative) a factor comes to a known one
 
 
-def _finding(code: str, text: str) -> Finding:
-    """Return a Finding of the diagnosis alone."""
-    return Finding('model', 'diagnose', text, code=code)
+def _finding(code: str, text: str, **values: float) -> Finding:
+    """Return a Finding of the diagnosis alone; values: how the data would have to be read."""
+    return Finding('model', 'diagnose', text, values=values, code=code)
 
 
 def check(recording: UniformRecording, model: DriveModel) -> list[Finding]:
@@ -155,7 +155,8 @@ def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
             code = {'signs': 'sign', 'swapped': 'swapped'}.get(reading.kind, 'units')
             text = _unit_text(model, reading) if code == 'units' else _wiring_text(reading)
             return [_finding(code, f'{text}: with that changed, {after} stay unexplained instead '
-                             f'of {before}')]
+                             f'of {before}', swap=float(reading.swap), motor=reading.scale[0],
+                             arm=reading.scale[1], torque=reading.torque)]
         if recorded.unexplained < STRANGE:
             return []
     share = recorded.unexplained
@@ -186,13 +187,13 @@ def _setpoint(r: UniformRecording, model: DriveModel) -> list[Finding]:
             against = max(against, as_model)
     if correlation < FOLLOWS and against < -FOLLOWS:
         return [_finding('sign', 'the sign of the setpoint is wrong: the position runs against '
-                         'it')]
+                         'it', torque=-1.0)]
     if correlation < FOLLOWS:
         return [_finding('strange', 'the position does not follow the setpoint (correlation '
                          f'{correlation:.2g}); check that it is the setpoint of this drive')]
     if not 1.0 / OTHER_UNIT < ratio < OTHER_UNIT:
         return [_finding('units', f'the setpoint is {1.0 / ratio:.3g} times the motion that '
-                         'follows it, expected both in rad on the arm side')]
+                         'follows it, expected both in rad on the arm side', torque=ratio)]
     return []
 
 

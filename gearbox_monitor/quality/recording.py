@@ -64,6 +64,20 @@ PLAIN = RecordingKind()
 
 
 @dataclass(frozen=True)
+class Doubt:
+    """
+    How a recording may have to be read, in words; then its columns so: swapped, times a scale.
+
+    scale: of motor and arm, torque: of what drives the model.
+    """
+
+    text: str
+    swap: bool = False
+    scale: tuple[float, float] = (1.0, 1.0)
+    torque: float = 1.0
+
+
+@dataclass(frozen=True)
 class UniformRecording:
     """
     Samples [N] of one drive, `dt` s apart, on the arm side.
@@ -77,7 +91,7 @@ class UniformRecording:
 
     If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
     acceleration, whether it moves, and u without its noise. In y then stands u in place of the
-    motor's position.
+    motor's position. doubt: how else the recording may have to be read, None: as it is.
     """
 
     t: Array
@@ -91,6 +105,12 @@ class UniformRecording:
     floor: tuple[float, float] = (0.0, 0.0)
     motor: Array | None = None
     servo_torque: Array | None = None
+    doubt: Doubt | None = None
+
+    def read_otherwise(self, doubt: Doubt) -> 'UniformRecording':
+        """Return the recording as `doubt` reads it."""
+        y = self.y[:, ::-1] if doubt.swap else self.y
+        return replace(self, u=doubt.torque * self.u, y=y * doubt.scale, doubt=None)
 
     @property
     def torque(self) -> Array:
