@@ -62,6 +62,18 @@ class ExampleMotion(NamedTuple):
         return (0.3 + 0.7 * np.sin(np.pi * t / SWING) ** 2) * Excitation().torque(t)
 
 
+def process_torque(model: DriveModel, noise: Noise, rate: float) -> float:
+    """
+    Return the torque (N m rms per sample) behind the noise of the motor's speed.
+
+    Args:
+        model: the drive.
+        noise: of its speeds.
+        rate: samples per second.
+    """
+    return float(model.motor_inertia * noise.process[2] * rate ** 0.5)
+
+
 def write_example_bag(path: str | Path, model: DriveModel, motion: ExampleMotion, seed: int = 0,
                       topic: str = '/joint_states', noise: Noise = NOISE, truth: bool = False,
                       encoders: str = 'both') -> None:

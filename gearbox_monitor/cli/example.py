@@ -17,30 +17,36 @@ Write a bag of a simulated drive, without ROS: to try the other commands on.
 
 The drive stands still for --rest s and is then moved by the torque 6 cos(2 pi 0.9 t) +
 2 cos(2 pi 2.3 t) N m (arm side), or by another --motion; varied makes this torque rise and fall
-within 10 s. The encoders have noise (5 mrad), and so has the motion (--process-noise). The bag
-contains joint_states with the joints motor and arm and, for scoring, the true torque, as the plant
-node publishes them; --encoders leaves one encoder out. --wear widens the gap of the model file,
---date sets the first stamp: several bags show a gearbox that wears. An effect in the model file
-makes a drive that the model lacks. With a controller in it, a setpoint of 0.1 rad per N m takes
-the place of the torque, in the bag as well.
+within 10 s. The encoders have noise (5 mrad), with --process-noise the torque has noise, too. The
+bag contains joint_states with the joints motor and arm and, for scoring, the true torque, as the
+plant node publishes them; --encoders leaves one encoder out. --wear widens the gap of the model
+file, --date sets the first stamp: several bags show a gearbox that wears. An effect in the model
+file makes a drive that the packaged model lacks. With a controller in it, a setpoint of 0.1 rad
+per N m takes the place of the torque, in the bag as well.
+
+Beside BAG it writes BAG.drive.yaml: the model of the drive that made the bag, with its wear, its
+effects and the noise of its torque. With this model, diagnose finds no gap.
 
 usage examples:
-  gearbox_monitor example bag
+  gearbox_monitor example bag           # then: gearbox_monitor diagnose bag --model bag.drive.yaml
   gearbox_monitor example june --date 2026-06-15 --wear 25 --seconds 60 --seed 2
-  gearbox_monitor example quiet --motion varied --process-noise 0
+  gearbox_monitor example rough --motion varied --process-noise 0.4
 """
 from argparse import ArgumentParser, Namespace
+from dataclasses import replace
 from datetime import datetime, timezone
 import json
 import math
 from pathlib import Path
 
 from gearbox_monitor.bag.example import (
-    ENCODERS, ExampleMotion, MOTIONS, NOISE, write_example_bag)
+    ENCODERS, ExampleMotion, MOTIONS, NOISE, process_torque, write_example_bag)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.yaml_files import load_model, save_model
 from gearbox_monitor.plant.simulate import Noise
+
+ARM_JOINT = {'both': '', 'motor': " --arm-joint ''", 'arm': ''}  # options of who reads the bag
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -64,8 +70,9 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='growth of the gap over that of the model file, %% (default: 0)')
     parser.add_argument('--seed', metavar='N', type=int, default=0,
                         help='seed of the noise (default: 0)')
-    parser.add_argument('--process-noise', metavar='Q', type=float, default=0.4,
-                        help='noise of both speeds, rad/s/sqrt(s) (default: 0.4); 0 for diagnose')
+    parser.add_argument('--process-noise', metavar='Q', type=float, default=0.0,
+                        help="noise of the motor's torque, by what it does to the motor's speed, "
+                        'rad/s/sqrt(s) (default: 0); BAG.drive.yaml states the torque')
     parser.add_argument('--json', action='store_true', help='print what was written as JSON')
 
 
@@ -79,23 +86,31 @@ def run(args: Namespace) -> int:
                                    ('seed', args.seed, 0, 2 ** 31 - 1)):
         if not (math.isfinite(value) and low <= value <= high):
             raise InputError(f'--{name}: {value:g}, expected {low:g} to {high:g}')
-    if Path(args.bag).exists():
-        raise InputError(f'{args.bag}: exists, expected the name of a new bag')
+    bag = Path(args.bag)
+    written = bag.with_name(f'{bag.name}.drive.yaml')
+    for path, kind in ((bag, 'bag'), (written, 'bag, whose model this file would be')):
+        if path.exists():
+            raise InputError(f'{path}: exists, expected the name of a new {kind}')
     model_file = str(args.model or config_path('drive.yaml'))
-    noise = Noise((0.0, 0.0, args.process_noise, args.process_noise), NOISE.measurement)
+    noise = Noise((0.0, 0.0, args.process_noise, 0.0), NOISE.measurement)
     model = load_model(model_file)
     model = model.with_(half_gap=model.transmission.half_gap * (1.0 + 0.01 * args.wear))
     motion = ExampleMotion(args.seconds, args.rate, rest=args.rest, kind=args.motion)
     if args.date:
         motion = motion._replace(start=_seconds(args.date))
-    write_example_bag(Path(args.bag), model, motion, args.seed, noise=noise, truth=True,
+    write_example_bag(bag, model, motion, args.seed, noise=noise, truth=True,
                       encoders=args.encoders)
+    save_model(written, replace(model, process_torque=process_torque(model, noise, args.rate)),
+               [f'The drive that made {bag.name}, of gearbox_monitor example'])
     samples = round(args.rest * args.rate) + round(args.seconds * args.rate)
     data = {'bag': args.bag, 'samples': samples, 'rate_hz': args.rate, 'seed': args.seed,
-            'duration_s': args.rest + args.seconds, 'model': model_file}
+            'duration_s': args.rest + args.seconds, 'model': model_file,
+            'drive_model': str(written)}
     print(json.dumps(data, indent=2) if args.json else
           f'{args.bag}: {samples} samples, {data["duration_s"]:g} s, {args.rate:g} Hz, model '
-          f'{model_file}')
+          f'{model_file}\n{written}: the model of the drive that made it, in which\n'
+          f'  gearbox_monitor diagnose {args.bag} --model {written}{ARM_JOINT[args.encoders]}\n'
+          'finds no gap')
     return 0
 
 

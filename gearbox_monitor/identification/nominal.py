@@ -16,9 +16,10 @@
 Fit the nominal values of a drive to recordings, and tell which of them the data determine.
 
 Each value moves on a log scale about that of the model file, under a weak prior: values that the
-data do not determine stay there. A fit starts there or where a linear regression of the torque
-leads, whichever fits better. One that leaves more than the model file on windows that were not
-fitted is not a solution.
+data do not determine stay there. A regression of the torque comes first (torque_regression). A
+search begins in its values and in those of the model file; where it does not arrive, or leaves
+more than they do on windows that were not fitted, the values of the regression are the result.
+How long unexplained torque lasts is that of the likeliest fit.
 """
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -28,11 +29,13 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.identification import closed_model, gauss_newton, likelihood, window_states
+from gearbox_monitor.identification import (
+    closed_model, gauss_newton, innovation_fit, likelihood, window_states)
 from gearbox_monitor.identification.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered,
     PERIODIC, PHASED, sine_and_cosine, Starts, ZERO)
-from gearbox_monitor.identification.innovations import InnovationLikelihood
+from gearbox_monitor.identification.innovation_fit import InnovationFit
+from gearbox_monitor.identification.innovations import InnovationLikelihood, SPARSE
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.position.position_search import PositionSearch
@@ -42,20 +45,21 @@ from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.smoothed_windows import likeliest, on_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
+from gearbox_monitor.identification.torque_regression import torque_regression, TorqueRegression
 from gearbox_monitor.identification.windows import misfit_of
-from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Values
-from gearbox_monitor.plant.drive import DriveModel, weight_of
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.plant.effects.arm_side import GRAVITY
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
-from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
 WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
 ROUNDS, ITERATIONS = 3, 40
+# s, how long torque that no model explains may last, and iterations of a fit with each.
+LASTING_TIMES, TIME_ITERATIONS = (0.0, 0.1, 0.3, 1.0), 8
+LEFT = 0.5         # of the torque, that a regression leaves at most
 
 
 @dataclass
@@ -72,7 +76,11 @@ class FittedValue:
 
 @dataclass
 class NominalFit:
-    """model: DriveModel with the values; values: [Value]; correlated: [(name, name, r)]."""
+    """
+    Result: model, a DriveModel with the values; values; correlated: [(name, name, r)].
+
+    method: 'search', or 'regression' where its values stand for those of a search.
+    """
 
     model: DriveModel
     values: list[FittedValue]
@@ -80,6 +88,7 @@ class NominalFit:
     gap_before: float | None
     gap_after: float
     validation: dict[str, Any] | None = None
+    method: str = 'search'
 
 
 def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
@@ -103,12 +112,15 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         progress: callback with (done, total, text).
 
     Raises:
-        InputError: names that this drive does not have; Undecided: the fit is not a solution.
+        InputError: names that this drive does not have; Undecided: neither search nor regression
+            is a solution.
     """
-    recording, model = concatenated([driven(r, model) for r in recordings]), model.folded()
+    recording = concatenated([driven(r, model) for r in recordings])
+    model = stated = model.folded()
     if len(recording.channels) == 1 and model.transmission.kind != 'rigid':
         raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
                          'transmission.kind: rigid; diagnose takes it')
+    model = _with_starts(model, free or ())
     names, own = offered(model), _effects_of(model)
     for name in free or ():
         if name not in names and name not in own:
@@ -133,20 +145,33 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     orders = {i: int(own[name]['N']) for i, name in enumerate(ids) if name in PERIODIC}
     candidate = CandidateModel(plain, ids, tuple(coordinates), orders)
     report = progress or (lambda *_: None)
-    fitted = _settled(search, candidate, report)
+    regression = torque_regression(recording, candidate)
+    fitted = _searched(search, candidate, regression, report)
+    time = model.process_torque_time
+    if fitted is not None and recording.motor is None and _leaves_torque(search, fitted):
+        report(0.5, 1.0, 'how long torque lasts')
+        time = lasting_time(search, fitted)
+    if time != model.process_torque_time:
+        plain, candidate = (replace(plain, process_torque_time=time),
+                            replace(candidate, nominal=replace(plain, process_torque_time=time)))
+        search = Search(recording, plain, sigma, [], jobs, progress)
+        fitted = _searched(search, candidate, regression, report)
     data = search.long
     if seconds:
         whole = min(seconds, min(np.diff([*recording.cuts, len(recording.u)])) * recording.dt)
         squares = data.weighing and replace(data.weighing, robust=False)
         windows = shooting_windows(recording, whole)
         # Free states would move by many deviations to hide what the model leaves later.
-        data = replace(data, windows=windows, train=np.ones(len(windows), bool),
-                       weighing=squares, fixed_states=fitted.smooth is not None)
-        report(0.9, 1.0, f'windows of {seconds:g} s')
-        fitted = _longer(data, fitted)
-    _require_improvement(search, data, fitted)
+        data = replace(data, windows=windows, train=np.ones(len(windows), bool), weighing=squares,
+                       fixed_states=fitted is not None and fitted.smooth is not None)
+        if fitted is not None:
+            report(0.9, 1.0, f'windows of {seconds:g} s')
+            fitted = _longer(data, fitted)
+    fitted, method = _decided(search, data, candidate, fitted, regression)
     fitted_model = candidate.model(fitted.point.z)
-    values, correlated = _known(data, fitted, plain)
+    covariance = (_covariance(data, fitted) if method == 'search' or regression is None
+                  else regression.covariance)
+    values, correlated = _listed(candidate, fitted.point.z, covariance, stated)
     gap_after = _gap(data, candidate, fitted.point)
     validation = None
     if validate is not None:
@@ -156,88 +181,108 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
     fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
                            zero_tolerance=model.zero_tolerance)
-    return NominalFit(fitted_model, values, correlated, gap_before, gap_after, validation)
+    return NominalFit(fitted_model, values, correlated, gap_before, gap_after, validation, method)
 
 
-def _require_improvement(search: Search, data: likelihood.WindowData,
-                         fitted: CandidateFit) -> None:
+def _with_starts(model: DriveModel, free: Sequence[str]) -> DriveModel:
+    """Return `model` with a place to begin from for values in `free` that are 0 in it."""
+    servo, begin = model.controller, {}
+    if servo is not None:
+        # Of a servo that damps the error of the speed, and of one that knows its load.
+        begin = {'kff': servo.kd or 0.01 * servo.kp,
+                 'kaff': model.motor_inertia + model.arm_inertia}
+    return model.with_values({
+        NUISANCES[name]: value for name, value in begin.items()
+        if name in free and not model.value(NUISANCES[name])})
+
+
+def _searched(search: Search, candidate: CandidateModel, regression: TorqueRegression | None,
+              report: Callable[..., object]) -> CandidateFit | None:
+    """Return the CandidateFit of a search from both starts, None where it does not arrive."""
+    starts = [candidate.start(), *([] if regression is None else [regression.z])]
+    try:
+        return _settled(search, candidate, starts, report)
+    except (Undecided, np.linalg.LinAlgError):
+        if regression is None:
+            raise
+        return None
+
+
+def _leaves_torque(search: Search, fitted: CandidateFit) -> bool:
+    """Return whether a fit leaves more than noise, or has torque noise to bear what it leaves."""
+    chi2 = fitted.point.chi2.sum() / (len(fitted.point.chi2) * search.long.size)
+    return fitted.s > 0.0 or bool(chi2 > THRESHOLDS.encoder_noise)
+
+
+def lasting_time(search: Search, fitted: CandidateFit) -> float:
     """
-    Raise Undecided if `fitted` leaves more than its start on the windows of `data`.
+    Return how long unexplained torque lasts (s) by the likelihood of a fit.
 
-    Windows that were not fitted decide, where `data` has any.
-    """
-    candidate = fitted.candidate
-    unseen = data.train if data.train.all() else ~data.train
-    gaps = []
-    for z in (candidate.start(), fitted.point.z):
-        trial = window_states.rescue(
-            data, candidate, window_states.solved(data, candidate, fitted.point.at(z)),
-            [fitted.point], half_gap=search.half_gap)
-        gaps.append(closed_model.gap_of(trial.chi2[unseen], data.size))
-    if not gaps[1] <= THRESHOLDS.no_worse * gaps[0]:
-        raise Undecided(f'gap after the fit {gaps[1]:.4g} standard deviations, of the model file '
-                        f'{gaps[0]:.4g}: no solution; expected a model of this drive (see '
-                        'check), or fewer values to fit (--free)')
-
-
-_ABSOLUTE = ('u0', 'As', 'Ac')  # coordinates in N m, those of others are factors
-
-
-def regressed_start(recording: UniformRecording, candidate: CandidateModel) -> Array:
-    """
-    Return coordinates [P] where a linear regression of the torque leads, else the start.
-
-    Torque over acceleration, speed, direction and 1, and over sine and cosine of the arm's
-    position where gravity is fitted; inertias keep their ratio. What is not fitted counts as in
-    the model file. Values that come out negative stay at the start.
+    A time for itself: with torque that lasts, values move, and a friction may go into it. All
+    times see the same readings. Another than that of the model has to be worth its price.
 
     Args:
-        recording: recording of the drive.
-        candidate: model to be fitted, with its coordinates.
+        search: of a recording that the torque drives.
+        fitted: fit of the search.
     """
-    model, z = candidate.nominal, candidate.start()
-    column = recording.channels[0]
-    sigma, _ = noise_levels(recording.positions)
-    parts = [SmoothedMotion(replace(
-        recording, t=recording.t[s], u=recording.u[s], y=recording.positions[s],
-        cuts=(0,)), sigma) for s in recording.segments]
-    p, v, a = (np.concatenate([getattr(part, name) for part in parts]) for name in 'pva')
-    u = np.concatenate([part.u for part in parts]) * (
-        start_values(model)['kt'] / model.torque_constant) + start_values(model)['u0']
-    names = {c.name for c in candidate.coordinates}
-    motor, arm = model.motor_inertia * a[:, column], model.arm_inertia * a[:, -1]
-    together = model.transmission.kind == 'rigid' or 'm2' in names or 'm1' not in names
-    weight, phase = weight_of(model.effects)
-    sine, cosine = np.sin(p[:, -1]), np.cos(p[:, -1])
-    columns = {'m1': motor + arm if together else motor,
-               'Cv': model.viscous_friction * v[:, column],
-               'Cc': model.coulomb_friction * model.friction_side(v[:, column]),
-               'As': sine, 'Ac': cosine, 'u0': -np.ones(len(u))}
-    places = {c.name: i for i, c in enumerate(candidate.coordinates) if c.name in columns
-              and (c.owner < 0 or candidate.ids[c.owner] == GRAVITY.id)}
-    rest = u - model.position_gain * p[:, column] - sum(
-        (columns[name] for name in ('m1', 'Cv', 'Cc') if name not in places),
-        0.0 * u if together else arm)
-    if 'As' not in places:
-        rest -= weight * np.sin(p[:, -1] + phase)
-    free = [columns[name] for name in places]
-    if not free or any(
-            np.ptp(columns[name]) == 0.0 for name in places if name not in _ABSOLUTE):
-        return z
-    solution = np.linalg.lstsq(np.column_stack(free), rest, rcond=None)[0]
-    for (name, i), value in zip(places.items(), solution):
-        coordinate = candidate.coordinates[i]
-        if name in _ABSOLUTE:
-            z[i] = value
-        elif not coordinate.log:
-            z[i] *= value
-        elif value > 0.0:
-            z[i] += math.log(value)
-            if name == 'm1':
-                for k, other in enumerate(candidate.coordinates):
-                    if other.name == 'm2':
-                        z[k] += math.log(value)
-    return candidate.bounded(z)
+    candidate, stated = fitted.candidate, search.model.process_torque_time
+    every = max(1, round(SPARSE / search.recording.dt))
+    deviances: dict[float, float] = {}
+    for time in sorted({stated, *LASTING_TIMES}):
+        nominal = replace(candidate.nominal, process_torque_time=time)
+        filter_ = InnovationLikelihood(search.recording, nominal, search.long.sigma, search.spans)
+        filter_.every = every
+        start = InnovationFit(replace(candidate, nominal=nominal), fitted.point.z,
+                              filter_.first_noise)
+        deviances[time] = innovation_fit.fitted(filter_, start, TIME_ITERATIONS).deviance
+        readings = filter_.readings
+    best = min(deviances, key=lambda time: deviances[time])
+    return best if deviances[best] + math.log(readings) < deviances[stated] else stated
+
+
+def _decided(search: Search, data: likelihood.WindowData, candidate: CandidateModel,
+             fitted: CandidateFit | None,
+             regression: TorqueRegression | None) -> tuple[CandidateFit, str]:
+    """
+    Return (the fit that stands, 'search' or 'regression').
+
+    Windows that were not fitted decide, where `data` has any: the search stands unless the model
+    file or the regression leaves less there. A regression stands that leaves less of the torque
+    than the model file.
+
+    Args:
+        search: of the recording.
+        data: windows of readings and how residuals are weighted.
+        candidate: model that was fitted.
+        fitted: fit of the search, None where it did not arrive.
+        regression: of the torque, None without.
+
+    Raises:
+        Undecided: neither is a solution.
+    """
+    unseen = data.train if data.train.all() else ~data.train
+    near = fitted.point if fitted is not None else likelihood.fresh(data, candidate)
+
+    def left(z: Array) -> tuple[likelihood.FitPoint, float]:
+        """Return where windows stand with the coordinates z, and the gap on unseen ones."""
+        point = window_states.rescue(
+            data, candidate, window_states.solved(data, candidate, near.at(z)), [near],
+            half_gap=search.half_gap)
+        return point, closed_model.gap_of(point.chi2[unseen], data.size)
+    _, gap_start = left(candidate.start())
+    gap = math.inf if fitted is None else left(fitted.point.z)[1]
+    torque = float(np.std(search.recording.torque))
+    if regression is not None and regression.after < min(regression.before, LEFT * torque):
+        point, gap_regression = left(regression.z)
+    else:
+        point, gap_regression = near, math.inf
+    if fitted is not None and gap <= THRESHOLDS.no_worse * min(gap_start, gap_regression):
+        return fitted, 'search'
+    if math.isfinite(gap_regression):
+        return CandidateFit(candidate, point), 'regression'
+    raise Undecided(f'gap after the fit {gap:.4g} standard deviations, of the model file '
+                    f'{gap_start:.4g}: no solution; expected a model of this drive (see '
+                    'check), or fewer values to fit (--free)')
 
 
 def _coordinate(name: str, scale: float | None) -> Coordinate:
@@ -271,12 +316,17 @@ def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
         c.scale, abs(values[c.name])))) for c in own if c.owner == 0]
 
 
-def _settled(search: Search, candidate: CandidateModel,
+def _settled(search: Search, candidate: CandidateModel, starts: Sequence[Array],
              report: Callable[..., object]) -> CandidateFit:
-    """Return the CandidateFit of `candidate` on windows of 1 s."""
-    starts = [candidate.start()]
-    if candidate.nominal.controller is None:
-        starts.append(regressed_start(search.recording, candidate))
+    """
+    Return the CandidateFit on windows of 1 s.
+
+    Args:
+        search: of the recording.
+        candidate: model to be fitted.
+        starts: coordinates [P] to begin with.
+        report: progress.
+    """
     if not isinstance(search, PositionSearch):
         report(0, 2, 'fit')
         fit = likeliest(search, candidate, starts, ITERATIONS)
@@ -306,30 +356,58 @@ def _longer(data: likelihood.WindowData, fitted: CandidateFit) -> CandidateFit:
         data, fitted.candidate, point, 40, refresh=range(40)))
 
 
-def _known(data: likelihood.WindowData, fitted: CandidateFit,
-           model: DriveModel) -> tuple[list[FittedValue], list[tuple[str, str, float]]]:
-    """Return ([Value], [(name, name, correlation)]) by the linearised fit."""
+def _covariance(data: likelihood.WindowData, fitted: CandidateFit) -> Array:
+    """
+    Return the covariance [P, P] of the coordinates by the linearised fit.
+
+    What is more than encoder noise is no chance of single readings: its sum over each window is
+    one number (Liang and Zeger, 1986), or, with few windows, one per window and encoder.
+    """
     candidate, point = fitted.candidate, fitted.point
     s = likelihood.Sensitivity(likelihood.state_sensitivity(
         data, candidate.model(point.z), point.states, point.memory, point.residual),
         _central(data, candidate, point))
     residual, whiten = noise_weighted_residual(data, fitted)
-    S, _, _, _ = likelihood.normal_equations(s, point.residual, data.train.astype(float), whiten)
-    # The residual is not encoder noise: it counts as one number per window and encoder.
+    S, _, X, x = likelihood.normal_equations(s, point.residual, data.train.astype(float), whiten)
     misfit = max(1.0, float((residual[data.train] ** 2).mean()))
-    if misfit > THRESHOLDS.encoder_noise:
-        misfit *= data.windows.length
-    prior = candidate.prior(point.z)[1]
-    covariance = np.linalg.inv(S / misfit + np.diag(prior))
-    jacobian = candidate.wave_jacobian(point.z)
+    prior = np.diag(candidate.prior(point.z)[1])
+    count, windows = len(point.z), int(data.train.sum())
+    if misfit <= THRESHOLDS.encoder_noise or windows <= 2 * count:
+        misfit *= data.windows.length if misfit > THRESHOLDS.encoder_noise else 1.0
+        covariance: Array = np.linalg.inv(S / misfit + prior)
+        return covariance
+    J, states, r = s.Jz, s.Jx, point.residual
+    if whiten is not None:
+        J, states, r = whiten(J), whiten(states), whiten(r)
+    scores = np.einsum('wlp,wl->wp', J - states @ X, r - np.einsum('wlk,wk->wl', states, x))[
+        data.train]
+    scores -= scores.mean(axis=0)
+    unit = float(np.trace(np.linalg.solve(S + prior, scores.T @ scores))) / count
+    meat = scores.T @ scores * (windows / (windows - count)) + unit * unit * prior
+    inverse: Array = np.linalg.inv(S + unit * prior)
+    return inverse @ meat @ inverse
+
+
+def _listed(candidate: CandidateModel, z: Array, covariance: Array,
+            model: DriveModel) -> tuple[list[FittedValue], list[tuple[str, str, float]]]:
+    """
+    Return ([Value], [(name, name, correlation)]) of a fit.
+
+    Args:
+        candidate: model that was fitted.
+        z: its coordinates [P].
+        covariance: of these [P, P].
+        model: model file.
+    """
+    jacobian = candidate.wave_jacobian(z)
     covariance = jacobian @ covariance @ jacobian.T
     errors = np.sqrt(np.diag(covariance))
     starts = start_values(model)
-    fitted_values = start_values(candidate.model(point.z))
-    (_, own_starts), (_, own_values) = map(candidate.values, (candidate.start(), point.z))
+    fitted_values = start_values(candidate.model(z))
+    (_, own_starts), (_, own_values) = map(candidate.values, (candidate.start(), z))
     values: list[FittedValue] = []
-    for c, error, z in zip(candidate.coordinates, errors, point.z):
-        inside = not c.log or math.log(c.low) + 1e-6 < z < math.log(c.high) - 1e-6
+    for c, error, at in zip(candidate.coordinates, errors, z):
+        inside = not c.log or math.log(c.low) + 1e-6 < at < math.log(c.high) - 1e-6
         scale = 1.0 if c.log else c.scale
         if c.owner < 0:
             name, unit, start, value = c.name, UNITS[c.name], starts[c.name], (
@@ -382,4 +460,4 @@ def start_values(model: DriveModel) -> dict[str, float]:
 
 UNITS = {'m1': 'kg m^2', 'm2': 'kg m^2', 'D': 'N m s/rad', 'Cv': 'N m s/rad', 'Cc': 'N m',
          'K': 'N m/rad', 'b': 'rad', 'kp': 'N m/rad', 'kd': 'N m s/rad', 'ki': 'N m/(rad s)',
-         'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}
+         'kff': 'N m s/rad', 'kaff': 'kg m^2', 'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}

@@ -65,10 +65,32 @@ def _run(state: Array, schedule: Schedule, noise: ProcessNoise,
         for i in range(n):
             at = t[k] + i * h
             before = torque_difference(at, state, u[k, i], external, drives)
-            advance(state, at, h, u[k, i:i + 1], external, noise, drives[0])
+            advance(state, at, h, u[k, i:i + 1], external, noise, drives[0], 0.0)
             after = torque_difference(at + h, state, u[k, i], external, drives)
             torque[k, 0] += (u[k, i] + 0.5 * (before[0] + after[0])) / n
             torque[k, 1] += 0.5 * (before[1] + after[1]) / n
+
+
+@jit
+def imbalance(path: tuple[Array, Array], torque: Array, extra: Array, inertia: Array,
+              drive: PackedDrive, state: Array, out: Array) -> None:
+    """
+    Fill in the torque that moves a drive beyond what its equations say.
+
+    Args:
+        path: times [M], s, and positions, speeds and accelerations of motor and arm [M, 6].
+        torque: of the actuator [M], N m.
+        extra: torques from outside [M, 3], N m.
+        inertia: of motor and arm [2], kg m^2.
+        drive: PackedDrive.
+        state: workspace [N_STATE].
+        out: torque [M], N m.
+    """
+    (t, motion), m = path, stored_memories(state)
+    for k in range(len(t)):
+        rate = derivative(t[k], (motion[k, 0], motion[k, 1], motion[k, 2], motion[k, 3]), m,
+                          (torque[k], (extra[k, 0], extra[k, 1], extra[k, 2]), drive))
+        out[k] = (inertia[0] * (motion[k, 4] - rate[2]) + inertia[1] * (motion[k, 5] - rate[3]))
 
 
 def equivalent_torque(schedule: Schedule, state: Array, closed: PackedDrive,

@@ -95,7 +95,7 @@ def free_runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDriv
                 for i in range(N_STATE):
                     carry[w, i] = state[i]
             external = (extra[k, 0], extra[k, 1], extra[k, 2])
-            advance(state, k * dt, dt, u[k], external, noise, drive)
+            advance(state, k * dt, dt, u[k], external, noise, drive, 0.0)
         if carry_at[w] == first[w] + length:
             for i in range(N_STATE):
                 carry[w, i] = state[i]

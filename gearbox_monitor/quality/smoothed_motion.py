@@ -26,8 +26,8 @@ class SmoothedMotion:
     Torque and positions smoothed alike, with the positions' derivatives, every few samples.
 
     u [M] N m; p, v, a [M, 2] rad, rad/s, rad/s^2; k [M] samples they stand at; noise, noise_v,
-    noise_a [2], their remaining noise. As wide as the noise requires, and half the
-    width `shortest` s.
+    noise_a [2], their remaining noise; kernels [3, 2 n + 1] that make p, v and a of positions.
+    As wide as the noise requires, and half the width `shortest` s.
     """
 
     def __init__(self, recording: UniformRecording, sigma: Array, shortest: float = 0.0) -> None:
@@ -39,18 +39,23 @@ class SmoothedMotion:
             gain = np.sqrt((kernels[2] ** 2).sum())
             if (sigma * gain <= 0.15 * a.std(axis=0)).all() or half_width == HALF_WIDTHS[-1]:
                 break
-        self.half_width = half_width
-        decimated = slice(None, None, max(1, n // 3))
+        self.half_width, self.kernels = half_width, kernels
+        decimated = self._decimated = slice(None, None, max(1, n // 3))
         self.k = np.arange(n, len(r.u) - n)[decimated]
         self.a = a[decimated]
         self.p, self.v = (np.column_stack(
             [np.convolve(y - y[0], kernels[i],
                          'valid') for y in r.y.T])[decimated] for i in (0, 1))
         self.p += r.y[0]
-        self.u = np.convolve(r.torque, kernels[0], 'valid')[decimated]
+        self.u = self.filtered(r.torque)
         self.noise = sigma * np.sqrt((kernels[0] ** 2).sum())
         self.noise_a = sigma * gain
         self.noise_v = sigma * np.sqrt((kernels[1] ** 2).sum())
+
+    def filtered(self, signal: Array) -> Array:
+        """Return a `signal` [N] through the low pass of the positions [M]."""
+        smooth: Array = np.convolve(signal, self.kernels[0], 'valid')[self._decimated]
+        return smooth
 
 
 def _kernels(n: int, dt: float) -> tuple[Array, Array, Array]:

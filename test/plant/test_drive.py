@@ -25,7 +25,7 @@ from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue, substeps, Transmission
 from gearbox_monitor.plant.excitation import Excitation
-from gearbox_monitor.plant.simulate import Noise, Plant, simulate
+from gearbox_monitor.plant.simulate import Noise, Plant, simulate, TOLERANCE
 from gearbox_monitor.plant.transmission import DEAD_ZONE, PASSIVE_PLAY, PLAY, transmission_torque
 
 
@@ -142,7 +142,8 @@ def test_a_rigid_drive_is_the_limit_of_a_stiff_one():
     t = 1e-3 * np.arange(1000)
     u = Excitation().torque(t)
     rigid = replace(DriveModel(effects=loads), transmission=Transmission('rigid'))
-    stiff = replace(rigid, transmission=Transmission('dead_zone', 2e4, 0.0))
+    # Damped: friction that grows with the torque would brake what vibrates.
+    stiff = replace(rigid, damping=5.0, transmission=Transmission('dead_zone', 2e4, 0.0))
     found, near = simulate(rigid, u, 1e-3), simulate(stiff, u, 1e-3)
     np.testing.assert_allclose(found.x[:, 0], found.x[:, 1], atol=1e-12)
     np.testing.assert_allclose(found.x[:, :2], near.x[:, :2], atol=0.02)
@@ -161,6 +162,27 @@ def test_a_rigid_drive_has_one_inertia():
     x = simulate(one, u, 1e-3).x
     assert np.ptp(x[:, 0]) > 1.0
     np.testing.assert_allclose(x, simulate(other, u, 1e-3).x, atol=1e-9)
+
+
+def test_noise_moves_a_rigid_drive_as_one():
+    """Impulses on motor and arm add up: of the speed remains their share of both inertias."""
+    model = DriveModel(viscous_friction=0.0, coulomb_friction=0.0, position_gain=0.0,
+                       transmission=Transmission('rigid'))
+    noise = Noise(process=(0.0, 0.0, 0.3, 0.4))
+    x = simulate(model, np.zeros(20_000), 1e-3, noise, 5).x
+    np.testing.assert_array_equal(x[:, [0, 2]], x[:, [1, 3]])
+    size = np.hypot(0.3 * model.motor_inertia, 0.4 * model.arm_inertia) / (
+        model.motor_inertia + model.arm_inertia)
+    assert np.std(np.diff(x[:, 2])) == pytest.approx(size * 1e-3 ** 0.5, rel=0.03)
+
+
+@pytest.mark.parametrize('changes, tolerance', [
+    ({}, TOLERANCE), ({'timestep': 1e-3}, 0.0), ({'integrator': 'euler', 'timestep': 1e-3}, 0.0)])
+def test_steps_are_those_of_the_simulator_or_accurate(changes, tolerance):
+    plant = Plant(replace(DriveModel(), **changes))
+    assert plant.tolerance == tolerance
+    plant.noise = Noise(measurement=(0.0, 1e-5))
+    assert plant.tolerance == min(tolerance, 1e-8)
 
 
 def test_eigenvalue_and_substeps():

@@ -1,0 +1,252 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Regression of the torque: the values of a drive by the balance of its momentum, without a run.
+
+m1 x1'' + m2 x2'' equals the torques on motor and arm, whatever acts between them. All of it is
+taken through one low pass, whose derivatives give speed and acceleration (weak form). Values enter
+linearly, but for those of some effects, so that a few Gauss-Newton steps suffice.
+
+Speed and acceleration are noisy, which pulls the values of an ordinary regression towards zero.
+The noise of the encoders is known, and its share in the normal equations is subtracted (Fuller,
+Measurement Error Models, 1987, section 3.1). Deviations are those of the sum over blocks of time,
+which holds for a residual of any colour (Liang and Zeger, 1986): what the model lacks counts.
+"""
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.identification.candidates import CandidateModel
+from gearbox_monitor.identification.shooting import Simulator
+from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import N_MEMORY
+from gearbox_monitor.plant.effects.composition import COMMAND_PLACES
+from gearbox_monitor.plant.equivalent_torque import imbalance
+from gearbox_monitor.plant.simulate import PackedDrive, plugin_of
+from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
+
+STEPS = 8        # of Gauss-Newton, at most
+SETTLED = 1e-4   # deviations by which the last one moves a value
+BLOCK = 0.5      # s, of a block at least: unexplained torque lasts about 0.3 s on real drives
+BLOCKS = 40      # in a recording at most
+LEAST_SHARE = 0.5  # of the normal matrix that its noise leaves at least
+WIDTH = 0.6      # of half the low pass: two deviations of its kernel
+P1, P2, V1, V2, A1, A2 = range(6)  # columns of a motion
+
+
+@dataclass(frozen=True)
+class TorqueRegression:
+    """
+    Values by the balance of momentum, in the coordinates of a candidate.
+
+    z [P]; covariance [P, P] of it; before, after: rms of the torque that is left with the values
+    of the model file and with these, N m, each after its mean over a block is taken out of chance.
+    """
+
+    z: Array
+    covariance: Array
+    before: float
+    after: float
+
+    @property
+    def errors(self) -> Array:
+        """Standard deviations [P] of the coordinates."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """
+    Rows of a regression: what moved, and how it is known.
+
+    t [M] s; motion [M, 6]; noise [6, 6] covariance of a row of it; parts: Simulator and
+    SmoothedMotion of each recording that was joined; block [M] of time; width of the low pass, s;
+    extra [M, 3]: torques from outside; torques: those of the actuator so far, N m.
+    """
+
+    t: Array
+    motion: Array
+    noise: Array
+    parts: Sequence[tuple[Simulator, SmoothedMotion]]
+    block: Integers
+    width: float
+    extra: Array
+    torques: dict[Any, Array] = field(default_factory=dict)
+
+    @property
+    def sizes(self) -> Array:
+        """Uncertainty [6, M] of the motion: its noise, and how far a speed changes in a window."""
+        out = np.repeat(np.sqrt(np.diag(self.noise))[:, None], len(self.t), axis=1)
+        for speed, acceleration in ((V1, A1), (V2, A2)):
+            out[speed] = np.hypot(out[speed], self.width * self.motion[:, acceleration])
+        return np.maximum(out, 1e-12)
+
+    def imbalance(self, model: DriveModel, moved: Array | None = None) -> Array:
+        """Return the torque [M] (N m) that `model` does not explain, of a `moved` motion."""
+        e, (_, theta) = model.pack_effects(), plugin_of(model)
+        inertia = np.array([model.motor_inertia, model.arm_inertia])
+        key = tuple(e[COMMAND_PLACES])
+        if key not in self.torques:
+            self.torques[key] = np.concatenate([
+                smooth.filtered(simulator.acting(e).mean(axis=1))
+                for simulator, smooth in self.parts])
+        out = np.empty(len(self.t))
+        imbalance((self.t, self.motion if moved is None else moved), self.torques[key],
+                  self.extra, inertia, PackedDrive(model.pack(), e, theta),
+                  np.zeros(4 + N_MEMORY), out)
+        return out
+
+    def columns(self, candidate: CandidateModel, z: Array, moved: Array | None = None) -> Array:
+        """Return (derivatives by z, imbalance itself) [M, P + 1] of the candidate at `z`."""
+        out = np.empty((len(self.t), len(z) + 1))
+        for i, step in enumerate(candidate.steps()):
+            ends = []
+            for sign in (-1.0, 1.0):
+                at = z.copy()
+                at[i] += sign * step
+                ends.append(self.imbalance(candidate.model(at), moved))
+            out[:, i] = (ends[1] - ends[0]) / (2.0 * step)
+        out[:, -1] = self.imbalance(candidate.model(z), moved)
+        return out
+
+
+def _rows(recording: UniformRecording, model: DriveModel) -> _Rows:
+    """Return the _Rows of a recording, of each joined one by itself."""
+    sigma, _ = noise_levels(recording.positions)
+    parts, motion, times, block, first = [], [], [], [], 0
+    noise = np.zeros((6, 6))
+    for segment in recording.segments:
+        part = replace(
+            recording, t=recording.t[segment], u=recording.u[segment],
+            y=recording.positions[segment], cuts=(0,), motor=None, servo_torque=None,
+            arm_torque=None if recording.arm_torque is None else recording.arm_torque[segment])
+        smooth = SmoothedMotion(part, sigma)
+        parts.append((Simulator(part, model), smooth))
+        motion.append(np.column_stack([smooth.p, smooth.v, smooth.a]))
+        times.append(part.t[smooth.k] - part.t[0])
+        length = max(BLOCK, 4.0 * smooth.half_width, len(part.u) * part.dt / BLOCKS)
+        block.append(first + (times[-1] / length).astype(int))
+        first = int(block[-1].max()) + 1
+        kernels = np.array(smooth.kernels)  # of position, speed, acceleration
+        # Of the other encoder, where there is one: of its copy, no less.
+        own = kernels @ kernels.T
+        here = np.zeros((6, 6))
+        for channel in (0, 1):
+            index = np.array([P1, V1, A1]) + channel
+            here[np.ix_(index, index)] = sigma[channel] ** 2 * own
+        if len(recording.channels) == 1:
+            here[:] = np.kron(sigma[recording.channels[0]] ** 2 * own, np.ones((2, 2)))
+        noise += here / len(recording.cuts)
+    return _Rows(np.concatenate(times), np.concatenate(motion), noise, parts,
+                 np.concatenate(block), max(WIDTH * smooth.half_width for _, smooth in parts),
+                 np.concatenate([np.column_stack([smooth.filtered(c) for c in simulator.extra.T])
+                                 for simulator, smooth in parts]))
+
+
+def torque_regression(recording: UniformRecording,
+                      candidate: CandidateModel) -> TorqueRegression | None:
+    """
+    Return the values of a candidate by the balance of momentum; None where it does not tell.
+
+    What acts between motor and arm stays where it is. A drive behind a servo, whose torque is not
+    recorded, and one with a plug-in have no regression.
+
+    Args:
+        recording: recording of the drive.
+        candidate: model to be fitted, with its coordinates.
+    """
+    model = candidate.nominal
+    if model.controller is not None or plugin_of(model)[0] is not None:
+        return None
+    rows = _rows(recording, model)
+    z = candidate.start()
+    before = rows.imbalance(candidate.model(z))
+    weight: Array = np.ones(len(before))
+    result: Array = np.zeros((len(z), len(z)))
+    for _ in range(STEPS):
+        step = _step(rows, candidate, z, weight)
+        if step is None:
+            return None
+        change, covariance, weight = step
+        if not np.isfinite(change).all():
+            return None
+        z = candidate.bounded(z + change)
+        result = covariance
+        if (np.abs(change) <= SETTLED * np.sqrt(np.diag(covariance))).all():
+            break
+    after = rows.imbalance(candidate.model(z))
+    return TorqueRegression(z, result, *(
+        float(np.sqrt(np.average(r * r, weights=weight))) for r in (before, after)))
+
+
+def _step(rows: _Rows, candidate: CandidateModel, z: Array,
+          weight: Array) -> tuple[Array, Array, Array] | None:
+    """
+    Return (step [P], covariance [P, P] at its end, weights [M] of the next) of the regression.
+
+    Args:
+        rows: of the regression.
+        candidate: model with its coordinates.
+        z: coordinates [P].
+        weight: of the rows [M].
+    """
+    count = len(z)
+    full = rows.columns(candidate, z)
+    X, r = full[:, :count], full[:, count]
+    # How rows depend on the motion, by secants as wide as it is uncertain.
+    slopes = np.zeros((6, *full.shape))
+    for i, size in enumerate(rows.sizes):
+        ends = []
+        for sign in (-1.0, 1.0):
+            moved = rows.motion.copy()
+            moved[:, i] += sign * size
+            ends.append(rows.columns(candidate, z, moved))
+        slopes[i] = (ends[1] - ends[0]) / (2.0 * size[:, None])
+    noise = np.einsum('ij,ikp,jkq,k->pq', rows.noise, slopes, slopes, weight, optimize=True)
+    spread = ((slopes[:, :, count] * rows.sizes) ** 2)[[V1, V2]].sum(axis=0)
+    A = (X * weight[:, None]).T @ X
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(A), 1e-300))
+    share = np.linalg.eigvals(np.linalg.lstsq(A * np.outer(scale, scale), noise[:count, :count] * (
+        np.outer(scale, scale)), rcond=1e-10)[0]).real.max(initial=0.0)
+    noise *= min(1.0, LEAST_SHARE / max(share, 1e-300))
+    A = A - noise[:count, :count]
+    g = X.T @ (weight * r) - noise[:count, count]
+    # Neighbouring rows say the same: as many as blocks count.
+    scores = np.zeros((int(rows.block.max()) + 1, count))
+    np.add.at(scores, rows.block, X * (weight * r)[:, None])
+    scores = scores[np.bincount(rows.block) > 0]
+    blocks = len(scores)
+    if blocks <= count + 1:
+        return None
+    scores -= scores.mean(axis=0)
+    meat = scores.T @ scores * (blocks / (blocks - count - 1))
+    pull, prior = candidate.prior(z)
+    # A prior counts as a block of rows with the torque that is left.
+    unit = float((weight * r * r).sum()) / blocks
+    H = A + unit * np.diag(prior)
+    try:
+        inverse = np.linalg.inv(H * np.outer(scale, scale)) * np.outer(scale, scale)
+    except np.linalg.LinAlgError:
+        return None
+    change = -inverse @ (g + unit * pull)
+    covariance = inverse @ (meat + unit * unit * np.diag(prior)) @ inverse
+    # A row whose friction hangs on a speed of the size of its noise says little.
+    level = max(float(np.median(r * r)) / 0.455, 1e-300)
+    return change, covariance, level / (level + spread)
