@@ -16,7 +16,8 @@
 Experiment design: the motion that best separates effects, by the angle between their signatures.
 
 With an effect a of known size, d s2 is the evidence for it that another effect b cannot imitate
-(see isolability). Motions are simulated with the effect within limits of torque, speed and travel;
+(see isolability, here on windows of 1 s). Motions are simulated with the effect within limits of
+torque, speed and travel;
 the one with the largest smallest d s2 of all pairs is proposed (max-min design).
 """
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -28,11 +29,12 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification import isolability
+from gearbox_monitor.identification import likelihood
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, NOT_FITTED, PERIODIC, PHASED, sine_and_cosine, Starts)
-from gearbox_monitor.identification.innovation_fit import evaluated
-from gearbox_monitor.identification.innovations import InnovationLikelihood
+    CandidateModel, NOT_FITTED, PERIODIC, PHASED, sine_and_cosine)
+from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.position import window_isolability as isolability
+from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
@@ -95,17 +97,17 @@ class SuggestedMotion:
                              self.seconds).torque(t)
 
 
-def sized(starts: Starts, name: str, values: Values | None = None) -> CandidateModel:
+def sized(search: Search, name: str, values: Values | None = None) -> CandidateModel:
     """
     Return the Candidate of effect `name` at `values` {parameter: value}, or at a usual size.
 
     Args:
-        starts: of the effects, in the sizes of one drive and motion.
+        search: fits of all candidates to one recording.
         name: id of an effect.
         values: parameters of the effect by name, None for a usual size.
     """
     order = int(values['N']) if values and name in PERIODIC else 1
-    candidate = starts.candidates(name, order)[0]
+    candidate = search.starts.candidates(name, order)[0]
     own = dict(values or {})
     replaces = name in EFFECTS and EFFECTS[name].replaces
     if name in PHASED and own:
@@ -139,7 +141,8 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
         return None, None
     probe = UniformRecording(plain.t, u, plain.y, DT)
     for a in dict.fromkeys(a for a, _ in pairs):
-        candidate = sized(Starts(model, probe), a, effects.get(a))
+        start = Search(probe, model, sigma, [a])
+        candidate = sized(start, a, effects.get(a))
         drive = candidate.model(candidate.start())
         run = simulate(drive, u, DT)
         if not np.isfinite(run.x).all():
@@ -148,20 +151,22 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
                          max(reached.speed, float(np.abs(run.x[:, 2:]).max())),
                          max(reached.travel, float(np.abs(run.x[:, :2]).max())))
         rivals = [b for effect, b in pairs if effect == a]
-        recording = replace(probe, y=run.y)
-        likelihood = InnovationLikelihood(recording, model, sigma, [slice(0, len(u))])
-        z = candidate.start()
-        orders = {b: int((effects.get(b) or effects.get(a) or {}).get('N', 1)) for b in rivals}
-        space = isolability.Space(
-            likelihood, evaluated(likelihood, candidate, z, likelihood.least_noise),
-            Starts(model, recording), orders)
-        _, prior = candidate.prior(z)
-        others = [k for k, c in enumerate(candidate.coordinates) if c.owner != 0]
-        signature = isolability.remove(isolability.direction(candidate, z, 0, space.own),
-                                       space.own[:, others], prior[others])
+        search = Search(replace(probe, y=run.y), model, sigma, rivals)
+        fitted = CandidateFit(candidate, search.long.evaluate(candidate, likelihood.fresh(
+            search.long, candidate, run.x[search.long.windows.begin])))
+        space = isolability.Space(search, fitted)
+        signature = isolability.direction(fitted, 0, space.own)
+        _, prior = candidate.prior(candidate.start())
+        other_coordinates = [k for k, c in enumerate(candidate.coordinates) if c.owner != 0]
+        signature = isolability.remove(signature, space.own[:, other_coordinates],
+                                       prior[other_coordinates])
         d = float((signature ** 2).sum())
         for b in rivals:
-            columns = isolability.remove(space.signature(b), space.own[:, others], prior[others])
+            order = 1
+            if b in PERIODIC:
+                order = int((effects.get(b) or effects.get(a) or {}).get('N', 1))
+            columns = isolability.remove(space.signature(b, order),
+                                         space.own[:, other_coordinates], prior[other_coordinates])
             out[a, b] = d * isolability.share_left(signature, columns)
     return out, reached
 

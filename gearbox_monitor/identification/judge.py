@@ -103,7 +103,7 @@ class Judge:
         if left.adequate or left.vetoed:
             return fit
         cold = self.polished(replace(fit, torque=self.evidence.fine.least_noise))
-        return cold if cold.deviance < fit.deviance - 0.5 * THRESHOLDS.noise_gain else fit
+        return min(cold, fit, key=lambda f: f.deviance)
 
     def steps_show(self, fit: InnovationFit) -> bool:
         """

@@ -24,7 +24,7 @@ from gearbox_monitor.identification.thresholds import THRESHOLDS, Thresholds
 
 FOLDER = Path(identification.__file__).parent
 # Modules that decide; the others measure and fit.
-DECIDING = ('adequacy', 'bursts', 'diagnose', 'evidence', 'free_functions', 'isolability', 'judge',
+DECIDING = ('adequacy', 'bursts', 'diagnose', 'evidence', 'judge',
             'localisation', 'position/adequacy', 'position/selection', 'verdict')
 
 

@@ -28,7 +28,8 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification import likelihood, pair_search
+from gearbox_monitor.identification import likelihood
+from gearbox_monitor.identification.position import pair_search
 from gearbox_monitor.identification.position.position_search import PositionSearch
 from gearbox_monitor.identification.shooting import ShootingWindows
 from gearbox_monitor.identification.torque_domain import driven, DrivenSimulator
