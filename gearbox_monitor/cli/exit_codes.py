@@ -26,8 +26,9 @@ EXIT_CODES = {
     'replay': {0: 'done', 1: 'replayed and recorded estimates differ'},
     'play': {0: 'done, or ended by Ctrl-C'},
     'recover': {0: 'the new bag exists, or none is needed'},
-    'import': {0: 'done'},
-    'tune': {0: 'done'},
+    'import': {0: 'done', 3: '--guess asks for what the file does not say; nothing is written'},
+    'tune': {0: 'done', 1: 'nothing is better than the parameters before, or the torque is worse '
+             'than static compensation'},
     'compare': {0: 'done'},
     'check': {0: 'usable', 1: 'unsuitable for one of --for'},
     'report': {0: 'done'},
