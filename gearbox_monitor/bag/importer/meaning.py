@@ -33,7 +33,7 @@ MEASURED, SETPOINT, FILTERED, MODEL, PART, SENSOR, ERROR = (
     'measured', 'setpoint', 'filtered', 'model', 'part', 'sensor', 'error')
 _QUANTITIES = {
     ACCELERATION: 'acceleration accelerations acc accel ddq qdd qddot qacc ddtheta',
-    VELOCITY: 'velocity velocities vel vels speed speeds dq qd qdot dqdt omega rpm qvel jvel '
+    VELOCITY: 'velocity velocities vel vels velo speed speeds dq qd qdot dqdt omega rpm qvel jvel '
               'dtheta thetadot geschwindigkeit drehzahl',
     EFFORT: 'torque torques tau taus trq effort efforts current currents curr cur amps force '
             'forces moment moments load pwm duty i iq u tor drehmoment kraft strom motorcurrent',
@@ -51,7 +51,7 @@ _SOURCES = {
           'disturbance offset bias reaction brake inertia',
     MODEL: 'pred predicted prediction model modelled modeled sim simulated identified hat',
     FILTERED: 'filt filtered filter smooth smoothed lp lowpass butter savgol',
-    SETPOINT: 'desired des setpoint setpoints sp goal goals target targets tgt ref reference '
+    SETPOINT: 'desired des set setpoint setpoints sp goal goals target targets tgt ref reference '
               'references cmd cmds command commands commanded action actions soll sollwert '
               'control ctrl con demand ipo',
     SENSOR: 'sensor transducer loadcell shaft ft jts straingauge',
@@ -144,6 +144,8 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
     The joint is left as the words that the vocabulary does not know; see `meanings`.
     """
     words = words_of(label)
+    axis = _rotating_axis(words)
+    words = [word for word in words if word not in axis]
     scale, stated = scaled_unit(label, True)
     unit = standard_unit(unit) or stated
     known: set[str] = set()
@@ -158,6 +160,8 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
         known.add('d')
     if {('input', 'pos'), ('input', 'vel'), ('input', 'torque')} & set(zip(words, words[1:])):
         sources = [SETPOINT]  # of an ODrive
+    if 'd' in axis:
+        sources = [PART]  # makes no torque
     if len(sources) > 1:
         sources = [source for source in sources if source != MEASURED] or sources
     if quantity == NOTHING and SETPOINT in sources:
@@ -183,6 +187,13 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
             and not (k == 0 and word in known)]
     return Meaning(label, quantity, source, side, unit, scale, ' '.join(left),
                    _why(words, quantity, source, side), bool(unit))
+
+
+def _rotating_axis(words: Sequence[str]) -> set[str]:
+    """Return which of 'd' and 'q' are the axes of a current or voltage, as in 'q_current'."""
+    return {'d', 'q'} & set(words) if set(words) & {
+        'current', 'currents', 'curr', 'voltage', 'voltages', 'id', 'vq', 'vd'} and not (
+        'q' in words and 'd' in words) else set()
 
 
 def _quantity(words: Sequence[str], unit: str) -> str:

@@ -314,9 +314,11 @@ def _drive_effort(choice: Choice, measured: Sequence[Column], commanded: Sequenc
         else:
             choice.take('motor_effort', of_motor[0], f'by its name: {of_motor[0].meaning.why}')
     elif measured and commanded_torques:
-        _ask_effort(choice, [measured[0], commanded_torques[0]], 'a measured '
-                    f'{measured[0].meaning.unit or "input"} that needs --torque-constant, and a '
-                    'commanded torque')
+        choice.questions.append(Question(
+            'effort', f'{stem_of(measured[0].meaning)}, {stem_of(commanded_torques[0].meaning)}: '
+            'a measured current or duty, and a commanded torque', '--use effort='
+            f'{stem_of(measured[0].meaning)} --torque-constant K (N m per A), or --use effort='
+            f'{stem_of(commanded_torques[0].meaning)}'))
     elif measured:
         of_motor = [c for c in measured if c.meaning.side == 'motor'] or measured
         if len(of_motor) > 1:

@@ -77,7 +77,7 @@ def scaled_unit(text: str, of_label: bool = False) -> tuple[float, str]:
     """
     if of_label:
         bracketed = re.search(r'[\[(<{]([^\[\](){}<>]+)[\])>}]\s*$', text)
-        if not bracketed:
+        if not bracketed or bracketed[1].strip().isdigit():
             return 1.0, unit_of_label(text)
         text = bracketed[1].rstrip('?')
     match = re.fullmatch(r'\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)?\s*\*?\s*(\D.*)', text)
@@ -90,7 +90,8 @@ def unit_of_label(label: str) -> str:
     """Return the unit that a name of a column states, 'q [deg]' or 'q_deg'; '' if none."""
     bracketed = re.search(r'[\[(<{]([^\[\](){}<>]+)[\])>}]\s*$', label)
     if bracketed:
-        return standard_unit(bracketed[1].rstrip('?'))
+        inside = bracketed[1].strip()
+        return '' if inside.isdigit() else standard_unit(inside.rstrip('?'))
     # Single letters after an underscore are indices more often than units.
     ending = re.search(r'[_ /-]([A-Za-z%°]{2,})$', label)
     return standard_unit(ending[1]) if ending else ''
