@@ -30,11 +30,11 @@ from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES
 from gearbox_monitor.bag.importer.unit_table import TIME
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Integers
+from gearbox_monitor.quality.stamps import evened
 
 # Sample times of drives, s: bus and servo rates. Stamps read in a wrong unit are outside.
 SHORTEST, LONGEST = 5e-6, 0.1
 PAUSE = 1_000_000_000  # ns between recordings in one file: longer than what a filter bridges
-DROPOUT = 3.0  # times the longest usual step
 LAST = 2 ** 31 * 1_000_000_000  # ns: the header of a message holds no later second
 ZONE = re.compile(r'\s*(Z|[+-]\d\d:?\d\d)$')
 
@@ -258,17 +258,7 @@ def even_stamps(path: str | Path, stamp_ns: Integers) -> tuple[Integers, list[st
         raise InputError(f'{path}: time.stamps even: {int((step < 0).sum())} stamps go back and '
                          f'{int((step == 0).sum())} of {len(stamp_ns)} repeat, expected stamps '
                          'that grow on the whole')
-    dropout = DROPOUT * np.percentile(step[step > 0], 99.5)
-    starts = np.append(0, np.flatnonzero(step > dropout) + 1)
-    even = np.empty(len(stamp_ns), np.int64)
-    for first, last in zip(starts, np.append(starts[1:], len(stamp_ns))):
-        count = np.arange(last - first)
-        origin = stamp_ns[first]
-        part = (stamp_ns[first:last] - origin).astype(float)
-        line = np.polyfit(count, part, 1) if len(count) > 2 else (part[-1] / max(len(count) - 1, 1),
-                                                                 0.0)
-        even[first:last] = origin + np.rint(line[0] * count + line[1]).astype(np.int64)
-    even = np.maximum.accumulate(even - np.arange(len(even))) + np.arange(len(even))
+    even = evened(stamp_ns)
     shift = float(np.abs(even - stamp_ns).max()) * 1e-9
     rate = (len(even) - 1) / (float(even[-1] - even[0]) * 1e-9)
     return even, [f'time: stamps laid on an even grid of {rate:.5g} Hz on average, moved by up to '
