@@ -62,7 +62,9 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, SETTINGS
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.admission import require_samples
-from gearbox_monitor.quality.unphysical import physical_columns
+from gearbox_monitor.quality.unphysical import is_uninitialised, physical_columns
+
+SAME = 1.0  # of log-likelihood: parameters as good as tuned ones
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -104,7 +106,7 @@ def run(args: Namespace) -> int:
     write(args.out, inputs.parameters, (inputs.model_file, inputs.model_values), data)
     warn(args, data['notes'])
     print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
-    return 0
+    return int(data['kept_by'] > SAME or data['worse_than_static'])
 
 
 def measured(samples: Samples, bag: str) -> tuple[Samples, list[str]]:
@@ -116,6 +118,9 @@ def measured(samples: Samples, bag: str) -> tuple[Samples, list[str]]:
     require_samples(bag, samples.stamp_ns, samples.y)
     u, of_efforts = physical_columns(samples.u)
     y, of_positions = physical_columns(samples.y)
+    if is_uninitialised(samples.u[:, 0]):
+        raise InputError(f'{bag}: effort of the motor: uninitialised memory, the largest amount '
+                         f'is {np.nanmax(np.abs(samples.u[:, 0])):.2g}, expected a torque')
     if not of_efforts + of_positions:
         return samples, []
     return Samples(samples.stamp_ns, u, y, samples.joints), [
@@ -213,6 +218,9 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     if 'reference_after' in data:
         a, b = data['reference_before'], data['reference_after']
         row(on_axis('tau_K error rms (N m)', axis), [a['rmse'], b['rmse']], f'of {b["rms"]:.4g}')
+        if data.get('static_rmse') is not None:
+            row('static compensation', ['', data['static_rmse']], 'rms of the command less '
+                'friction, without a filter')
         row('within 1 sigma', [a['coverage'], b['coverage']], '0.68 expected')
     lines.append('')
     units = {p.name: p.unit for p in ESTIMATOR}

@@ -32,7 +32,7 @@ from gearbox_monitor.kernels.sensor_noise import DIFFERENCE_GAIN, quantisation_s
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.unphysical import physical
+from gearbox_monitor.quality.unphysical import is_uninitialised, physical
 
 MIN_DURATION = 4.0     # s: four windows of the gap metric
 SHORT = 8.0            # s: below it, few windows are left for validation
@@ -174,10 +174,14 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
         values['arm_torque'] = np.array(arm_torque, float)
     notices = list(restarted)
     for field in values:
+        if is_uninitialised(values[field]):
+            raise InputError(f'{where}{field}: dead: uninitialised memory, the largest amount is '
+                             f'{np.nanmax(np.abs(values[field])):.2g}, expected numbers in '
+                             f'{on_axis(UNITS[field], axis)}')
         values[field], count = physical(values[field])
         if count:
-            notices.append(f'{count} values of {field} were infinite, beyond 1e9 or uninitialised '
-                           'memory: they count as not measured')
+            notices.append(f'{count} values of {field} were infinite or beyond 1e9: they count '
+                           'as not measured')
     if len(t) < 10:
         raise InputError(f'{where}{len(t)} samples, expected at least {MIN_DURATION:g} s of them')
     _check_numbers(t, first, values, where, place, axis)
