@@ -137,7 +137,7 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
               ) -> tuple[Examination, list[str], list[str]]:
     """Return findings, notes and joints of a recording, examined part by part."""
     motor, arm = parameters.motor_joint, parameters.arm_joint
-    args_setpoint = setpoint[0] if setpoint else 'setpoint'
+    name_of_setpoint = setpoint[0] if setpoint else 'setpoint'
     decode = reader.decoder(topic, (motor, arm, *setpoint))
     parts: list[Examination | InputError] = []
     with count_bar('check', reader.topics[topic][1]) as bar:
@@ -145,7 +145,8 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
                                     _min_samples(reader, topic, parameters), bar.update):
             if motor in decode.joints:
                 try:
-                    parts.append(examine(samples, parameters, model, args_setpoint in decode.joints))
+                    parts.append(examine(samples, parameters, model,
+                                         name_of_setpoint in decode.joints))
                 except InputError as error:
                     parts.append(error)
     reader.require_joints(topic, [motor, *setpoint], decode.joints)

@@ -39,7 +39,8 @@ EXIT_CODES = {
     'suggest': {0: 'a motion separates all pairs', 1: 'none within the limits does'},
     'fit-nominal': {0: 'all values are determined', 1: 'some are not',
                     3: 'the fit did not find a solution, or took longer than --time-limit'},
-    'adapt': {0: 'done', 1: 'nothing is more likely than model file and parameters before', 3: 'no value is identified: only tolerances are widened'},
+    'adapt': {0: 'done', 1: 'nothing is more likely than model file and parameters before',
+              3: 'no value is identified: only tolerances are widened'},
     'export': {0: 'all is expressed', 1: 'some is not'},
     'fleet': {0: 'every bag has its row', 1: 'run it again: some bags failed for reasons that may '
               'pass', 2: 'bad usage or input, disk full, scheduler lost'},

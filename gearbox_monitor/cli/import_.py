@@ -111,7 +111,7 @@ def add_answer_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    from gearbox_monitor.bag.importer import load_mapping, read_recording, write_imported_bag
+    from gearbox_monitor.bag.importer import load_mapping, read_any, write_imported_bag
     from gearbox_monitor.bag.importer.message_bag import import_bag, is_bag
     if args.bag is not None and Path(args.bag).exists():
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
@@ -138,7 +138,7 @@ def run(args: Namespace) -> int:
         mapping = guess.mapping()
     else:
         mapping = load_mapping(args.map, args.set)
-    recording = read_recording(path, mapping)
+    recording = read_any(path, mapping)
     write_imported_bag(recording, args.bag, path, mapping)
     n = len(recording.stamp_ns)
     duration = (recording.stamp_ns[-1] - recording.stamp_ns[0]) * 1e-9

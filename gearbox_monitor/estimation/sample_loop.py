@@ -239,7 +239,8 @@ def stamp_codes(stamp_ns: Integers, max_gap: float) -> Integers:
         max_gap: longest time between stamps that is bridged, s.
     """
     codes: Integers = np.zeros(len(stamp_ns), np.int64)
-    _stamp_codes(stamp_ns.astype(np.int64), round(max_gap * 1e9), codes, np.zeros(N_GATE, np.int64))
+    gate = np.zeros(N_GATE, np.int64)
+    _stamp_codes(stamp_ns.astype(np.int64), round(max_gap * 1e9), codes, gate)
     return codes
 
 

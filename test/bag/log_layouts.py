@@ -109,7 +109,8 @@ def _ur_rtde(folder):
     return Layout('UR RTDE', table(folder / 'robot_data.csv', names, columns, ' '), {
         'position': numbered('actual_q_{}', 6), 'velocity': numbered('actual_qd_{}', 6),
         'setpoint': numbered('target_q_{}', 6), 'effort': numbered('actual_current_{}', 6)},
-        {'effort': 'A'}, ('effort',), ('--use', 'effort=actual_current', '--torque-constant', '10,10.7,8.5,9,9.5,10.1'))
+        {'effort': 'A'}, ('effort',), (
+            '--use', 'effort=actual_current', '--torque-constant', '10,10.7,8.5,9,9.5,10.1'))
 
 
 def _franka(folder):
@@ -249,7 +250,8 @@ def _lerobot(folder):
         'codebase_version': 'v2.1', 'fps': 30, 'features': {
             'observation.state': {'dtype': 'float32', 'shape': [6], 'names': names}}}))
     return Layout('LeRobot', path, {
-        'position': numbered('observation.state.{}', 6, 1), 'setpoint': numbered('action.{}', 6, 1)},
+        'position': numbered('observation.state.{}', 6, 1),
+        'setpoint': numbered('action.{}', 6, 1)},
         {'position': 'deg', 'setpoint': 'deg'}, ('unit',), ('--unit', 'position=deg'))
 
 
@@ -287,7 +289,8 @@ def _sage(folder):
     def _list(row):
         return '"[' + ', '.join(f'{v:.6f}' for v in row) + ']"'
     micros = r.t * 1e6 + 4.97
-    (text / 'state_motor.csv').write_text('type,timestamp,positions,velocities,torques\n' + ''.join(
+    head = 'type,timestamp,positions,velocities,torques\n'
+    (text / 'state_motor.csv').write_text(head + ''.join(
         f'STATE_MOTOR,{micros[k]:.6f},{_list(r.q[k])},{_list(r.dq[k])},{_list(r.tau[k])}\n'
         for k in range(SAMPLES)))
     (text / 'control.csv').write_text('type,timestamp,positions\n' + ''.join(

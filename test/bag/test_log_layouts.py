@@ -29,7 +29,8 @@ def assigned(content):
     """Return ({quantity: names or numbers of columns by joint}, {quantity: unit}) of a mapping."""
     columns, units = {}, {}
     joints = dict(content.get('joints') or {'': {
-        OF_DRIVE.get(name, name): block for name, block in (content.get('signals') or {}).items()}})
+        OF_DRIVE.get(name, name): block
+        for name, block in (content.get('signals') or {}).items()}})
     for joint, block in content.get('second_file', {}).get('joints', {}).items():
         joints[joint] = {**joints[joint], **block}
     for signals in joints.values():
@@ -62,8 +63,8 @@ def verdict_of(layout, code, content, errors):
 
 def _same(names, truth):
     """Return whether columns are those of the truth; numbers stand in for names without header."""
-    return all(name.startswith(true) or name.isdigit() for name, true in zip(names, truth)) and len(
-        names) == len(truth)
+    return len(names) == len(truth) and all(
+        name.startswith(true) or name.isdigit() for name, true in zip(names, truth))
 
 
 @pytest.mark.parametrize('make', LAYOUTS, ids=lambda make: make.__name__.strip('_'))

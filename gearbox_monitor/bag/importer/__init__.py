@@ -44,8 +44,15 @@ from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
 
-__all__ = ['FIRST_STAMP_NS', 'ImportedRecording', 'load_mapping', 'read_recording',
-           'write_imported_bag']
+__all__ = [
+    'FIRST_STAMP_NS',
+    'ImportedRecording',
+    'RobotRecording',
+    'load_mapping',
+    'read_any',
+    'read_recording',
+    'write_imported_bag',
+]
 
 REFERENCE_TOPIC = '/reference/transmission_state'
 
@@ -79,8 +86,19 @@ class ClockSignals:
     values: Mapping[str, Array]
 
 
-def read_recording(path: str | Path, mapping: ImportMapping
-                   ) -> ImportedRecording | RobotRecording:
+def read_recording(path: str | Path, mapping: ImportMapping) -> ImportedRecording:
+    """
+    Return the recording of a drive in the file `path` as `mapping` reads it.
+
+    Raises InputError that names file, line or entry, value and expected value.
+    """
+    recording = read_any(path, mapping)
+    if isinstance(recording, RobotRecording):
+        raise InputError(f'{mapping.source}: joints: a robot, expected the signals of a drive')
+    return recording
+
+
+def read_any(path: str | Path, mapping: ImportMapping) -> ImportedRecording | RobotRecording:
     """
     Return the recording in the file `path` as `mapping` reads it: of a drive, or of a robot.
 
@@ -322,8 +340,8 @@ def _convert(path: str | Path, mapping: ImportMapping, name: str, raw: AnyArray,
     return value
 
 
-def write_imported_bag(recording: ImportedRecording | RobotRecording, bag: str | Path, source: str | Path,
-                       mapping: ImportMapping) -> None:
+def write_imported_bag(recording: ImportedRecording | RobotRecording, bag: str | Path,
+                       source: str | Path, mapping: ImportMapping) -> None:
     """
     Write a recording and, as metadata record ``import``, its origin.
 

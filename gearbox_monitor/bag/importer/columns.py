@@ -153,7 +153,8 @@ def _read_tree(path: str | Path, tree: Any, places: Places) -> RawColumns:
                              'sample, or the column of a matrix (column: 1, ...)')
         values[name] = array
     lengths = {name: len(values[name]) for name in values
-               if not name.endswith(('.time', '.nanosec', '.segment')) and f'{name}.time' not in places and getattr(places[name], 'time', None) is None}
+               if not name.endswith(('.time', '.nanosec', '.segment'))
+               and f'{name}.time' not in places and getattr(places[name], 'time', None) is None}
     for name, length in lengths.items():
         first = next(iter(lengths))
         if length != lengths[first]:

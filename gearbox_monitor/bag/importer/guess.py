@@ -328,6 +328,7 @@ class _Proposal:
             effort_sign(blocks, values, time.t, self.assumptions)
         self._note_units({role: column.meaning.label for role, column in choice.roles.items()
                           if 'unit' not in blocks[role]})
+        self._setpoint_counts(blocks, values)
         self._missing_numbers(blocks)
         order = ('motor_position', 'arm_position')
         return {role: blocks[role] for role in sorted(
@@ -360,6 +361,8 @@ class _Proposal:
                 else:
                     self._ask('counts', f'{choice.roles[role].meaning.label}: counts, and no '
                               'resolution in the file', '--counts-per-turn N')
+        if 'unit' in blocks.get('position', {}) and 'setpoint' in blocks:
+            blocks['setpoint'].setdefault('unit', blocks['position']['unit'])
         return blocks
 
     def _numbers(self, name: str, block: dict[str, Any], column: Column, choice: Choice) -> None:
@@ -414,6 +417,22 @@ class _Proposal:
                 block['scale'] = float(f'{block.get("scale", 1.0) * ratio:.8g}')
                 self.assumptions.append('The setpoint is as large as the motion of the arm: on '
                                         f'its side, so times the gear ratio {ratio:g}.')
+
+    def _setpoint_counts(self, blocks: dict[str, dict[str, Any]], values: Mapping[str, Array]
+                         ) -> None:
+        """Give a setpoint in counts the resolution of the encoder that it is as large as."""
+        block = blocks.get('motor_setpoint', {})
+        if block.get('unit') not in COUNTS or 'counts_per_rev' in block or self.answers.counts:
+            return
+        likely = [role for role in ('motor_position', 'arm_position') if role in blocks
+                  and 0.5 * np.nanstd(values[role]) < np.nanstd(values['motor_setpoint'])
+                  < 2.0 * np.nanstd(values[role])]
+        if likely and 'counts_per_rev' in blocks[likely[0]]:
+            block['counts_per_rev'] = blocks[likely[0]]['counts_per_rev']
+        elif 'motor_effort' in blocks or self.questions:
+            del blocks['motor_setpoint']
+            self.assumptions.append('The setpoint is in counts of no encoder that is used, so it '
+                                    'is left out.')
 
     def _missing_numbers(self, blocks: dict[str, dict[str, Any]]) -> None:
         """Fill in, or ask for, counts per turn and torque constant."""

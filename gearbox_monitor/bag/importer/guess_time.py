@@ -115,8 +115,9 @@ def _as_time(path: str | Path, column: Series, series: Sequence[Series], stated:
     nano = None
     words = words_of(column.label)
     if set(words) & SECONDS and is_named and not dates:
-        nano = next((other for other in series if _without(words_of(other.label), NANO) == _without(
-            words, SECONDS) and set(words_of(other.label)) & NANO), None)
+        stem = _without(words, SECONDS)
+        nano = next((other for other in series if set(words_of(other.label)) & NANO
+                     and _without(words_of(other.label), NANO | SECONDS) == stem), None)
     for unit in units[:1] if stated else units:
         if nano is not None and unit != 's':
             continue

@@ -324,8 +324,8 @@ def _tree(path: str | Path, kind: str) -> tuple[dict[str, Any], list[Series], Se
             if entries is not None:
                 block = {'json': {'entries': where}} if where else {}
                 return {'format': kind, **block}, list(_of_entries(entries)), ()
-        names = next((tree[key] for key in JOINT_LISTS if isinstance(tree, Mapping)
-                      and key in tree), ())
+        names: Any = next((tree[key] for key in JOINT_LISTS if isinstance(tree, Mapping)
+                           and key in tree), ())
         joints = [text.decode() if isinstance(text, bytes) else str(text) for text in
                   np.atleast_1d(names[()] if hasattr(names, 'attrs') else names)]
         return {'format': kind}, list(_of_fields(tree, '')), joints

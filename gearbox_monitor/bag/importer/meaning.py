@@ -19,7 +19,7 @@ A name is cut into words; words of the vocabulary say what is measured, how it c
 which side of the gear, and what is left is the name or number of the joint.
 """
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import re
 
@@ -64,8 +64,8 @@ _SIDES = {
 }
 # Words that neither tell a quantity nor name a joint.
 _CONTAINERS = ('joint joints states state observation observations field data msg header dof dofs '
-               'jnt actuator actuators low lowstate interfaces value values points topic axis axes '
-               'j a foc axisq signal controller robot rt base feedback info the of in')
+               'jnt actuator actuators low lowstate interfaces value values points topic axis '
+               'axes j a foc axisq signal controller robot rt base feedback info the of in')
 # Quantities of what is no joint: a tool's pose, an inertial unit, an environment.
 _FOREIGN = ('tcp pose cartesian cart ee tool imu gyro accelerometer quaternion quat foot contact '
             'temperature temp temps volts volt voltage bus status mode enable enabled fault '
@@ -74,12 +74,13 @@ _FOREIGN = ('tcp pose cartesian cart ee tool imu gyro accelerometer quaternion q
             'kp kd kv gain gains gtau torque_enable')
 _UNIT_WORDS = ('deg degrees rad rads rpm nm mm ms us ns s sec turns rev revs tick ticks counts '
                'cts inc percent amps a ma mrad n v permille')
-_SETS = {name: {kind: frozenset(words.split()) for kind, words in table.items()}
-         for name, table in (('quantity', _QUANTITIES), ('source', _SOURCES), ('side', _SIDES))}
+_SETS: dict[str, dict[str, frozenset[str]]] = {
+    name: {kind: frozenset(words.split()) for kind, words in table.items()}
+    for name, table in (('quantity', _QUANTITIES), ('source', _SOURCES), ('side', _SIDES))}
 _CONTAINER, STRANGE, _UNITS = (frozenset(words.split()) for words in (
     _CONTAINERS, _FOREIGN, _UNIT_WORDS))
 _WORD = re.compile(r'[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+')
-UNITS = {
+UNITS: dict[str, Mapping[str, float]] = {
     POSITION: {**ANGLE, **LENGTH, **COUNTS},
     VELOCITY: {**ANGULAR_SPEED, **SPEED, **COUNT_RATE},
     EFFORT: {**TORQUE, **FORCE, **DRIVE_INPUT},
@@ -90,12 +91,12 @@ INPUTS = {'current': 'A', 'currents': 'A', 'curr': 'A', 'cur': 'A', 'amps': 'A',
           'iq': 'A', 'strom': 'A', 'motorcurrent': 'A', 'load': '', 'pwm': '', 'duty': '',
           'u': ''}
 # Drivers that state no unit in their files, by words that their names contain.
-CONVENTIONS = (
+CONVENTIONS: tuple[tuple[frozenset[str], str, str, str], ...] = (
     (frozenset({'pos', 'estimate'}), POSITION, 'turns', 'ODrive writes turns'),
     (frozenset({'vel', 'estimate'}), VELOCITY, 'turns/s', 'ODrive writes turns/s'),
 )
 # ... by names that stand beside each other in one file.
-NEIGHBOURS = (
+NEIGHBOURS: tuple[tuple[set[str], dict[str, str], str], ...] = (
     ({'position', 'velocity', 'q_current', 'd_current'},
      {POSITION: 'turns', VELOCITY: 'turns/s'}, 'moteus writes revolutions'),
     ({'position', 'velocity', 'torque', 'current_motor'},
@@ -201,8 +202,7 @@ def _quantity(words: Sequence[str], unit: str) -> str:
     pairs = set(zip(words, words[1:]))
     if pairs & {('q', 'dot'), ('theta', 'dot'), ('d', 'q'), ('d', 'theta'), ('d', 'pos')}:
         return VELOCITY
-    kinds = [kind for kind, names in _SETS['quantity'].items()
-             if any(word in names for word in words)]
+    kinds = [kind for kind in _SETS['quantity'] if _SETS['quantity'][kind] & set(words)]
     moving = [kind for kind in kinds if kind in (POSITION, VELOCITY, ACCELERATION)]
     if EFFORT in kinds and moving and not unit:
         # 'current position', 'load speed': the words are sides or times of another quantity.

@@ -33,12 +33,11 @@ from gearbox_monitor.bag.importer.clocks import interpolated
 from gearbox_monitor.bag.importer.robot_recording import JOINT_TOPIC, SETPOINT_TOPIC, Topic
 from gearbox_monitor.bag.importer.robot_recording import write_in_order
 from gearbox_monitor.bag.importer.stamp_policy import even_stamps
-from gearbox_monitor.bag.read import FORMATS, JOINT_STATE, open_bag
+from gearbox_monitor.bag.read import FORMATS, JOINT_STATE, open_bag, ROS1
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array, Integers
 
-ROS1 = b'#ROSBAG V2.0'
 DYNAMIC, CONTROLLER, MULTI = ('control_msgs/msg/DynamicJointState',
                               'control_msgs/msg/JointTrajectoryControllerState',
                               'sensor_msgs/msg/MultiDOFJointState')
@@ -115,12 +114,13 @@ def read_bag(path: str | Path, topic: str = '') -> tuple[list[JointMessages], li
                          f'{", ".join(STATES)}; the bag has '
                          f'{", ".join(f"{n} ({k})" for n, k in sorted(kinds.items())) or "none"}')
     result = []
-    for (_, *joints), messages in rows.items():
-        values = {quantity: np.array([row[2].get(quantity) or [np.nan] * len(joints)
-                                      for row in messages], float)
-                  for quantity in QUANTITIES if any(quantity in row[2] for row in messages)}
-        result.append(JointMessages(tuple(joints), np.array([row[0] for row in messages]),
-                                    np.array([row[1] for row in messages]), values))
+    for (_, *names), messages in rows.items():
+        columns: dict[str, Array] = {
+            quantity: np.array([row[2].get(quantity) or [np.nan] * len(names)
+                                for row in messages], float)
+            for quantity in QUANTITIES if any(quantity in row[2] for row in messages)}
+        result.append(JointMessages(tuple(names), np.array([row[0] for row in messages]),
+                                    np.array([row[1] for row in messages]), columns))
     return result, notices
 
 
@@ -182,8 +182,9 @@ def _values_of(kind: str, message: Any) -> tuple[tuple[str, ...], dict[str, list
                   for part in message.interface_values]
         names = set().union(*tables) & set(QUANTITIES[:3]) if tables else set()
         return joints, {name: [table.get(name, np.nan) for table in tables] for name in names}
-    feedback = getattr(message, 'feedback', None) or getattr(message, 'actual', None)
-    reference = getattr(message, 'reference', None) or getattr(message, 'desired', None)
+    old = not hasattr(message, 'feedback')  # names of control_msgs before 2023
+    feedback = message.actual if old else message.feedback
+    reference = message.desired if old else message.reference
     output = getattr(message, 'output', None)
     values = {'position': list(feedback.positions), 'velocity': list(feedback.velocities),
               'effort': list(feedback.effort) or list(getattr(output, 'effort', ())),

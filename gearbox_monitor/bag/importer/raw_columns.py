@@ -20,7 +20,7 @@ from typing import TypeAlias
 from gearbox_monitor.bag.importer.mapping import key_of, Place
 from gearbox_monitor.kernels.types import AnyArray
 
-__all__ = ['key_of', 'label_of', 'MIN_SAMPLES', 'names_of', 'Places', 'RawColumns']
+__all__ = ['MIN_SAMPLES', 'Places', 'RawColumns', 'key_of', 'label_of', 'names_of']
 MIN_SAMPLES = 100  # of a recording; a matrix with fewer rows and more columns has rows of samples
 Places: TypeAlias = Mapping[str, Place]  # by name of the signal, 'time' and 'SIGNAL.time'
 
