@@ -49,7 +49,7 @@ class StampClock:
     usable: mask [N] of the samples that a filter takes by their stamps; seconds [K] from the first
     of these; period (s): their usual distance; gap (s): distances beyond it are gaps; jitter
     (s): standard deviation of the stamps about even spacing; missing: samples missing by the
-    stamps. restarts: rows of K at which the clock begins anew; seconds go on there by one period.
+    stamps. restarts: rows of K at which the clock restarts; seconds go on there by one period.
     burst: samples that are stamped at once, on receipt; seconds are then even.
     """
 

@@ -34,10 +34,10 @@ from gearbox_monitor.bag.importer.columns import read_columns
 from gearbox_monitor.bag.importer.mapping import (
     bound_to, FIRST_STAMP_NS, ImportMapping, load_mapping, signal_kind, SIGNALS, TimeMapping)
 from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES, RawColumns
-from gearbox_monitor.bag.importer.stamp_policy import (
-    absolute_ns, even_stamps, in_one_line, ordered, require_plausible)
 from gearbox_monitor.bag.importer.robot_recording import (
     JOINT_TOPIC, robot_recording, RobotRecording, write_in_order)
+from gearbox_monitor.bag.importer.stamp_policy import (
+    absolute_ns, even_stamps, in_one_line, ordered, require_plausible)
 from gearbox_monitor.bag.importer.unit_table import standard_unit
 from gearbox_monitor.bag.read import JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter

@@ -62,7 +62,7 @@ def _left(y: Array, columns: Sequence[Array]) -> float:
 
 
 def _rounding(y: Array) -> float:
-    """Return the rms below which what is left of `y` is the rounding of a written number."""
+    """Return the rms of `y` below which a residual is the rounding of a written number."""
     return max(EXACT * float(np.std(y)), OF_STEP * quantisation_step(y))
 
 

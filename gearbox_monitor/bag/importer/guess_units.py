@@ -140,7 +140,7 @@ def effort_sign(blocks: dict[str, dict[str, Any]], values: Mapping[str, Array], 
 
 def _resistance(motion: Motion, effort: Array) -> float:
     """
-    Return 1.0 if an effort moves a mass against friction, -1.0 if the other way round, else 0.
+    Return 1.0 if an effort moves a mass against friction, -1.0 if the reverse, else 0.
 
     Weight and springs are taken out: they give back what they take, but not within each recording.
     """

@@ -16,7 +16,7 @@
 What a column of a recording is by its name and unit alone: quantity, source, side and joint.
 
 A name is cut into words; words of the vocabulary say what is measured, how it came about and on
-which side of the gear, and what is left is the name or number of the joint.
+which side of the gear, and the others are the name or number of the joint.
 """
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
@@ -55,7 +55,7 @@ _SOURCES = {
               'references cmd cmds command commands commanded action actions soll sollwert '
               'control ctrl con demand ipo',
     SENSOR: 'sensor transducer loadcell shaft ft jts straingauge',
-    MEASURED: 'measured meas msr act actual present ist istwert real raw feedback fb current '
+    MEASURED: 'measured meas msr act actual present istwert real raw feedback fb current '
               'estimate estimated est',
 }
 _SIDES = {
@@ -234,12 +234,12 @@ def meanings(labels: Sequence[str], units: Sequence[str] | None = None) -> list[
     """
     Return the Meaning of each of the names of one file, with the joint that it belongs to.
 
-    Joints are told apart by what the vocabulary leaves of the names: a number that counts through
+    Joints are distinguished by words outside of the vocabulary: a number that counts through
     a family of names alike ('q_0' ... 'q_6'), or a name that stands beside several quantities.
 
     Args:
         labels: names of the columns.
-        units: units that the file states, '' for none; None: none at all.
+        units: units that the file states, '' for none; None: no units.
     """
     columns = [meaning_of(label, unit) for label, unit in
                zip(labels, units or [''] * len(labels))]

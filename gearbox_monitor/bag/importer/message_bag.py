@@ -16,7 +16,7 @@
 Joint states of bags of other robots: ROS 1 bags, and messages of ros2_control.
 
 All become sensor_msgs/JointState, setpoints on a topic of their own. Messages that name other
-joints than the one before, as of several publishers, stay apart.
+joints than those of another publisher stay apart.
 """
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

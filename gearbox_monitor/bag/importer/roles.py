@@ -26,7 +26,7 @@ import numpy as np
 from gearbox_monitor.bag.importer.clocks import motion_regressors, unexplained
 from gearbox_monitor.bag.importer.copies import copy_of
 from gearbox_monitor.bag.importer.meaning import (
-    EFFORT, FILTERED, INPUTS, MEASURED, Meaning, POSITION, SENSOR, SETPOINT, stem_of,
+    EFFORT, FILTERED, INPUTS, Meaning, MEASURED, POSITION, SENSOR, SETPOINT, stem_of,
     STRANGE, VELOCITY, words_of)
 from gearbox_monitor.bag.importer.unit_table import COUNTS, DRIVE_INPUT, FORCE, TORQUE
 from gearbox_monitor.kernels.types import Array
@@ -202,7 +202,7 @@ def _positions(choice: Choice, columns: Sequence[Column], t: Array, refused: set
         role = missing[0]
         of_side = [c for c in candidates if c.meaning.side == role.partition('_')[0]]
         if of_side or refused & {'motor_position', 'arm_position'}:
-            choice.take(role, (of_side or candidates)[0], 'what is left')
+            choice.take(role, (of_side or candidates)[0], 'the one without a role')
         return
     by_side = {side: [c for c in candidates if c.meaning.side == side] for side in
                ('motor', 'arm')}

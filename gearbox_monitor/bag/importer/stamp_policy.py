@@ -218,7 +218,7 @@ def require_plausible(path: str | Path, stamp_ns: Integers, unit: str) -> None:
 
 def in_one_line(stamp_ns: Integers, segments: AnyArray) -> tuple[Integers, list[str]]:
     """
-    Return stamps of recordings that each begin anew, PAUSE after the end of the one before.
+    Return stamps of recordings with times of their own, PAUSE after the end of the previous one.
 
     Args:
         stamp_ns: int64 [N], of each recording in its own time.
@@ -234,7 +234,7 @@ def in_one_line(stamp_ns: Integers, segments: AnyArray) -> tuple[Integers, list[
     shift[starts] = stamp_ns[starts - 1] + PAUSE - stamp_ns[starts]
     return stamp_ns + np.cumsum(shift), [
         f'time: {len(starts) + 1} recordings one after another, each {PAUSE * 1e-9:g} s after the '
-        'end of the one before (time.only reads one of them)']
+        'end of the previous one (time.only reads one of them)']
 
 
 def even_stamps(path: str | Path, stamp_ns: Integers) -> tuple[Integers, list[str]]:
