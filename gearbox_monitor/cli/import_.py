@@ -42,6 +42,7 @@ from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Sequence
 import json
 from pathlib import Path
+import shlex
 import shutil
 import sys
 from typing import Any, TYPE_CHECKING
@@ -121,7 +122,9 @@ def run(args: Namespace) -> int:
     if not args.map and is_bag(path):
         if args.bag is None:
             raise InputError(f'{path}: a bag, expected the name of a new bag behind it')
-        return _say(args, import_bag(path, args.bag, args.topic, args.stamps, args.joint), ())
+        data = import_bag(path, args.bag, args.topic, args.stamps, args.joint)
+        one = args.joint is not None or 'motor' in data['signals']
+        return _say(args, data, () if one else data['signals'])
     if not args.map and not args.guess:
         raise InputError(f'{path}: no bag, expected --guess or --map MAP')
     path = _file_in(path)
@@ -214,6 +217,9 @@ def _say(args: Namespace, data: dict[str, Any], joints: Sequence[str]) -> int:
     print(f'{args.bag}: {data["samples"]} samples, {data["duration_s"]:.3f} s{rate}, {signals}')
     for notice in data['notes']:
         print(f'note: {notice}')
+    if joints:
+        print(f'next: gearbox_monitor check {shlex.quote(args.bag)} --motor-joint '
+              f"{shlex.quote(joints[0])} --arm-joint ''")
     return 0
 
 

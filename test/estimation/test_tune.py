@@ -173,6 +173,39 @@ def test_reference_fits_error_and_coverage(bag, tmp_path, capsys):
     assert 4.0 < values['q_std_tau_k'] < 20.0
 
 
+def test_parameters_are_never_less_likely_than_those_before(capsys):
+    """The encoders are much quieter at rest than in motion: R at rest is the wrong one."""
+    run = simulated(2, rest=1500)
+    samples = samples_of(run)
+    y = samples.y.copy()
+    y[:1500] = y[0] + 0.02 * (y[:1500] - y[:1500].mean(axis=0))
+    quiet = Samples(samples.stamp_ns, samples.u, y)
+    start = EstimatorParameters(arm_load='none', r_std_motor=R[0], r_std_arm=R[1],
+                                q_std_tau_k=9.0)
+    data = tune(DriveModel(), start, [quiet], speeds=False)
+    assert data['noise_from'] == 'likelihood' and not data['kept']
+    assert data['after']['loglik'] >= data['before']['loglik']
+    # From what it found nothing better is found, and that is what is written.
+    best = start.replace(**data['parameters'])
+    again = tune(DriveModel(), best, [quiet], speeds=False)
+    assert again['after']['loglik'] >= again['before']['loglik']
+    if again['kept']:
+        assert again['parameters'] == {name: getattr(best, name) for name in again['parameters']}
+        assert 'they are kept' in again['notes'][0]
+
+
+def test_static_compensation_is_the_command_less_friction():
+    model = DriveModel()
+    estimates = Estimator(model, EstimatorParameters(arm_load='none')).run(
+        samples_of(simulated(2)))
+    rows = estimates.rows
+    expected = rows[:, sample_loop.E_U] - model.viscous_friction * rows[:, sample_loop.E_X3] - (
+        model.coulomb_friction * 2.0 / np.pi * np.arctan(
+            model.friction_slope * rows[:, sample_loop.E_X3])) - (
+        model.position_gain * rows[:, sample_loop.E_X1])
+    np.testing.assert_allclose(static_torque(model, estimates), expected, atol=1e-9)
+
+
 def test_search_survives_a_filter_that_cannot_run():
     """A criterion of -inf on half of the plane is a penalty, and counted."""
     def evaluate(trials, coarse):
