@@ -176,10 +176,10 @@ def test_reference_fits_error_and_coverage(bag, tmp_path, capsys):
 
 def test_parameters_are_never_less_likely_than_those_before():
     """The encoders are much quieter at rest than in motion: R at rest is the wrong one."""
-    samples = samples_of(simulated(2, n=2500, rest=900))
+    samples = samples_of(simulated(2, n=6000, rest=1500))
     y = samples.y.copy()
-    y[:900] = y[0] + 0.02 * (y[:900] - y[:900].mean(axis=0))
-    quiet = Samples(samples.stamp_ns, samples.u, y)
+    y[:1500] = y[0] + 0.02 * (y[:1500] - y[:1500].mean(axis=0))
+    quiet = Samples(*(column[::5] for column in (samples.stamp_ns, samples.u, y)))
     start = EstimatorParameters(arm_load='none', r_std_motor=R[0], r_std_arm=R[1],
                                 q_std_tau_k=9.0)
     data = tune(DriveModel(), start, [quiet], speeds=False)
