@@ -48,6 +48,7 @@ BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
 BLOCK_MESSAGES = 4096  # of a bag that is read message by message
 MAX_HELD = 1 << 26  # bytes of messages that wait for chunks with earlier ones
 FORMATS = ('.mcap', '.db3')
+ROS1 = b'#ROSBAG V2.0'  # first bytes of a bag of ROS 1
 
 
 def open_bag(path: str | Path) -> 'BagReader':
@@ -61,6 +62,9 @@ def open_bag(path: str | Path) -> 'BagReader':
         files, packed_messages = _files_of(path)
     elif os.path.exists(path):
         files, packed_messages = [path], False
+        if path.is_file() and _is_ros1(path):
+            raise InputError(f'{path}: a ROS 1 bag, expected one of ROS 2: gearbox_monitor import '
+                             f'{path} NEW converts its joint states')
     else:
         raise InputError(f'{path}: no such file or directory, expected a bag')
     with ExitStack() as stack:
@@ -73,6 +77,14 @@ def open_bag(path: str | Path) -> 'BagReader':
         reader.packed_messages = packed_messages
         reader.opened = stack.pop_all()
     return reader
+
+
+def _is_ros1(path: Path) -> bool:
+    try:
+        with path.open('rb') as stream:
+            return stream.read(len(ROS1)) == ROS1
+    except OSError:
+        return False
 
 
 def _files_of(path: Path) -> tuple[list[Path], bool]:

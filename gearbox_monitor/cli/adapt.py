@@ -27,6 +27,8 @@ usage examples:
   gearbox_monitor replay BAG3 --model unit7/drive.yaml --params unit7/params.yaml
 """
 from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from dataclasses import replace
 import json
 from pathlib import Path
 from typing import Any
@@ -38,9 +40,12 @@ from gearbox_monitor.cli.options import check_jobs, plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.cli.tune import write
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.score import run_score
 from gearbox_monitor.files.yaml_files import load_parameters, save_model
-from gearbox_monitor.identification.unit_adaptation import adapt, Adapted
+from gearbox_monitor.identification.unit_adaptation import adapt, Adapted, samples_of
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.ros.child_processes import cores
 
 
@@ -71,6 +76,11 @@ def run(args: Namespace) -> int:
     with percent_bar('adapt') as bar:
         result = adapt([recording for recording, _ in loaded], model, parameters, args.jobs,
                        progress_of(bar))
+    kept = _kept(result, model, parameters, [recording for recording, _ in loaded])
+    if kept:
+        result = replace(result, model=model.with_(**{
+            name: max(now) for name, now in result.tolerances.items()}), parameters={},
+            open=[kept, *result.open])
     folder.mkdir()
     names = ', '.join(Path(path).name for path in args.bag)
     save_model(folder / 'drive.yaml', result.model,
@@ -85,7 +95,25 @@ def run(args: Namespace) -> int:
         'tolerances': result.tolerances, 'parameters': result.parameters, 'open': result.open,
         'notes': [note for _, notes in loaded for note in notes]})
     print(json.dumps(summary, indent=2) if args.json else text(result, summary, folder))
-    return 0 if result.fit else UNDECIDED
+    if result.fit is None:
+        return UNDECIDED
+    return int(bool(kept) or bool(result.tuning.get('kept')))
+
+
+def _kept(result: Adapted, model: DriveModel, parameters: EstimatorParameters,
+          recordings: Sequence[UniformRecording]) -> str:
+    """Return why model and parameters stay as they were, '' if those of `result` are as likely."""
+    if result.fit is None:
+        return ''
+    samples = [samples_of(recording) for recording in recordings]
+    before, after = (sum(run_score(drive, values, part).criterion for part in samples)
+                     for drive, values in ((model, parameters), (
+                         result.model, parameters.replace(**result.parameters))))
+    if after >= before:
+        return ''
+    return (f'the adapted values are less likely than model file and parameters before '
+            f'(log-likelihood {after:.1f}, {before:.1f} before): these are kept, with wider '
+            'tolerances')
 
 
 def text(result: Adapted, summary: dict[str, Any], folder: Path) -> str:

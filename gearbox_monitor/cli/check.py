@@ -92,7 +92,7 @@ def run(args: Namespace) -> int:
                 'joints': {'there': joints, 'motor': parameters.motor_joint,
                            'arm': parameters.arm_joint},
                 'model': model is not None, 'topics': _topics(reader), 'notes': notes,
-                'options': {'model': args.model, 'topic': args.topic}}
+                'options': {'model': args.model, 'topic': args.topic, 'params': args.params}}
     axis = model.axis if model is not None else 'rotary'
     data['lines'] = [{
         'group': line.group, 'name': line.name,
@@ -137,6 +137,7 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
               ) -> tuple[Examination, list[str], list[str]]:
     """Return findings, notes and joints of a recording, examined part by part."""
     motor, arm = parameters.motor_joint, parameters.arm_joint
+    name_of_setpoint = setpoint[0] if setpoint else 'setpoint'
     decode = reader.decoder(topic, (motor, arm, *setpoint))
     parts: list[Examination | InputError] = []
     with count_bar('check', reader.topics[topic][1]) as bar:
@@ -144,7 +145,8 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
                                     _min_samples(reader, topic, parameters), bar.update):
             if motor in decode.joints:
                 try:
-                    parts.append(examine(samples, parameters, model))
+                    parts.append(examine(samples, parameters, model,
+                                         name_of_setpoint in decode.joints))
                 except InputError as error:
                     parts.append(error)
     reader.require_joints(topic, [motor, *setpoint], decode.joints)
@@ -196,13 +198,38 @@ def text(data: Mapping[str, Any], colours: bool = False) -> str:
         lines += _entry(purpose, verdict, part['verdict'] + (
             f': {", ".join(part["because"])}' if part['because'] else ''), '', colours)
     lines += [part for note in data['notes'] for part in _wrapped(f'note: {note}')]
-    commands = NEXT if joints['arm'] else WITHOUT_ARM
-    model, topic = data['options']['model'], data['options']['topic']
-    bag = bag_arguments(data['bag'], topic)
-    good = [commands[purpose].replace('BAG', bag).replace(
-        '--model FILE', f'--model {shlex.quote(model) if model else "FILE"}')
-            for purpose, part in data['suits'].items() if part['verdict'] != 'no']
+    good = _next(data)
     return '\n'.join([*lines, '', *(f'next: {command}' for command in good)]).rstrip()
+
+
+def _next(data: Mapping[str, Any]) -> list[str]:
+    """Return the commands that take the recording as it is, joints and files included."""
+    joints, options = data['joints'], data['options']
+    commands = NEXT if joints['arm'] else WITHOUT_ARM
+    model, params = (shlex.quote(name) if name else 'FILE' for name in (
+        options['model'], options['params']))
+    bag = bag_arguments(data['bag'], options['topic'])
+    usual = (joints['motor'], joints['arm']) in (('motor', 'arm'), ('motor', ''))
+    result = []
+    for purpose, part in data['suits'].items():
+        if part['verdict'] == 'no':
+            continue
+        command = commands[purpose].replace('BAG', bag).replace('--model FILE', f'--model {model}')
+        if purpose == 'diagnosis':
+            command = command.partition(" --arm-joint ''")[0]
+            if not usual:
+                command += f' --motor-joint {shlex.quote(joints["motor"])}'
+            if not usual or not joints['arm']:
+                command += f' --arm-joint {shlex.quote(joints["arm"])}'
+        else:
+            command = command.replace('--params FILE', f'--params {params}')
+            if '--params ' not in command and (options['params'] or not usual):
+                command += f' --params {params}'
+            if not usual and not options['params']:
+                command += (f'  # FILE: motor_joint: {joints["motor"]}, arm_joint: '
+                            f'{joints["arm"] or repr("")}')
+        result.append(command)
+    return result
 
 
 def _table(topics: Sequence[Mapping[str, Any]]) -> list[str]:

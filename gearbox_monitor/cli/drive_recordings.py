@@ -32,7 +32,7 @@ from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
 from gearbox_monitor.files.yaml_files import load_model, load_yaml
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.admission import admitted, prepared, weighed
+from gearbox_monitor.quality.admission import admitted, prepared, require_samples, weighed
 from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
 
 CSV = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')
@@ -199,6 +199,7 @@ def _read_bag(path: Path, model: DriveModel, args: Namespace) -> Readings:
         if model.controller is not None:
             joints.append(args.setpoint_joint)
         samples, _ = samples_of(reader.joint_states(topic, joints), model)
+        require_samples(str(path), samples.stamp_ns, samples.y)
         notes = [reader.notice] if reader.notice else []
 
     def place(row: int, field: str) -> str:

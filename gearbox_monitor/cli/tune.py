@@ -54,12 +54,17 @@ from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, expect_new, warn, write_new)
 from gearbox_monitor.cli.progress import percent_bar
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.tune import tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, SETTINGS
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.admission import require_samples
+from gearbox_monitor.quality.unphysical import is_uninitialised, physical_columns
+
+SAME = 1.0  # of log-likelihood: parameters as good as tuned ones
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -86,21 +91,41 @@ def run(args: Namespace) -> int:
             args, reader, args.filter,
             {} if args.reference or args.smoother else {'tau_k_model': MIXED})
         reference = _reference(reader, args.reference) if args.reference else None
+    samples, notes = measured(inputs.samples, args.bag)
     if not COMPILED:
         print('tune: without numba this takes about a hundred times longer', file=sys.stderr)
     with percent_bar('tune') as bar:
         try:
-            data = tune(inputs.model, inputs.parameters, [inputs.samples], reference,
+            data = tune(inputs.model, inputs.parameters, [samples], reference,
                         not args.fix_speeds, args.smoother,
                         lambda share: bar.update(100.0 * share - bar.n))
         except InputError as error:
             raise InputError(f'{args.bag}: {error}') from None
     data.update(bag=args.bag, out=args.out)
-    data['notes'] += inputs.notes
+    data['notes'] += [*inputs.notes, *notes]
     write(args.out, inputs.parameters, (inputs.model_file, inputs.model_values), data)
     warn(args, data['notes'])
     print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
-    return 0
+    return int(data['kept_by'] > SAME or data['worse_than_static'])
+
+
+def measured(samples: Samples, bag: str) -> tuple[Samples, list[str]]:
+    """
+    Return the samples of a bag without unphysical numbers, and notes about them.
+
+    Raises InputError where they are no samples of one drive.
+    """
+    require_samples(bag, samples.stamp_ns, samples.y)
+    u, of_efforts = physical_columns(samples.u)
+    y, of_positions = physical_columns(samples.y)
+    if is_uninitialised(samples.u[:, 0]):
+        raise InputError(f'{bag}: effort of the motor: uninitialised memory, the largest amount '
+                         f'is {np.nanmax(np.abs(samples.u[:, 0])):.2g}, expected a torque')
+    if not of_efforts + of_positions:
+        return samples, []
+    return Samples(samples.stamp_ns, u, y, samples.joints), [
+        f'{of_efforts} efforts and {of_positions} positions are infinite, beyond 1e9 or '
+        'uninitialised memory: they count as not measured']
 
 
 def _reference(reader: BagReader, topic: str) -> tuple[Integers, Array]:
@@ -193,6 +218,9 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     if 'reference_after' in data:
         a, b = data['reference_before'], data['reference_after']
         row(on_axis('tau_K error rms (N m)', axis), [a['rmse'], b['rmse']], f'of {b["rms"]:.4g}')
+        if data.get('static_rmse') is not None:
+            row('static compensation', ['', data['static_rmse']], 'rms of the command less '
+                'friction, without a filter')
         row('within 1 sigma', [a['coverage'], b['coverage']], '0.68 expected')
     lines.append('')
     units = {p.name: p.unit for p in ESTIMATOR}

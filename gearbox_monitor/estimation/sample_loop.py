@@ -22,6 +22,8 @@ from functools import cache
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from gearbox_monitor.estimation.consider import (
     accompany, Companions, restart, variance_of, variances_of)
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
@@ -215,6 +217,31 @@ def _gate(stamp: int, gate: Integers, max_gap: int) -> int:
     if gate[PENDING_COUNT] >= (LATE_CONFIRM if -LATE < elapsed < 0 else CONFIRM):
         return START
     return BACKWARD if elapsed < 0 else JUMP
+
+
+@jit
+def _stamp_codes(stamps: Integers, max_gap: int, codes: Integers, gate: Integers) -> None:
+    """Write what `_gate` says of each of `stamps` to `codes`."""
+    for k in range(stamps.shape[0]):
+        codes[k] = _gate(stamps[k], gate, max_gap)
+        if codes[k] == START:
+            gate[PENDING_COUNT] = 0
+        if codes[k] == ESTIMATE or codes[k] == START:
+            gate[LAST] = stamps[k]
+
+
+def stamp_codes(stamp_ns: Integers, max_gap: float) -> Integers:
+    """
+    Return what becomes of samples by their stamps alone: ESTIMATE, START or a refusal.
+
+    Args:
+        stamp_ns: int64 [N].
+        max_gap: longest time between stamps that is bridged, s.
+    """
+    codes: Integers = np.zeros(len(stamp_ns), np.int64)
+    gate = np.zeros(N_GATE, np.int64)
+    _stamp_codes(stamp_ns.astype(np.int64), round(max_gap * 1e9), codes, gate)
+    return codes
 
 
 @jit

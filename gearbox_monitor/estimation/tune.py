@@ -83,20 +83,26 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
     noise = motion.standstill_noise
     if noise is None and reference is not None:
         noise = motion.noise  # the error of tau_K depends on Q / R only: one must be fixed
-    fixed = {} if noise is None else dict(zip(noise_search.R_NAMES, noise))
-    free = _free_names(model, parameters, speeds, noise is None)
-    base, guess = parameters.replace(**SEARCH, **fixed), noise_search.first_guess(motion, free)
-    if reference is None:
-        result = _most_likely(model, base, recordings, guess, progress)
-    else:
-        result = noise_search.search(_reference_fit(model, base, samples, reference), guess,
-                                     progress, likelihood=False)
+    result, fixed, free = _searched(model, parameters, recordings, reference, (motion, noise),
+                                    speeds, progress)
+    start = _criterion(model, parameters, recordings)
     values = {**fixed, **_clipped(result.parameters)}
-    if smoother and 'q_std_tau_k' in values:
+    if reference is None and noise is not None and _criterion(
+            model, parameters.replace(**values), recordings) < start:
+        # Noise at rest is not that in motion, as of an encoder without noise on its lattice.
+        noise = None
+        result, fixed, free = _searched(model, parameters, recordings, reference, (motion, noise),
+                                        speeds, progress)
+        values = {**fixed, **_clipped(result.parameters)}
+    most_likely = _criterion(model, parameters.replace(**values), recordings)
+    kept = reference is None and most_likely < start
+    if kept:
+        values = {name: getattr(parameters, name) for name in values}
+    if smoother and 'q_std_tau_k' in values and not kept:
         values['q_std_tau_k'] /= SMOOTHER_FACTOR
     tuned_values: dict[str, Any] = {
-        name: float(f'{value:.6g}') for name, value in values.items()}
-    if smoother and parameters.filter == 'ekf':
+        name: value if kept else float(f'{value:.6g}') for name, value in values.items()}
+    if smoother and not kept and parameters.filter == 'ekf':
         tuned_values['friction_linearisation'] = SEARCH['friction_linearisation']
     data: dict[str, Any] = {
         'filter': parameters.filter, 'tau_k_model': parameters.tau_k_model,
@@ -117,13 +123,75 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
     data['nis_band'] = _nis_band(after, motion)
     data['autocorrelation'] = [math.sqrt(q / (LAGS * max(after.estimates, 1)))
                                for q in after.ljung_box]
-    if data['after']['diverged']:
+    if data['after']['diverged'] and not kept:
         estimator = Estimator(model, parameters.replace(**tuned_values, smoother_lag=0.0))
         estimator.run(samples)
         raise InputError(f'with the best parameters found {estimator.divergence_notes()[0]}, '
                          'expected a filter that runs through')
     data['notes'] = _notes(result, free)
+    data['kept'] = kept
+    data['kept_by'] = start - most_likely if kept else 0.0
+    if kept:
+        data['relative_error'] = {}
+        data['notes'].insert(0, f'nothing found is more likely than the parameters before '
+                             f'(log-likelihood {most_likely:.1f}, {start:.1f} before): they are '
+                             'kept')
+    worse = _worse_than_static(data)
+    data['worse_than_static'] = bool(worse)
+    data['notes'] = [*worse, *data['notes']]
     return data
+
+
+def _searched(model: DriveModel, parameters: EstimatorParameters, recordings: Sequence[Samples],
+              reference: ReferenceTorque | None,
+              levels: tuple[EncoderMotion, Sequence[float] | None], speeds: bool,
+              progress: Callable[[float], None] | None
+              ) -> tuple[Tuned, dict[str, float], list[str]]:
+    """Return (result of a search, values of R that it took as given, names it searched)."""
+    motion, noise = levels
+    fixed = {} if noise is None else dict(zip(noise_search.R_NAMES, noise))
+    free = _free_names(model, parameters, speeds, noise is None)
+    base, guess = parameters.replace(**SEARCH, **fixed), noise_search.first_guess(motion, free)
+    if reference is None:
+        return _most_likely(model, base, recordings, guess, progress), fixed, free
+    return noise_search.search(_reference_fit(model, base, recordings[0], reference), guess,
+                               progress, likelihood=False), fixed, free
+
+
+def _criterion(model: DriveModel, parameters: EstimatorParameters,
+               recordings: Sequence[Samples]) -> float:
+    """Return the log-likelihood of all recordings with what divergences cost."""
+    return sum(run_score(model, parameters, samples).criterion for samples in recordings)
+
+
+def _worse_than_static(data: Mapping[str, Any]) -> list[str]:
+    """Return a sentence where static compensation is nearer to the reference than tau_K."""
+    if data.get('static_rmse') is None or data['reference_after']['rmse'] is None:
+        return []
+    error, static = data['reference_after']['rmse'], data['static_rmse']
+    if error <= static:
+        return []
+    return [f'the torque errs by {error:.4g} N m rms, static compensation of the command by '
+            f'{static:.4g} N m: check the model file and the times of the effort before use']
+
+
+def static_torque(model: DriveModel, estimates: Estimates) -> Array:
+    """
+    Return the torque [M] that static compensation of the command gives, N m.
+
+    The command less the friction at the estimated speed, without any dynamics: what is there
+    without a filter.
+
+    Args:
+        model: of the drive.
+        estimates: of the filter [M].
+    """
+    rows = estimates.rows
+    speed = rows[:, sample_loop.E_X3]
+    torque: Array = (
+        rows[:, sample_loop.E_U] - model.position_gain * rows[:, sample_loop.E_X1]
+        - model.viscous_friction * speed - model.coulomb_friction * model.friction_side(speed))
+    return torque
 
 
 def tuned(model: DriveModel, parameters: Mapping[str, object],
@@ -304,6 +372,12 @@ def _fit_reference(model: DriveModel, parameters: EstimatorParameters,
     tuned_values['tau_k_model_std'] = float(
         f'{noise_search.widened(tau_k - torque, variance):.6g}')
     gain, offset = np.polyfit(tau_k, torque, 1) if np.ptp(tau_k) > 0.0 else (np.nan, np.nan)
-    errors = torque_errors(_run(model, parameters.replace(**tuned_values), samples)[0], *reference)
-    return {'reference_before': errors_at_start, 'reference_after': errors,
+    tuned_run, _ = _run(model, parameters.replace(**tuned_values), samples)
+    errors = torque_errors(tuned_run, *reference)
+    at, valid = reference_at(tuned_run.stamp_ns, *reference)
+    valid &= settled(tuned_run.stamp_ns)
+    off = (static_torque(model, tuned_run) - at)[valid]
+    off = off[np.isfinite(off)]
+    return {'static_rmse': float(np.sqrt(np.mean(off ** 2))) if len(off) else None,
+            'reference_before': errors_at_start, 'reference_after': errors,
             'unidentifiable': OPEN_WITH_REFERENCE.format(gain=gain, offset=offset)}

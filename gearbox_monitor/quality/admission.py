@@ -32,6 +32,43 @@ READ_OTHERWISE = ('sign', 'swapped', 'units')
 ONE_ENCODER = ('transmission.kind: rigid, or dead_zone with driven_by: torque and '
                'process_torque_time: 0')
 
+LEAST_APART, ONE_MESSAGE = 100, 0.01  # messages of one side alone; share with both
+
+
+def require_samples(name: str, stamp_ns: Integers, y: Array) -> None:
+    """
+    Refuse messages that are no samples of one drive, with what makes them some.
+
+    Args:
+        name: name of the recording in messages.
+        stamp_ns: header stamps, int64 [N].
+        y: readings of motor and arm [N, 2], rad; NaN: not measured.
+
+    Raises:
+        InputError: no message is stamped, or motor and arm never stand in one message.
+    """
+    if len(stamp_ns) > 1 and (stamp_ns <= 0).all():
+        raise InputError(f'{name}: {unstamped(len(stamp_ns))}')
+    if two_publishers(y):
+        raise InputError(f'{name}: motor and arm are never in one message: two publishers on one '
+                         'topic, expected arm_topic (docs/ros.md), or for this recording '
+                         'gearbox_monitor import BAG --arm-topic joint_states NEW')
+
+
+def unstamped(count: int) -> str:
+    """Return what to say of so many messages without a header stamp."""
+    return (f'all {count} header stamps are 0: the driver does not stamp its messages, expected '
+            'times of measurement; gearbox_monitor import BAG --stamps received NEW takes the '
+            'times of receipt')
+
+
+def two_publishers(y: Array) -> bool:
+    """Return whether motor and arm, y [N, 2] (NaN: not measured), come in separate messages."""
+    motor, arm = np.isfinite(y).T
+    few = max(LEAST_APART, ONE_MESSAGE * len(motor))
+    return bool(min(motor.sum(), arm.sum()) >= few and (motor & arm).sum() <= ONE_MESSAGE * len(
+        motor))
+
 
 def takes_one_encoder(model: DriveModel) -> bool:
     """

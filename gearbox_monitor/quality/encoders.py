@@ -20,7 +20,7 @@ import numpy as np
 
 from gearbox_monitor.estimation.noise_search import at_rest
 from gearbox_monitor.kernels.sensor_noise import quantisation_step, white_noise_std
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
 from gearbox_monitor.quality.stretch import Segment
@@ -32,6 +32,7 @@ COARSE = 0.1             # step over the twist's swing
 STUCK = (10, 0.02)       # samples and s on one and the same reading that are looked at
 TURN, NEAR_TURN = 2.0 * np.pi, 0.5
 NOISY = 1e-6             # of the travel: noise, not rounding of numbers
+LIVE = 0.05              # share of readings that live, to judge by them
 OWN_PLAY = 0.05          # of the travel: backlash of a drive whose model may have none
 Noises: TypeAlias = Sequence[tuple[float, float] | None]
 
@@ -39,6 +40,12 @@ Noises: TypeAlias = Sequence[tuple[float, float] | None]
 def noise_of(y: Array) -> tuple[float, float]:
     """Return (noise, step of the lattice or 0) of readings y [N] (rad), NaN: not measured."""
     readings = y[np.isfinite(y)]
+    starts = np.append(0, np.flatnonzero(np.diff(readings)) + 1)
+    lengths = np.diff(np.append(starts, len(readings)))
+    if len(starts) > 4 and lengths.max() > 0.5 * len(readings):  # most of it has stuck
+        k = int(lengths.argmax())
+        parts = readings[:starts[k]], readings[starts[k] + lengths[k]:]
+        readings = max(parts, key=len)
     quantum = quantisation_step(readings)
     return white_noise_std(readings, quantum), quantum
 
@@ -52,6 +59,7 @@ def measured(y: Array, without_arm: bool = False) -> list[Finding]:
         without_arm: whether the joint has no arm encoder.
     """
     lines = []
+    neither = bool(np.isnan(y).all())
     for name, values in zip(NAMES, y.T):
         share = float(np.isnan(values).mean())
         values = {'missing_share': share}
@@ -63,8 +71,9 @@ def measured(y: Array, without_arm: bool = False) -> list[Finding]:
         if share == 1.0:
             lines.append(Finding(
                 name, 'readings', 'never measured',
+                'without a position there is neither estimate nor diagnosis' if neither else
                 'without it there is no estimate; diagnose takes one encoder',
-                hurts(BAD, BAD, WARN), values))
+                hurts(BAD, BAD, BAD if neither else WARN), values))
             continue
         grade = BAD if share > MISSING[1] else WARN if share > MISSING[0] else OK
         lines.append(Finding(
@@ -163,7 +172,13 @@ def free_travel(part: Segment, noises: Noises, i: int, model: DriveModel | None)
     travel = 20.0 * opposite[0] + 2.0 * opposite[1]
     if quantum == 0.0 and noise > NOISY * np.ptp(part.y[:, i]):
         return travel
-    low, high = np.percentile(part.y[:, 0] - part.y[:, 1], (25, 75))
+    # Where a reading lives the twist is that of the drive; of what has stuck it tells nothing.
+    lives = live_rows(part.y[:, i], part.dt)
+    y = part.y[lives] if lives.sum() >= LIVE * len(lives) else part.y
+    if lives.all() or len(y) == len(lives):
+        low, high = np.percentile(y[:, 0] - y[:, 1], (25, 75))
+    else:
+        low, high = np.percentile(y[:, 0] - y[:, 1], (5, 95)) / 2.0
     free = 4.0 * float(high - low)
     if model is not None:
         t = model.transmission
@@ -173,6 +188,14 @@ def free_travel(part: Segment, noises: Noises, i: int, model: DriveModel | None)
         if model.driven_by == 'position':  # the backlash may be missing in the model file
             free = max(free, OWN_PLAY * float(np.ptp(part.y, axis=0).max()))
     return travel + 2.0 * quantum + free
+
+
+def live_rows(y: Array, dt: float) -> Flags:
+    """Return which of the readings y [N] (`dt` s apart) are no part of a long run of one value."""
+    starts = np.append(0, np.flatnonzero(np.diff(y)) + 1)
+    lengths = np.diff(np.append(starts, len(y)))
+    lives: Flags = np.repeat(lengths < max(STUCK[0], STUCK[1] / dt), lengths)
+    return lives
 
 
 def wraps(name: str, y: Array, begin: float, dt: float) -> list[Finding]:

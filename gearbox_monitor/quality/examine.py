@@ -20,12 +20,14 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.sample_loop import HUGE
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality import (
     effort, encoders, excitation_checks, input_checks as gap_check, stamps, stretch, torque)
-from gearbox_monitor.quality.admission import kind_of, ONE_ENCODER, takes_one_encoder
+from gearbox_monitor.quality.admission import (
+    kind_of, ONE_ENCODER, takes_one_encoder, two_publishers, unstamped)
 from gearbox_monitor.quality.finding import (
     BAD, everything, Finding, Grade, hurts, OK, PURPOSES, WARN)
 from gearbox_monitor.quality.recording import (
@@ -33,6 +35,7 @@ from gearbox_monitor.quality.recording import (
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 from gearbox_monitor.quality.stamps import StampClock
 from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.unphysical import is_uninitialised, physical_columns
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model')
 LEAST = 100  # samples
@@ -55,7 +58,7 @@ class Examination:
 
 
 def examine(samples: Samples, parameters: EstimatorParameters,
-            model: DriveModel | None = None) -> Examination:
+            model: DriveModel | None = None, has_setpoint: bool = False) -> Examination:
     """
     Return the Examination of Samples [N] (estimates.Samples, on the arm side).
 
@@ -67,16 +70,22 @@ def examine(samples: Samples, parameters: EstimatorParameters,
         samples: recorded samples; u is the setpoint, rad, if the model has a controller.
         parameters: parameters of the estimator.
         model: model of the drive, None if unknown.
+        has_setpoint: whether a setpoint is recorded beside them.
     """
-    clock = stamps.clock(samples.stamp_ns)
+    if len(samples.stamp_ns) >= LEAST and (samples.stamp_ns <= 0).all():
+        raise InputError(unstamped(len(samples.stamp_ns)))
+    samples, publishers = _of_one_publisher(samples)
+    clock = stamps.clock(samples.stamp_ns, parameters.max_gap)
     if clock is None or len(clock.seconds) < LEAST:
         raise InputError(f'{len(samples.stamp_ns)} samples, expected {LEAST} or more with '
                          'increasing stamps')
+    samples, unphysical = _physical(samples, clock)
     u, y = samples.u[:, 0], samples.y
     servo = model is not None and model.controller is not None
     rates = SETPOINT_RATES if servo else DIAGNOSIS_RATES
     lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap,
                          parameters.drift_window, rates)
+    lines += publishers + unphysical
     lines += encoders.measured(y, not parameters.arm_joint)
     lines += stamps.held(clock, y, rates)
     part = stretch.stretch(clock, u, y)
@@ -86,9 +95,59 @@ def examine(samples: Samples, parameters: EstimatorParameters,
                              'setpoint is read', 'for estimation record the torque and give a '
                              'model without controller', hurts(BAD, BAD)))
     if any(part.measured):
-        lines += _moved(samples, clock, part, parameters, model)
-    lines += _diagnosis(samples, model, parameters.effort_is)
+        lines += _moved(samples, clock, part, parameters, model, has_setpoint)
+    lines += _diagnosis(samples, model, parameters.effort_is) if not publishers else []
+    if publishers:  # what was interpolated has no noise of its own
+        lines = [line for line in lines if line.group != 'arm' or line.name == 'readings']
     return examined(lines, float(samples.stamp_ns[clock.usable][0]) * 1e-9, clock.duration)
+
+
+def _of_one_publisher(samples: Samples) -> tuple[Samples, list[Finding]]:
+    """
+    Return samples with motor and arm in each of them, and a finding if two publishers sent them.
+
+    The arm is then interpolated to the stamps of the motor, to see what else can be said.
+    """
+    if not two_publishers(samples.y):
+        return samples, []
+    motor, arm = np.isfinite(samples.y).T
+    y = samples.y[motor]
+    order = np.argsort(samples.stamp_ns[arm], kind='stable')
+    y[:, 1] = np.interp(samples.stamp_ns[motor], samples.stamp_ns[arm][order],
+                        samples.y[arm, 1][order])
+    seconds = max(float(np.ptp(samples.stamp_ns)) * 1e-9, 1e-9)
+    rates = [count / seconds for count in (motor.sum(), arm.sum())]
+    finding = Finding(
+        'stamps', 'publishers', f'two on one topic: the motor at {rates[0]:.4g} Hz, the arm at '
+        f'{rates[1]:.4g} Hz, never in one message', 'set arm_topic to this topic in the parameter '
+        'file (docs/ros.md); gearbox_monitor import BAG --arm-topic joint_states NEW pairs this '
+        'recording', everything(BAD), {'motor_hz': rates[0], 'arm_hz': rates[1]})
+    return Samples(samples.stamp_ns[motor], samples.u[motor], y), [finding]
+
+
+def _physical(samples: Samples, clock: StampClock) -> tuple[Samples, list[Finding]]:
+    """Return samples without unphysical numbers, and findings about these with their times."""
+    findings = []
+    u, y = samples.u, samples.y
+    channels = (('torque', samples.u[:, 0]), ('motor', y[:, 0]), ('arm', y[:, 1]))
+    for name, values in channels:
+        wild = np.flatnonzero(np.abs(values) > HUGE)
+        if len(wild):
+            seconds = float(samples.stamp_ns[wild[0]] - samples.stamp_ns[0]) * 1e-9
+            share = len(wild) / len(values)
+            findings.append(Finding(
+                name, 'unphysical', f'{len(wild)} numbers infinite or beyond 1e9, the first '
+                f'{values[wild[0]]:.3g} at {seconds:.4g} s: they count as not measured',
+                'look for memory that the driver does not write', everything(
+                    BAD if share > 0.01 else WARN), {'share': share}))
+        elif is_uninitialised(values):
+            findings.append(Finding(
+                name, 'unphysical', 'dead: uninitialised memory, the largest amount is '
+                f'{np.nanmax(np.abs(values)):.2g}', 'look for a value that the driver never '
+                'writes', everything(BAD)))
+    if not findings:
+        return samples, []
+    return Samples(samples.stamp_ns, physical_columns(u)[0], physical_columns(y)[0]), findings
 
 
 def examined(lines: Iterable[Finding], begin: float, seconds: float) -> Examination:
@@ -106,8 +165,9 @@ def examined(lines: Iterable[Finding], begin: float, seconds: float) -> Examinat
 
 
 def _moved(samples: Samples, clock: StampClock, part: Segment, parameters: EstimatorParameters,
-           model: DriveModel | None) -> list[Finding]:
+           model: DriveModel | None, has_setpoint: bool) -> list[Finding]:
     u, y = samples.u[clock.usable, 0], samples.y[clock.usable]
+    stamp_ns = samples.stamp_ns[clock.usable][0] + np.rint(clock.seconds * 1e9).astype(np.int64)
     noises = [encoders.noise_of(y[:, i]) if part.measured[i] else None for i in (0, 1)]
     moved = excitation_checks.quiet_motion(part, np.array([n[0] if n else 0.0 for n in noises]))
     half_gap = model.transmission.half_gap if model is not None else None
@@ -115,10 +175,11 @@ def _moved(samples: Samples, clock: StampClock, part: Segment, parameters: Estim
     geared = any(line.name == 'motor and arm' and line.verdict() == OK for line in motion_lines)
     width = excitation_checks.swing(moved)[1] if geared else None
     lines = encoders.broken(part, noises, model)
-    lines += encoders.lines(samples.stamp_ns[clock.usable], y, noises, width,
+    lines += encoders.lines(stamp_ns, y, noises, width,
                             (parameters.r_std_motor, parameters.r_std_arm))
     if model is None or model.controller is None:
-        lines += torque.lines(u, part)
+        lines += torque.lines(u, part, has_setpoint)
+        lines += torque.stuck(u, y, clock.seconds, noises)
     moving = all(line.verdict() < BAD for line in motion_lines if line.name.startswith('travel'))
     if moving:
         lines.append(excitation_checks.excitation(part, moved))

@@ -27,10 +27,12 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.sample_loop import stamp_codes, START
 from gearbox_monitor.kernels.sensor_noise import DIFFERENCE_GAIN, quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.unphysical import is_uninitialised, physical
 
 MIN_DURATION = 4.0     # s: four windows of the gap metric
 SHORT = 8.0            # s: below it, few windows are left for validation
@@ -43,6 +45,7 @@ WANDER_SPAN = 0.2      # s over which stamps are averaged: longer than what make
 JITTERY = 0.15         # of a sample time: spread of steps from which on no single step tells
 LATEST = 6.0           # spreads by which a step may be longer without a lost sample
 QUIET_JITTER = 0.01    # of a sample time, rms: stamps rounded by a computer, not worth a word
+MAX_GAP = 0.25         # s: stamps farther ahead are another run, if they stay there
 REPEATED = ('first', 'average', 'drop')  # what is used of samples with one stamp
 SPIKE = 12.0           # robust standard deviations off its neighbours
 HELD = ('u', 'setpoint')  # over a sample
@@ -179,8 +182,8 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
     place = place or (lambda row, field: f'row {row}, {field}')
     where = f'{name}: ' if name else ''
     axis, driving = kind.axis, 'setpoint' if kind.setpoint else 'u'
+    t, u, y, arm_torque, place, restarted = _one_clock(t, u, np.array(y, float), arm_torque, place)
     t, first = _seconds(t)
-    y = np.array(y, float)
     channels: tuple[int, ...] = (0, 1)
     if kind.one_encoder:
         channels = tuple(i for i in (0, 1) if np.isfinite(y[:, i]).any()) or channels
@@ -189,7 +192,16 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
     values = {driving: np.array(u, float), 'motor': y[:, 0], 'arm': y[:, 1]}
     if arm_torque is not None and not np.isnan(np.asarray(arm_torque, float)).all():
         values['arm_torque'] = np.array(arm_torque, float)
-    notices = []
+    notices = list(restarted)
+    for field in values:
+        if is_uninitialised(values[field]):
+            raise InputError(f'{where}{field}: dead: uninitialised memory, the largest amount is '
+                             f'{np.nanmax(np.abs(values[field])):.2g}, expected numbers in '
+                             f'{on_axis(UNITS[field], axis)}')
+        values[field], count = physical(values[field])
+        if count:
+            notices.append(f'{count} values of {field} were infinite or beyond 1e9: they count '
+                           'as not measured')
     if len(t) < 10:
         raise InputError(f'{where}{len(t)} samples, expected at least {MIN_DURATION:g} s of them')
     _check_numbers(t, first, values, where, place, axis)
@@ -275,6 +287,40 @@ def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, A
     return rows, chosen, f'{count} of {len(t)} stamps repeat the previous one: {how}'
 
 
+def _one_clock(t: Any, u: Array, y: Array, arm_torque: Array | None, place: Place
+               ) -> tuple[Any, Array, Array, Array | None, Place, tuple[str, ...]]:
+    """
+    Return the longest run of the samples between restarts of the clock, and a notice of them.
+
+    A clock restarts where stamps go back and stay there, as the filter's loop has it; a single
+    late sample is none. Arguments as of prepare.
+    """
+    t = np.asarray(t)
+    same = t, u, y, arm_torque, place, ()
+    if not (len(t) and np.isfinite(t).all() and (np.diff(t) < 0).any()):
+        return same
+    stamps = t.astype(np.int64) if t.dtype.kind in 'iu' else np.rint(
+        (t - t.min()) * 1e9).astype(np.int64)
+    codes = stamp_codes(stamps - stamps.min() + 1_000_000_000, MAX_GAP)
+    # The sample that is believed is the last one of those that confirm each other.
+    back = np.flatnonzero(np.diff(t) < 0) + 1
+    begins = [int(back[back <= k].max()) for k in np.flatnonzero(codes == START)[1:]
+              if (back <= k).any() and (np.diff(t[back[back <= k].max():k + 1]) > 0).all()]
+    edges = sorted({0, *begins, len(t)})
+    if len(edges) < 3:
+        return same
+    lengths = [float(t[stop - 1] - t[start]) for start, stop in zip(edges, edges[1:])]
+    k = int(np.argmax(lengths))
+    keep = slice(edges[k], edges[k + 1])
+
+    def _place(row: int, field: str) -> str:
+        return place(row + keep.start, field)
+    notice = (f'the clock restarts {len(edges) - 2} times: only the longest run is used, samples '
+              f'{keep.start} to {keep.stop - 1} of {len(t)}')
+    return (t[keep], np.asarray(u)[keep], y[keep],
+            None if arm_torque is None else np.asarray(arm_torque)[keep], _place, (notice,))
+
+
 def _seconds(t: Any) -> tuple[Array, float]:
     """Return (t from 0 in s, first stamp in s); integers are ns."""
     t = np.asarray(t)
@@ -294,10 +340,6 @@ def _check_numbers(t: Array, first: float, values: Mapping[str, Array], where: s
     for field, value in values.items():
         if len(value) != len(t):
             raise InputError(f'{where}{field}: {len(value)} values, expected {len(t)} as of t')
-        bad = np.flatnonzero(np.isinf(value))
-        if len(bad):
-            raise InputError(f'{where}{place(int(bad[0]), field)}: {value[bad[0]]}, expected a '
-                             f'finite number in {on_axis(UNITS[field], axis)}')
         if np.isnan(value).all():
             raise InputError(f'{where}{field}: never measured, expected '
                              + on_axis('torque, motor and arm position in every sample', axis))

@@ -17,6 +17,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gearbox_monitor.estimation.sample_loop import (
+    BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
 from gearbox_monitor.quality.recording import DIAGNOSIS_RATES, MAX_REPAIRED, MIN_DURATION, SHORT
@@ -31,6 +33,11 @@ DRIFT_WINDOWS = (1, 6)   # none can be measured; few
 LEAST_CHANGES = 50       # of a value, to see a rhythm
 HELD = 0.8               # share of changes that come in one rhythm, if values are held
 UNEVEN = 0.3             # of the size of their steps: steps of a lattice are all of one size
+# Samples stamped as a whole packet is received: steps below this part of the mean one, and the
+# least share of them.
+AT_ONCE, BURSTS = 0.25, 0.4
+DROPOUT = 3.0            # times the longest usual step
+MAX_GAP = 0.25           # s, where no estimator says it
 _GROUP = 'stamps'
 
 
@@ -39,10 +46,11 @@ class StampClock:
     """
     The usable stamps.
 
-    usable: mask [N] of the samples whose stamp is later than all before; seconds [K] from the
-    first of these; period (s): their usual distance; gap (s): distances beyond it are gaps; jitter
+    usable: mask [N] of the samples that a filter takes by their stamps; seconds [K] from the first
+    of these; period (s): their usual distance; gap (s): distances beyond it are gaps; jitter
     (s): standard deviation of the stamps about even spacing; missing: samples missing by the
-    stamps.
+    stamps. restarts: rows of K at which the clock restarts; seconds go on there by one period.
+    burst: samples that are stamped at once, on receipt; seconds are then even.
     """
 
     usable: Flags
@@ -51,6 +59,8 @@ class StampClock:
     gap: float
     jitter: float
     missing: int
+    restarts: tuple[int, ...] = ()
+    burst: int = 1
 
     @property
     def duration(self) -> float:
@@ -58,15 +68,31 @@ class StampClock:
         return float(self.seconds[-1])
 
 
-def clock(stamps: Integers) -> StampClock | None:
-    """Return the Clock of stamps int64 [N] ns, or None where fewer than ten are usable."""
-    latest = np.maximum.accumulate(stamps)
-    usable = stamps > 0
-    usable[1:] &= stamps[1:] > latest[:-1]
-    good = stamps[usable]
-    if len(good) < 10:
-        return None
-    seconds = (good - good[0]) * 1e-9
+def clock(stamps: Integers, max_gap: float = MAX_GAP) -> StampClock | None:
+    """
+    Return the StampClock of some stamps, None where fewer than ten are usable.
+
+    Args:
+        stamps: int64 [N], ns.
+        max_gap: longest dropout that the filter bridges, s.
+    """
+    burst = burst_size(stamps)
+    if burst > 1:
+        usable = np.full(len(stamps), True)
+        seconds = (evened(stamps) - stamps[0]) * 1e-9
+        restarts: Integers = np.zeros(0, int)
+    else:
+        codes = stamp_codes(stamps, max_gap)
+        usable = (codes == ESTIMATE) | (codes == START)
+        good = stamps[usable]
+        if len(good) < 10:
+            return None
+        step = np.diff(good)
+        restarts = np.flatnonzero(step <= 0) + 1
+        step[restarts - 1] = np.median(step)
+        seconds = np.append(0.0, np.cumsum(step * 1e-9))
+        if not len(restarts):
+            seconds = (good - good[0]) * 1e-9
     step = np.diff(seconds)
     period = float(np.median(step))
     spread = 1.4826 * float(np.median(np.abs(step - period)))
@@ -75,7 +101,42 @@ def clock(stamps: Integers) -> StampClock | None:
     period = float(even.mean())
     jitter = float(even.std()) / np.sqrt(2.0)  # a late stamp moves the step before and behind it
     missing = int(np.rint(step[step > gap] / period - 1.0).sum())
-    return StampClock(usable, seconds, period, gap, jitter, missing)
+    return StampClock(usable, seconds, period, gap, jitter, missing, tuple(restarts.tolist()),
+                      burst)
+
+
+def burst_size(stamps: Integers) -> int:
+    """Return how many samples are stamped at once, on receipt of a packet; 1: each by itself."""
+    step = np.diff(stamps)
+    if len(step) < LEAST_CHANGES or (step < 0).any() or stamps[0] <= 0 or stamps[-1] == stamps[0]:
+        return 1
+    mean = float(np.mean(np.minimum(step, DROPOUT * np.percentile(step, 99.5))))
+    at_once = step < AT_ONCE * mean
+    if at_once.mean() < BURSTS:
+        return 1
+    return max(1, round(len(stamps) / (int((~at_once).sum()) + 1)))
+
+
+def evened(stamps: Integers) -> Integers:
+    """
+    Return evenly spaced stamps: a line through those of each stretch without a dropout.
+
+    Args:
+        stamps: int64 [N], ns, not decreasing, at least two of them different.
+    """
+    step = np.diff(stamps)
+    dropout = DROPOUT * np.percentile(step[step > 0], 99.5)
+    starts = np.append(0, np.flatnonzero(step > dropout) + 1)
+    even = np.empty(len(stamps), np.int64)
+    for first, last in zip(starts, np.append(starts[1:], len(stamps))):
+        count = np.arange(last - first)
+        part = (stamps[first:last] - stamps[first]).astype(float)
+        slope, start = np.polyfit(count, part, 1) if len(count) > 2 else (
+            part[-1] / max(len(count) - 1, 1), 0.0)
+        even[first:last] = stamps[first] + np.rint(slope * count + start).astype(np.int64)
+    count = np.arange(len(even))
+    increasing: Integers = np.maximum.accumulate(even - count) + count
+    return increasing
 
 
 def lines(stamps: Integers, clock: StampClock, max_gap: float, drift_window: float,
@@ -92,27 +153,43 @@ def lines(stamps: Integers, clock: StampClock, max_gap: float, drift_window: flo
         drift_window: window of the drift estimate, s.
         rates: lowest and highest of a diagnosis, Hz.
     """
-    return [_order(stamps, clock), _rate_of(1.0 / clock.period, rates), _jitter(clock),
+    return [_order(stamps, clock, max_gap), _rate_of(1.0 / clock.period, rates),
+            _bursts(clock) if clock.burst > 1 else _jitter(clock),
             _gaps(clock, max_gap), length(clock.duration, drift_window)]
 
 
-def _order(stamps: Integers, clock: StampClock) -> Finding:
-    zero = int((stamps <= 0).sum())
-    step = np.diff(stamps[stamps > 0])
-    repeated, backward = int((step == 0).sum()), int((step < 0).sum())
-    refused = int(len(stamps) - clock.usable.sum())
+def _order(stamps: Integers, clock: StampClock, max_gap: float) -> Finding:
+    """Return the finding about stamps that a filter refuses; the counts are those of replay."""
+    codes = stamp_codes(stamps, max_gap)
+    zero, repeated, backward, jumps = (int((codes == code).sum()) for code in (
+        ZERO_STAMP, DUPLICATE, BACKWARD, JUMP))
+    refused, restarts = zero + repeated + backward + jumps, len(clock.restarts)
+    late = backward - (CONFIRM - 1) * restarts
     values = {'samples': len(stamps), 'zero': zero, 'repeated': repeated, 'backward': backward,
-              'refused': refused}
-    counts = [f'{n} {word}' for n, word in ((zero, 'zero'), (repeated, 'repeated'),
-                                            (backward, 'backward')) if n]
+              'refused': refused, 'restarts': restarts}
+    counts = [f'{n} {word}' for n, word in (
+        (zero, 'zero'), (repeated, 'repeated'), (backward, 'backward'),
+        (restarts, 'restarts of the clock')) if n]
     if not counts:
-        return Finding(_GROUP, 'order', f'{len(stamps)}, all increasing', values=values)
+        figure = f'{len(stamps)}, all increasing'
+        return Finding(_GROUP, 'order', figure + (f'; {jumps} are refused after gaps' if jumps
+                                                  else ''), values=values)
     share = refused / len(stamps)
     grade = BAD if share > REFUSED else WARN
+    advice = 'let one publisher stamp each message with the time of its measurement'
+    if restarts and not (zero or repeated or late > 0):
+        advice = 'record each run of a simulation by itself; diagnose uses the longest one'
     return Finding(
         _GROUP, 'order', f'{", ".join(counts)}; {refused} of {len(stamps)} samples are refused',
-        'let one publisher stamp each message with the time of its measurement',
-        hurts(grade, grade, BAD if zero or backward or share > MAX_REPAIRED else grade), values)
+        advice, hurts(grade, grade, BAD if zero or late > 0 or share > MAX_REPAIRED else grade),
+        values)
+
+
+def _bursts(clock: StampClock) -> Finding:
+    return Finding(
+        _GROUP, 'bursts', f'{1.0 / clock.period:.4g} samples/s on average, stamped in bursts of '
+        f'{clock.burst} on receipt', 'use stamps: even: gearbox_monitor import BAG --stamps even '
+        'NEW lays an even grid through them', everything(BAD), {'burst': clock.burst})
 
 
 def held(clock: StampClock, y: Array,
@@ -178,6 +255,7 @@ def _jitter(clock: StampClock) -> Finding:
 def _gaps(clock: StampClock, max_gap: float) -> Finding:
     step = np.diff(clock.seconds)
     longest = float(step.max())
+    step[[row - 1 for row in clock.restarts]] = 0.0
     gaps = step > clock.gap
     values = {'gaps': int(gaps.sum()), 'lost': clock.missing, 'longest_gap_s': longest}
     if not clock.missing:

@@ -67,7 +67,8 @@ def stretch(clock: StampClock, u: Array, y: Array) -> Segment:
         y: readings as recorded [N, 2], rad; NaN: not measured.
     """
     t, u, y = clock.seconds, u[clock.usable], y[clock.usable]
-    edges = np.flatnonzero(np.diff(t) > CUT * clock.period) + 1
+    edges = np.union1d(np.flatnonzero(np.diff(t) > CUT * clock.period) + 1,
+                       np.array(clock.restarts, int))
     starts, ends = np.append(0, edges), np.append(edges, len(t))
     longest = int(np.argmax(t[ends - 1] - t[starts]))
     keep = slice(starts[longest], ends[longest])

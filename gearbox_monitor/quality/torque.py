@@ -20,7 +20,7 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.quality.encoders import NAMES
+from gearbox_monitor.quality.encoders import NAMES, Noises
 from gearbox_monitor.quality.excitation_checks import (
     low_pass, LowPassedMotion, motion, sign, swing)
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
@@ -29,6 +29,9 @@ from gearbox_monitor.quality.stretch import Segment
 MISSING = (0.01, 0.2)    # share of the samples: worth a word; too many
 LIMITED = (5, 0.02, 0.7)  # samples in a row on the extreme; shares of all that are worth a word
 LAGS = np.arange(-5, 61)  # samples; effort_delay takes -1 to 50
+DELAYS = (-1, 50)        # samples, of effort_delay
+STILL, LIVELY = 0.25, 0.5  # s on one value; share of changes from sample to sample elsewhere
+TRAVEL, LEAST_STUCK = 50.0, 0.02  # noises that the drive moves meanwhile; share of the samples
 SECONDS = 600.0          # of a recording that are looked at
 BLOCKS, BLOCK_SECONDS = 24, 5.0
 HINGES = 6               # bends of the torque over the twist
@@ -43,16 +46,21 @@ SETPOINT = 0.05          # share of a position that follows its setpoint, and of
 AHEAD = 0.5              # s that a position is behind its setpoint at most
 
 
-def lines(u: Array, part: Segment) -> list[Finding]:
+def lines(u: Array, part: Segment, has_setpoint: bool = False) -> list[Finding]:
     """
     Return Lines on torques u [N] N m as recorded (NaN: none), and on those of a Stretch.
 
     Args:
         u: torque as recorded [N], N m; NaN: not measured.
         part: even grid of samples.
+        has_setpoint: whether a setpoint is recorded.
     """
     share = float(np.isnan(u).mean())
     values = {'missing_share': share}
+    if share == 1.0 and has_setpoint:
+        return [Finding('torque', 'readings', 'none, but a setpoint is recorded',
+                        'for diagnose give a model file with the key controller, for estimation '
+                        'record the torque', hurts(BAD, BAD, WARN), values)]
     if share > MISSING[1] or part.u is None:
         return [Finding('torque', 'readings', 'none' if share == 1.0 else
                         f'{100 * share:.3g} % missing or NaN',
@@ -91,6 +99,53 @@ def limits(u: Array) -> list[Finding]:
                     'log the torque behind the limiter; if it is logged before, expect the effect '
                     'saturation', hurts(WARN, OK, WARN), {'limited_share': share},
                     'torque_limit')]
+
+
+def stuck(u: Array, y: Array, seconds: Array, noises: Noises) -> list[Finding]:
+    """
+    Return the finding about an effort that keeps one value while the drive moves, if there is one.
+
+    A command that changes with nearly every sample, and then does not, is frozen or clamped, or
+    the drive was off.
+
+    Args:
+        u: torque as recorded [N], N m; NaN: not measured.
+        y: readings of motor and arm [N, 2], rad.
+        seconds: times [N], s.
+        noises: (noise, quantisation step) of each encoder, rad; None without readings.
+    """
+    i = 0 if noises[0] is not None else 1
+    noise = noises[i]
+    valid = np.isfinite(u)
+    if noise is None or valid.sum() < 10 or np.ptp(u[valid]) == 0.0:
+        return []
+    u, p, t = u[valid], y[valid, i], seconds[valid]
+    starts = np.append(0, np.flatnonzero(np.diff(u)) + 1)
+    ends = np.append(starts[1:], len(u))
+    long = np.flatnonzero(t[ends - 1] - t[starts] >= STILL)
+    elsewhere = len(u) - int((ends[long] - starts[long]).sum())
+    if not len(long) or len(starts) - len(long) < LIVELY * max(elsewhere, 1):
+        return []
+    runs = [slice(starts[k], ends[k]) for k in long
+            if _travel(p[starts[k]:ends[k]]) > TRAVEL * (noise[0] + noise[1])]
+    share = sum(run.stop - run.start for run in runs) / len(u)
+    if share < LEAST_STUCK:
+        return []
+    longest = max(runs, key=lambda run: run.stop - run.start)
+    value = float(u[longest.start])
+    clamped = value in (u.min(), u.max()) and value != 0.0
+    return [Finding(
+        'torque', 'sticks', f'{len(runs)} times the same value while the {NAMES[i]} moves, '
+        f'{100 * share:.2g} % of the time; longest from {t[longest.start]:.4g} s to '
+        f'{t[longest.stop - 1]:.4g} s: {value:.4g} N m' + (', clamped' if clamped else ''),
+        'check that the drive is on and writes its effort there; leave these times out',
+        everything(BAD) if share > 0.5 else hurts(WARN, WARN, WARN), {'stuck_share': share})]
+
+
+def _travel(positions: Array) -> float:
+    """Return how far positions [N] (NaN: not measured) go."""
+    positions = positions[np.isfinite(positions)]
+    return float(np.ptp(positions)) if len(positions) else 0.0
 
 
 def setpoint(part: Segment, moved: LowPassedMotion) -> list[Finding]:
@@ -297,6 +352,11 @@ def _delay(response: TorqueResponse, dt: float, stated: int) -> Finding:
     if not off:
         return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}',
                        values=values)
+    if not DELAYS[0] <= rounded <= DELAYS[1]:
+        return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}, and takes '
+                       f'{DELAYS[0]} to {DELAYS[1]}', 'stamp the torque when it acts: it is '
+                       f'logged {abs(rounded)} samples too {"late" if rounded < 0 else "early"}',
+                       hurts(WARN, WARN, WARN), values)
     return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}',
                    f'set effort_delay: {rounded} in the parameter file; for diagnose, log the '
                    'torque when it acts', hurts(WARN, WARN, WARN), values)

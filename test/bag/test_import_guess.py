@@ -49,7 +49,7 @@ def csv(path, columns, delimiter=',', head=''):
 def test_a_test_bench_without_a_mapping(tmp_path, capsys):
     """Degrees, rpm, ms, a reversed arm and torque sign, a gear ratio, and a set point."""
     path = csv(tmp_path / 'bench.csv', {
-        'setpoint [deg]': np.rad2deg(ARM), 'linkAngle [deg]': -np.rad2deg(ARM),
+        'setpoint [deg]': np.rad2deg(ARM), 'linkAngle [deg]': np.round(-np.rad2deg(ARM), 2),
         'motorAngle [deg]': 50.0 * np.rad2deg(ARM), 'motorSpeed': 50.0 * SPEED * 60 / (2 * np.pi),
         'motor_torque [N mm]': -TORQUE / 50.0 * 1e3, 'time_ms': T * 1e3, 'temp': 20.0 + T})
     assert main(['import', str(path), '--guess']) == 0
@@ -60,14 +60,16 @@ def test_a_test_bench_without_a_mapping(tmp_path, capsys):
             'motor_position': {'column': 'motorAngle [deg]', 'unit': 'deg'},
             'arm_position': {'column': 'linkAngle [deg]', 'unit': 'deg', 'sign': -1},
             'motor_velocity': {'column': 'motorSpeed', 'unit': 'rpm'},
-            'motor_effort': {'column': 'motor_torque [N mm]', 'unit': 'N mm', 'sign': -1}}}
-    assert '# Not used: setpoint [deg], temp.' in text
+            'motor_effort': {'column': 'motor_torque [N mm]', 'unit': 'N mm', 'sign': -1},
+            'motor_setpoint': {'column': 'setpoint [deg]', 'unit': 'deg', 'scale': 50.0}}}
+    assert '# Not used: temp.' in text
     (tmp_path / 'map.yaml').write_text(text)
     joints = imported(tmp_path, path, '--map', tmp_path / 'map.yaml')
     (tmp_path / 'bag').rename(tmp_path / 'by_file')
     directly = imported(tmp_path, path, '--guess')
     for bag in (joints, directly):
-        np.testing.assert_allclose(bag.position, np.column_stack([ARM, ARM]), atol=1e-12)
+        np.testing.assert_allclose(bag.position[:, 0], ARM, atol=1e-12)
+        np.testing.assert_allclose(bag.position[:, 1], ARM, atol=np.deg2rad(0.0051))
         np.testing.assert_allclose(bag.velocity[:, 0], SPEED, atol=1e-12)
         np.testing.assert_allclose(bag.effort[:, 0], TORQUE, atol=1e-12)
     assert 'assumed: Gear ratio 50' in capsys.readouterr().out
@@ -130,15 +132,13 @@ def test_coded_integers_are_recognised_and_their_scale_is_asked_for(tmp_path, ca
     negative = 1024 - raw if coding == 'sign_magnitude' else 65536 + raw
     path = csv(tmp_path / 'r.csv', {'time': T, 'position': ARM,
                                     'load': np.where(raw < 0, negative, raw)})
-    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 2
-    message = capsys.readouterr().err
-    assert message.count('\n') == 1 and 'signals.motor_effort.unit' in message
-    assert '--set KEY=VALUE' in message
+    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 3
+    message = capsys.readouterr().err.splitlines()[-1]
+    assert 'signals.motor_effort.unit' in message and '--torque-constant K' in message
     joints = imported(tmp_path, path, '--guess', '--set', 'signals.motor_effort.scale=0.01')
     np.testing.assert_allclose(joints.effort[:, 0], raw / 100.0, atol=1e-12)
     guess = guessed_mapping(path)
-    assert 'Not in the data, state it: signals.motor_effort.scale (N m per count).' in \
-        guess.assumptions
+    assert [question.topic for question in guess.questions] == ['constant']
     block = guess.data['signals']['motor_effort']
     assert (block['bits'], block.get('coding', 'twos_complement')) == (bits, coding)
 
@@ -151,12 +151,13 @@ def test_counts_of_the_motor_follow_from_those_of_the_arm(tmp_path):
     assert abs(guess.data['signals']['motor_position']['counts_per_rev'] / 300_000 - 1) < 1e-3
 
 
-@pytest.mark.parametrize('columns, expected', [
-    ({'q': ARM, 'tau': TORQUE}, 'grows like a time, expected one, or --set time.rate=HZ'),
-    ({'t': T, 'tau': TORQUE, 'x1': SPEED}, 'no position or velocity among tau, x1'),
-    ({'t': T[:50], 'q': ARM[:50]}, 'expected two or more of at least 100')])
-def test_what_cannot_be_guessed_is_said_in_one_line(tmp_path, capsys, columns, expected):
+@pytest.mark.parametrize('columns, expected, code', [
+    ({'q': ARM, 'tau': TORQUE}, 'grows like a time, expected one, or --rate HZ', 3),
+    ({'t': T, 'tau': TORQUE, 'x1': SPEED}, 'no position or velocity among tau, x1', 2),
+    ({'t': T, 'q': 0.0 * ARM, 'tau': TORQUE}, 'q never changes, expected a motion', 2),
+    ({'t': T[:50], 'q': ARM[:50]}, 'expected two or more of at least 100', 2)])
+def test_what_cannot_be_guessed_is_said_in_one_line(tmp_path, capsys, columns, expected, code):
     path = csv(tmp_path / 'r.csv', columns)
-    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 2
+    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == code
     message = capsys.readouterr().err
     assert message.count('\n') == 1 and expected in message and str(path) in message

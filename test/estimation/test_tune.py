@@ -24,11 +24,12 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.estimation import noise_search
+from gearbox_monitor.estimation import noise_search, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.score import run_score, score, torque_errors
-from gearbox_monitor.estimation.tune import tuned
+from gearbox_monitor.estimation.tune import static_torque, tune, tuned
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -171,6 +172,29 @@ def test_reference_fits_error_and_coverage(bag, tmp_path, capsys):
     assert 'gain and offset' in text and 'within 1 sigma' in text
     values = yaml.safe_load(out.read_text())['estimator']['ros__parameters']
     assert 4.0 < values['q_std_tau_k'] < 20.0
+
+
+def test_parameters_are_never_less_likely_than_those_before():
+    """The encoders are much quieter at rest than in motion: R at rest is the wrong one."""
+    samples = samples_of(simulated(2, n=6000, rest=1500))
+    y = samples.y.copy()
+    y[:1500] = y[0] + 0.02 * (y[:1500] - y[:1500].mean(axis=0))
+    quiet = Samples(*(column[::5] for column in (samples.stamp_ns, samples.u, y)))
+    start = EstimatorParameters(arm_load='none', r_std_motor=R[0], r_std_arm=R[1],
+                                q_std_tau_k=9.0)
+    data = tune(DriveModel(), start, [quiet], speeds=False)
+    assert data['noise_from'] == 'likelihood' and not data['kept']
+    assert data['after']['loglik'] >= data['before']['loglik']
+
+
+def test_static_compensation_is_the_command_less_friction():
+    model = DriveModel(coulomb_friction=0.0, viscous_friction=0.3)
+    estimates = Estimator(model, EstimatorParameters(arm_load='none')).run(
+        samples_of(simulated(2, n=1000)))
+    rows = estimates.rows
+    expected = rows[:, sample_loop.E_U] - 0.3 * rows[:, sample_loop.E_X3] - (
+        model.position_gain * rows[:, sample_loop.E_X1])
+    np.testing.assert_allclose(static_torque(model, estimates), expected, atol=1e-9)
 
 
 def test_search_survives_a_filter_that_cannot_run():

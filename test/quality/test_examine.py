@@ -96,6 +96,14 @@ def test_effort_delay_is_measured_in_samples(sound):
     assert line.verdict() == WARN and 'effort_delay: 3' in line.advice
 
 
+def test_a_delay_that_no_parameter_takes_is_not_advised(sound):
+    u = sound.u.copy()
+    u[:, 0] = np.roll(u[:, 0], 3)  # logged three samples after it acted
+    line = judged(changed(sound, u=u))[0]['torque', 'effort delay']
+    assert line.verdict() == WARN and 'takes -1 to 50' in line.figure
+    assert 'set effort_delay' not in line.advice and '3 samples too late' in line.advice
+
+
 def test_no_delay_is_claimed_from_a_slow_motion():
     u = Excitation('triangle', (2.0,), (0.2,)).torque(DT * np.arange(N))
     line = judged(recorded(u, 1e-3))[0]['torque', 'effort delay']
@@ -106,6 +114,18 @@ def frozen(s):
     y = s.y.copy()
     y[10000:11000, 1] = y[10000, 1]
     return changed(s, y=y)
+
+
+def frozen_for_good(s):
+    y = s.y.copy()
+    y[4000:, 1] = y[4000, 1]
+    return changed(s, y=y)
+
+
+def efforts(s, part, value):
+    u = s.u.copy()
+    u[part, 0] = value
+    return changed(s, u=u)
 
 
 def clipped(s):
@@ -148,6 +168,15 @@ def one_way(s):
     (lambda s: scaled(s, 1.0, 180 / np.pi, 180 / np.pi), ('model', 'diagnose'), 'in degrees', BAD,
      PURPOSES),
     (frozen, ('arm', 'sticks'), 'frozen', BAD, PURPOSES),
+    (frozen_for_good, ('arm', 'sticks'), 'frozen', BAD, PURPOSES),
+    (lambda s: efforts(s, slice(6000, 9000), 0.0), ('torque', 'sticks'),
+     'longest from 6 s to 8.999 s: 0 N m', WARN, ()),
+    (lambda s: efforts(s, slice(3000, N), 9.0), ('torque', 'sticks'), 'clamped', BAD, PURPOSES),
+    (lambda s: efforts(s, slice(100, 120), 6.9e220), ('torque', 'unphysical'),
+     '20 numbers infinite or beyond 1e9, the first 6.9e+220 at 0.1 s', WARN, ()),
+    (lambda s: changed(s, u=s.u * 1e-309), ('torque', 'unphysical'), 'dead: uninitialised', BAD,
+     PURPOSES),
+    (lambda s: changed(s, y=s.y * np.nan), ('motor', 'readings'), 'never measured', BAD, PURPOSES),
     (clipped, ('motor', 'sticks'), 'clipped', BAD, PURPOSES),
     (wrapped, ('arm', 'wraps'), 'jumps of one turn', BAD, PURPOSES),
     (without_torque, ('torque', 'readings'), 'none', BAD, PURPOSES),
@@ -288,9 +317,13 @@ def test_command(bags, tmp_path, capsys):
     out = tmp_path / 'found.json'
     assert main([*words, *model, '--json', str(out)]) == 0
     shown = capsys.readouterr().out.replace(str(bags), '')
-    assert max(map(len, shown.splitlines())) <= 80 and '\x1b' not in shown
+    assert max(len(line) for line in shown.splitlines() if 'next: ' not in line) <= 80
+    assert '\x1b' not in shown
     assert '/left/joint_states sensor_msgs/JointState' in shown
     assert 'next: gearbox_monitor tune /geared --model /geared.yaml --out' in shown
+    assert '--params FILE  # FILE: motor_joint: m, arm_joint: a' in shown
+    assert 'next: gearbox_monitor diagnose /geared --model /geared.yaml --motor-joint m ' \
+        '--arm-joint a\n' in shown + '\n'
     data = json.loads(out.read_text())
     assert data['suits']['estimation'] == {'verdict': 'yes', 'because': []}
     assert data['joints']['there'] == ['m', 'a'] and data['topics'][0]['messages'] == 12000

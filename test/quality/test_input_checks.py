@@ -405,8 +405,11 @@ def test_nan(sound):
         prepare(t, u, y)
     with pytest.raises(InputError, match='motor: never measured'):
         prepare(t, u, y * [np.nan, 1.0])
-    with pytest.raises(InputError, match='row 7, u: inf, expected a finite number in N m'):
-        prepare(t, np.where(np.arange(len(t)) == 7, np.inf, u), sound[2])
+    for wild in (np.inf, 6.9e220):
+        recording, notices = prepare(t, np.where(np.arange(len(t)) == 7, wild, u), sound[2])
+        assert recording.u[7] == u[6] and '1 values of u were infinite, beyond 1e9' in notices[0]
+    with pytest.raises(InputError, match='u: never measured'):
+        prepare(t, np.full(len(t), 6.9e220), sound[2])
 
 
 def test_stamps_must_increase(sound):

@@ -20,7 +20,7 @@ reference torque, if recorded, on ``reference/transmission_state``. A reference 
 scores and is never an input of the estimator.
 """
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 import hashlib
 from pathlib import Path
@@ -32,19 +32,28 @@ from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.importer.clocks import estimated_lag, interpolated
 from gearbox_monitor.bag.importer.columns import read_columns
 from gearbox_monitor.bag.importer.mapping import (
-    bound_to, FIRST_STAMP_NS, ImportMapping, load_mapping, SIGNALS, TimeMapping)
+    bound_to, FIRST_STAMP_NS, ImportMapping, load_mapping, signal_kind, SIGNALS, TimeMapping)
 from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES, RawColumns
-from gearbox_monitor.bag.importer.stamp_policy import absolute_ns, ordered, require_plausible
+from gearbox_monitor.bag.importer.robot_recording import (
+    JOINT_TOPIC, robot_recording, RobotRecording, write_in_order)
+from gearbox_monitor.bag.importer.stamp_policy import (
+    absolute_ns, even_stamps, in_one_line, ordered, require_plausible)
 from gearbox_monitor.bag.importer.unit_table import standard_unit
 from gearbox_monitor.bag.read import JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
 
-__all__ = ['FIRST_STAMP_NS', 'ImportedRecording', 'load_mapping', 'read_recording',
-           'write_imported_bag']
+__all__ = [
+    'FIRST_STAMP_NS',
+    'ImportedRecording',
+    'RobotRecording',
+    'load_mapping',
+    'read_any',
+    'read_recording',
+    'write_imported_bag',
+]
 
-JOINT_TOPIC = '/joint_states'
 REFERENCE_TOPIC = '/reference/transmission_state'
 
 
@@ -79,12 +88,33 @@ class ClockSignals:
 
 def read_recording(path: str | Path, mapping: ImportMapping) -> ImportedRecording:
     """
-    Return the ImportedRecording in the file `path` as `mapping` reads it.
+    Return the recording of a drive in the file `path` as `mapping` reads it.
+
+    Raises InputError that names file, line or entry, value and expected value.
+    """
+    recording = read_any(path, mapping)
+    if isinstance(recording, RobotRecording):
+        raise InputError(f'{mapping.source}: joints: a robot, expected the signals of a drive')
+    return recording
+
+
+def read_any(path: str | Path, mapping: ImportMapping) -> ImportedRecording | RobotRecording:
+    """
+    Return the recording in the file `path` as `mapping` reads it: of a drive, or of a robot.
 
     Raises InputError that names file, line or entry, value and expected value.
     """
     mapping = bound_to(mapping, path)
     notices: list[str] = []
+    stamps, values = _signals(path, mapping, notices)
+    if mapping.joints:
+        return robot_recording(mapping.joints, stamps, values, notices)
+    return _of_drive(stamps, values, notices)
+
+
+def _signals(path: str | Path, mapping: ImportMapping, notices: list[str]
+             ) -> tuple[Integers, dict[str, Array]]:
+    """Return (stamps [N], {signal: values [N]}) of a recording, all on its first clock."""
     first, *others = _signals_by_clock(path, mapping, notices)
     require_plausible(path, first.stamp_ns, '' if mapping.time.rate else mapping.time.unit)
     values = dict(first.values)
@@ -101,6 +131,12 @@ def read_recording(path: str | Path, mapping: ImportMapping) -> ImportedRecordin
             raise InputError(f'{path}: time: stamp {stamp * 1e-9:.9g} s, expected one > 0 and < '
                              '2^31 s (time.start_stamp_ns)')
     notices += _described(values, stamps)
+    return stamps, values
+
+
+def _of_drive(stamps: Integers, values: dict[str, Array], notices: list[str]
+              ) -> ImportedRecording:
+    """Return the recording of one drive; a position that is missing is integrated."""
     for side in ('motor', 'arm'):
         velocity = values.get(f'{side}_velocity')
         if velocity is not None and f'{side}_position' not in values:
@@ -143,8 +179,12 @@ def _clock_signals(path: str | Path, mapping: ImportMapping, raw: RawColumns,
     count = len(next(iter(columns.values())) if times is None else times)
     rows: Integers = np.arange(count)
     if key != 'time' or len(columns) < len(mapping.signals):  # unequal lengths: empty cells
-        rows = np.flatnonzero(_measured(times)) if times is not None else \
-            np.flatnonzero(np.any([_measured(column) for column in columns.values()], axis=0))
+        filled = np.any([_measured(column) for column in columns.values() if len(column) == count]
+                        or [np.full(count, True)], axis=0)
+        rows = np.flatnonzero(filled if times is None else filled & _measured(times))
+    segments = raw.values.get(f'{key}.segment')
+    if time.only is not None and segments is not None:
+        rows = rows[segments[rows] == time.only]
     for name, column in columns.items():
         if len(column) != count:
             raise InputError(f'{path}: {raw.place(0, name)}: {len(column)} values, expected '
@@ -157,6 +197,16 @@ def _clock_signals(path: str | Path, mapping: ImportMapping, raw: RawColumns,
         stamps: Integers = np.rint(np.arange(len(rows)) * (1e9 / time.rate)).astype(np.int64)
     else:
         stamps = absolute_ns(path, times[rows], time, partial(_place, raw, rows, key))
+    fraction = raw.values.get(f'{key}.nanosec')
+    if fraction is not None:
+        stamps = stamps + absolute_ns(path, fraction[rows], replace(time, unit='ns', scale=1.0),
+                                      partial(_place, raw, rows, f'{key}.nanosec'))
+    if segments is not None:
+        stamps, notice = in_one_line(stamps, segments[rows])
+        notices += notice
+    if time.stamps == 'even':
+        stamps, notice = even_stamps(path, stamps)
+        notices += notice
     order = ordered(path, stamps, time, lambda row: (
         f'{raw.place(int(rows[row]), key)} value '
         f'{_written(times[rows[row]]) if times is not None else stamps[row]}'))
@@ -223,13 +273,13 @@ def _aligned_pair(source: str, first: ClockSignals, second: ClockSignals, origin
     """Return (motion, response, whether it is a position) of two files, for estimated_lag."""
     seconds = [(part.stamp_ns - origin) * 1e-9 for part in (first, second)]
     position = next((values for name, values in first.values.items()
-                     if SIGNALS[name].quantity == 'position'), None)
-    names = sorted(second.values, key=lambda name: SIGNALS[name].quantity, reverse=True)
-    if position is None or SIGNALS[names[0]].quantity == 'velocity':
+                     if signal_kind(name).quantity == 'position'), None)
+    names = sorted(second.values, key=lambda name: signal_kind(name).quantity, reverse=True)
+    if position is None or signal_kind(names[0]).quantity == 'velocity':
         raise InputError(f'{source}: second_file.lag: estimated: no position in the first file '
                          'and position or effort in the second, expected a number (s)')
     return ((seconds[0], position), (seconds[1], second.values[names[0]]),
-            SIGNALS[names[0]].quantity == 'position')
+            signal_kind(names[0]).quantity == 'position')
 
 
 def _described(values: Mapping[str, Array], stamps: Integers) -> Iterator[str]:
@@ -283,15 +333,15 @@ def _convert(path: str | Path, mapping: ImportMapping, name: str, raw: AnyArray,
     if zero == 'first':
         zero = 0.0 if missing.all() else value[~missing][0]
     value = ((value - float(zero)) * signal.scale + signal.offset) * signal.factor()
-    quantity, _, motor_side = SIGNALS[name]
+    quantity, _, motor_side = signal_kind(name)
     if motor_side:
         ratio = mapping.gear_ratio
         value = value * ratio if quantity == 'effort' else value / ratio
     return value
 
 
-def write_imported_bag(recording: ImportedRecording, bag: str | Path, source: str | Path,
-                       mapping: ImportMapping) -> None:
+def write_imported_bag(recording: ImportedRecording | RobotRecording, bag: str | Path,
+                       source: str | Path, mapping: ImportMapping) -> None:
     """
     Write a recording and, as metadata record ``import``, its origin.
 
@@ -304,6 +354,26 @@ def write_imported_bag(recording: ImportedRecording, bag: str | Path, source: st
     Raises:
         InputError: `bag` exists or cannot be written.
     """
+    messages = list(recording.messages() if isinstance(recording, RobotRecording) else
+                    _of_gearbox(recording))
+    with BagWriter(bag) as writer:
+        for topic, _, _ in messages:
+            writer.add_topic(topic, JOINT_STATE)
+        writer.add_metadata('import', {
+            'source': Path(source).name,
+            'source_sha256': hashlib.sha256(Path(source).read_bytes()).hexdigest()
+            if Path(source).is_file() else '',
+            'mapping': mapping.yaml_text,
+            'mapping_file': Path(mapping.source).name,
+            'kind': mapping.kind,
+            'notices': '\n'.join(recording.notices),
+            'gearbox_monitor_version': __version__,
+        })
+        write_in_order(writer, messages)
+
+
+def _of_gearbox(recording: ImportedRecording) -> Iterator[tuple[str, Integers, list[bytes]]]:
+    """Yield (topic, stamps, messages) of a recording of one drive."""
     r = recording
     joints, none = ['motor', 'arm'], np.full(len(r.stamp_ns), np.nan)
     position, velocity, effort = ([r.motor_position, r.arm_position],
@@ -313,26 +383,11 @@ def write_imported_bag(recording: ImportedRecording, bag: str | Path, source: st
         joints.append('setpoint')
         position, velocity, effort = ([*position, r.motor_setpoint], [*velocity, none],
                                       [*effort, none])
-    messages = [(JOINT_TOPIC, encode_joint_states(
+    yield JOINT_TOPIC, r.stamp_ns, encode_joint_states(
         r.stamp_ns, joints, np.column_stack(position),
         velocity=None if np.isnan(velocity).all() else np.column_stack(velocity),
-        effort=np.column_stack(effort)))]
+        effort=np.column_stack(effort))
     if r.reference_torque is not None:
-        messages.append((REFERENCE_TOPIC, encode_joint_states(
+        yield REFERENCE_TOPIC, r.stamp_ns, encode_joint_states(
             r.stamp_ns, ['transmission'], np.full((len(r.stamp_ns), 1), np.nan),
-            effort=r.reference_torque[:, None])))
-    with BagWriter(bag) as writer:
-        for topic, _ in messages:
-            writer.add_topic(topic, JOINT_STATE)
-        writer.add_metadata('import', {
-            'source': Path(source).name,
-            'source_sha256': hashlib.sha256(Path(source).read_bytes()).hexdigest(),
-            'mapping': mapping.yaml_text,
-            'mapping_file': Path(mapping.source).name,
-            'kind': mapping.kind,
-            'notices': '\n'.join(r.notices),
-            'gearbox_monitor_version': __version__,
-        })
-        for i, stamp in enumerate(r.stamp_ns.tolist()):
-            for topic, data in messages:
-                writer.write(topic, stamp, data[i])
+            effort=r.reference_torque[:, None])

@@ -18,6 +18,7 @@ Raw columns of a foreign recording: text, MATLAB, JSON, HDF5, NumPy, Parquet and
 All may be gzipped. A matrix with one row per signal is recognised by its shape.
 """
 from collections.abc import Mapping
+from dataclasses import replace
 import math
 from pathlib import Path
 from typing import Any
@@ -43,13 +44,11 @@ def read_columns(path: str | Path, mapping: ImportMapping) -> RawColumns:
 
     Raises InputError that names file, line or entry, value and expected value.
     """
-    places: dict[str, Place] = {}
-    if mapping.time.rate is None:
-        places['time'] = mapping.time
+    places: dict[str, Place] = _of_time('time', mapping.time)
     for name, signal in mapping.signals.items():
         places[name] = signal
-        if signal.time is not None and signal.time.rate is None:
-            places[f'{name}.time'] = signal.time
+        if signal.time is not None:
+            places.update(_of_time(f'{name}.time', signal.time))
     if not mapping.signals:
         raise InputError(f'{mapping.source}: signals: none, expected at least one')
     if mapping.format == 'text':
@@ -63,6 +62,19 @@ def read_columns(path: str | Path, mapping: ImportMapping) -> RawColumns:
             if entries is not None:
                 return _read_entries(path, entries, mapping.json.entries or '', places)
         return _read_tree(path, tree, places)
+
+
+def _of_time(key: str, time: TimeMapping) -> dict[str, Place]:
+    """Return the places of a time, called `key`, of its nanoseconds and of its segments."""
+    places: dict[str, Place] = {} if time.rate is not None else {key: time}
+    for part in ('nanosec', 'segment'):
+        column = getattr(time, part)
+        if column is not None:
+            is_field = time.field is not None
+            places[f'{key}.{part}'] = replace(
+                time, column=None if is_field else column, field=column if is_field else None,
+                unit='ns' if part == 'nanosec' else 's', scale=1.0, rate=None)
+    return places
 
 
 # --- Parquet and Feather ------------------------------------------------------------------------
@@ -140,7 +152,8 @@ def _read_tree(path: str | Path, tree: Any, places: Places) -> RawColumns:
             raise InputError(f'{path}: {where}: shape {array.shape}, expected one number per '
                              'sample, or the column of a matrix (column: 1, ...)')
         values[name] = array
-    lengths = {name: len(values[name]) for name in values if '.' not in name
+    lengths = {name: len(values[name]) for name in values
+               if not name.endswith(('.time', '.nanosec', '.segment'))
                and f'{name}.time' not in places and getattr(places[name], 'time', None) is None}
     for name, length in lengths.items():
         first = next(iter(lengths))

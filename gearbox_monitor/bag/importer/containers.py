@@ -19,6 +19,7 @@ A tree is a Mapping of Mappings, lists and arrays: MATLAB, JSON, HDF5 and NumPy 
 """
 from collections.abc import Iterator, Mapping
 import contextlib
+import csv
 import gzip
 import io
 import json
@@ -50,6 +51,9 @@ def readable(path: str | Path, encoding: str = 'utf-8') -> Iterator[None]:
         raise InputError(f'{path}: {error}, expected a whole gzip file') from None
     except OSError as error:
         raise InputError(f'{path}: {error.strerror or error}, expected a readable file') from None
+    except csv.Error as error:
+        raise InputError(f'{path}: {error}, expected a table of text with cells of numbers: is it '
+                         'binary?') from None
     except UnicodeDecodeError as error:
         raise InputError(f'{path}: byte {error.object[error.start]:#04x} is not '
                          f'{error.encoding}, expected text in the encoding of the mapping '

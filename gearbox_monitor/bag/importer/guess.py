@@ -13,14 +13,14 @@
 # limitations under the License.
 
 """
-Propose the mapping of a foreign recording from names, units and the motion itself.
+Propose the mapping of a foreign recording: meaning first, motion last, questions for the rest.
 
-Names and units say what a column may be. The motion decides between candidates and gives signs and
-units: a velocity is the derivative of a position; two encoders of one drive move together; an
-effort follows acceleration, velocity and its sign, and does work against friction on the whole.
+Names and units say what a column is (`meaning`); copies of other columns are no second encoders
+(`copies`); the motion decides what they leave open and gives signs and units (`guess_units`).
+What remains is asked, with the option that settles it.
 """
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 import re
 from typing import Any
@@ -28,446 +28,526 @@ from typing import Any
 import numpy as np
 import yaml
 
-from gearbox_monitor.bag.importer.clocks import motion_regressors, unexplained
+from gearbox_monitor.bag.importer.guess_time import found_time, FoundTime, stated_rate
+from gearbox_monitor.bag.importer.guess_units import (
+    decoded, effort_sign, relate_encoders, scale_of, velocity_units)
 from gearbox_monitor.bag.importer.header import with_settings
-from gearbox_monitor.bag.importer.layout import recognised_layout, Series
+from gearbox_monitor.bag.importer.layout import Format, recognised_layout, Series
 from gearbox_monitor.bag.importer.mapping import (
-    ImportMapping, mapping_from_dict, SIGNALS, TimeMapping)
-from gearbox_monitor.bag.importer.stamp_policy import absolute_ns, LONGEST, SHORTEST
+    ImportMapping, mapping_from_dict, signal_kind, SIGNALS)
+from gearbox_monitor.bag.importer.meaning import (
+    EFFORT, joints_of, Meaning, meanings, POSITION, stem_of, VELOCITY,
+    words_of)
+from gearbox_monitor.bag.importer.roles import (
+    Choice, choice_of, Column, is_input, matches, NONE, Question)
+from gearbox_monitor.bag.importer.sibling_file import sibling_setpoints
 from gearbox_monitor.bag.importer.unit_table import (
-    ANGLE, ANGULAR_SPEED, COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, SPEED, TIME, TORQUE,
-    unit_factor)
-from gearbox_monitor.errors import InputError
+    COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, scaled_unit, standard_unit)
+from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array
 
-WORDS = {
-    'time': 't time timestamp stamp stamps sec secs seconds ms us ns clock elapsed zeit when '
-            'epoch date datetime',
-    'position': 'position positions pos angle angles theta phi q qm encoder enc counts winkel '
-                'lage',
-    'velocity': 'velocity velocities vel speed dq qd qdot omega rpm geschwindigkeit drehzahl',
-    'effort': 'torque torques tau trq effort current curr cur amps force moment load pwm duty '
-              'voltage u i iq drehmoment kraft strom',
-    'motor': 'motor mot m rotor input drive servo',
-    'arm': 'arm link output out load abtrieb l',
-    'sensor': 'sensor transducer loadcell reference ref ext external',
-    'command': 'command cmd commanded',
-    'setpoint': 'goal target desired des setpoint sp',
-    # Not measured, or not of the drive.
-    'none': 'goal target desired des setpoint sp trajectory temp temperature status error err '
-            'mode enable enabled id index seq volts volt count',
-}
-_WORDS = {kind: frozenset(words.split()) for kind, words in WORDS.items()}
-UNITS = {
-    'position': {**ANGLE, **LENGTH, **COUNTS},
-    'velocity': {**ANGULAR_SPEED, **SPEED, **COUNT_RATE},
-    'effort': {**TORQUE, **FORCE, **DRIVE_INPUT},
-}
-EPOCH = 1_000_000_000_000_000_000  # ns: a stamp from 2001 on is a date
-SAME_MOTION = 0.98  # share of the variance that one encoder explains of the other
-DERIVATIVE = 0.7  # share of a velocity that the derivative of a position explains
-FOLLOWS = 0.3  # share of an effort that the motion explains
 COARSE = 100.0  # whole numbers over a wider range are counts
-SMOOTHER = 0.3  # path length of a decoded integer to that of the raw one
-CODINGS = (('twos_complement', 16), ('twos_complement', 32), ('sign_magnitude', 11),
-           ('sign_magnitude', 16))
+WIDE = 4.0 * np.pi  # rad: a joint turns less; a wider range without a unit may be degrees
+BLANK = 0.05  # share of empty cells from which on curves have samples of their own
+ROLES = {'motor': 'motor_position', 'arm': 'arm_position', 'position': 'motor_position',
+         'velocity': 'motor_velocity', 'effort': 'motor_effort', 'setpoint': 'motor_setpoint',
+         'reference': 'reference_torque'}
+OF_ROBOT = (('position', ('arm_position', 'motor_position')),
+            ('velocity', ('arm_velocity', 'motor_velocity')), ('effort', ('motor_effort',)),
+            ('setpoint', ('motor_setpoint',)))
+
+
+@dataclass(frozen=True)
+class Answers:
+    """
+    What a user states about a recording.
+
+    use {role: column, or 'none'}; units {role or column: unit}; torque_constants: N m per A (or
+    per other unit of the effort) of all joints, or of each; counts: per turn; joint: that alone;
+    columns: names of all columns, 'q[6]' for q_1 to q_6; rate, Hz; episode: of a dataset.
+    """
+
+    use: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    torque_constants: Sequence[float] = ()
+    counts: float | None = None
+    joint: str | None = None
+    columns: str = ''
+    rate: float | None = None
+    episode: int | None = None
+    stamps: str = ''
+
+
+@dataclass(frozen=True)
+class TableRow:
+    """A line of the table of columns: what became of one, or of a family of them."""
+
+    column: str
+    role: str
+    unit: str
+    why: str
 
 
 @dataclass(frozen=True)
 class Guess:
-    """A proposed mapping: plain `data`, what it assumes, and where it comes from."""
+    """A proposed mapping: plain `data`, what it assumes, what is open, and the columns."""
 
     source: str
     data: Mapping[str, Any]
     assumptions: tuple[str, ...]
+    questions: tuple[Question, ...] = ()
+    table: tuple[TableRow, ...] = ()
 
     @property
     def yaml_text(self) -> str:
-        """Return the mapping as a file, its assumptions as comments."""
-        lines = [f'# {line}' for line in (f'Proposed for {self.source}.', *self.assumptions)]
+        """Return the mapping as a file, its assumptions and questions as comments."""
+        lines = [f'# {line}' for line in (
+            f'Proposed for {self.source}.', *self.assumptions,
+            *(f'Open: {question}' for question in self.questions))]
         return '\n'.join(lines) + '\n' + yaml.safe_dump(
             dict(self.data), sort_keys=False, default_flow_style=None, allow_unicode=True)
 
     def mapping(self) -> ImportMapping:
-        """Return the checked mapping. Raises InputError: a value could not be guessed."""
+        """
+        Return the checked mapping.
+
+        Raises Undecided: something is open; InputError: a value could not be guessed.
+        """
+        if self.questions:
+            raise Undecided(*(f'{self.source}: {question}' for question in self.questions))
         try:
             return mapping_from_dict(self.data, f'guess of {self.source}', self.yaml_text)
         except InputError as error:
             raise InputError(*(f'{line} (--set KEY=VALUE)' for line in error.args)) from None
 
 
-@dataclass(frozen=True)
-class Motion:
-    """The position that all others are compared with, at times `t` in s."""
-
-    t: Array
-    position: Array
-
-    @property
-    def velocity(self) -> Array:
-        """Return the derivative of the position over some 10 samples."""
-        velocity: Array = motion_regressors(self.t, self.position, False)[:, 1]
-        return velocity
-
-    def explained(self, values: Array, is_position: bool = False) -> float:
-        """Return the share of the variance of `values` that the motion explains."""
-        valid = np.isfinite(values)
-        if valid.sum() < 10 or np.ptp(values[valid]) == 0.0:
-            return 0.0
-        regressors = motion_regressors(self.t, self.position, is_position)
-        return 1.0 - unexplained(self.t, regressors, self.t[valid], values[valid])
-
-
-def guessed_mapping(path: str | Path, settings: Sequence[str] = ()) -> Guess:
+def guessed_mapping(path: str | Path, settings: Sequence[str] = (),
+                    answers: Answers | None = None) -> Guess:
     """
     Return the Guess of a mapping for the file `path`.
 
-    `settings` are ``KEY=VALUE`` that replace what is proposed. Raises InputError: the file has no
-    time or no motion that can be recognised.
+    Args:
+        path: of the recording.
+        settings: ``KEY=VALUE`` that replace what is proposed.
+        answers: what the user states; None: nothing.
+
+    Raises:
+        InputError: the file holds no motion that can be recognised.
+        Undecided: its columns have no names, or none of them is a time.
     """
-    layout = recognised_layout(path)
-    assumptions: list[str] = []
-    data: dict[str, Any] = {**layout.blocks}
-    time, t, data['time'] = _time(path, layout.series, settings, assumptions)
-    columns = [column for column in layout.series if column is not time
-               and column.values.dtype.kind in 'iuf' and np.isfinite(column.values).any()
-               and np.nanmax(column.values) > np.nanmin(column.values)]
-    decoded = {id(column): _decoded(column, assumptions) for column in columns}
-    signals = _signals(path, columns, decoded, t, assumptions)
-    kind = 'prismatic' if 'kind=prismatic' in settings or any(
-        column.unit in {**LENGTH, **FORCE} for column in signals.values()) else 'rotary'
-    data['kind'] = kind
-    _note_units(signals, kind, assumptions)
-    blocks = {name: _block(name, column, decoded[id(column)][1])
-              for name, column in signals.items()}
-    _complete(data, blocks, signals, {name: decoded[id(column)][0]
-                                      for name, column in signals.items()}, (t, settings),
-              assumptions)
-    data['signals'] = blocks
-    unused = [column.label for column in layout.series
-              if column is not time and column not in signals.values()]
-    if unused:
-        assumptions.append(f'Not used: {", ".join(unused)}.')
-    return Guess(Path(path).name, with_settings(data, settings), tuple(assumptions))
+    return _Proposal(Path(path), settings, answers or Answers()).guess()
 
 
-def _words(label: str) -> set[str]:
-    """Return the words of a name: 'motorPos_rad' is motor, pos and rad."""
-    plain = re.sub(r'[\[(<{][^\])>}]*[\])>}]', ' ', label)
-    return {word.lower() for word in re.findall(
-        r'[A-Z]?[a-z]+|[A-Z]+(?![a-z])', plain)} | {plain.strip().lower()}
+class _Proposal:
+    """The steps from a file to its Guess, and what they gather."""
 
+    def __init__(self, path: Path, settings: Sequence[str], answers: Answers) -> None:
+        self.path, self.settings, self.answers = path, settings, answers
+        self.layout: Format = _renamed(path, recognised_layout(path), answers.columns)
+        self.assumptions: list[str] = []
+        self.questions: list[Question] = []
+        self.decoding: dict[int, dict[str, Any]] = {}
+        self.kind = 'rotary'
 
-def _is(kind: str, column: Series) -> bool:
-    """Return whether name or unit of `column` says that it is of a `kind` of WORDS."""
-    words = _words(column.label)
-    if kind == 'command':  # a commanded torque is what is asked for
-        return bool(words & _WORDS[kind]) and not (
-            column.unit in {**TORQUE, **FORCE} or words & {'torque', 'tau', 'force'})
-    return bool(words & _WORDS[kind]) or bool(column.unit) and column.unit in UNITS.get(kind, ())
-
-
-# --- time ---------------------------------------------------------------------------------------
-def _time(path: str | Path, series: Sequence[Series], settings: Sequence[str],
-          assumptions: list[str]) -> tuple[Series | None, Array, dict[str, Any]]:
-    """Return (column of the time, times in s from 0, its block of the mapping)."""
-    rate = next((float(text.partition('=')[2]) for text in settings
-                 if re.fullmatch(r'time\.rate=[\d.eE+-]+', text)), None)
-    if rate:
-        return None, np.arange(len(series[0].values)) / rate, {'rate': rate}
-    # Named times first; without a name, what grows steadily.
-    ordered = sorted(series, key=lambda column: not _is('time', column))
-    for column in ordered:
-        named = _is('time', column)
-        units = ['iso8601'] if column.values.dtype.kind == 'U' else [
-            unit for unit in (column.unit, *TIME) if unit in TIME]
-        for unit in units:
-            block = _time_block(path, column, unit, named)
-            if block is not None:
-                stamps, extra = block
-                how = 'by its name' if named else 'by its steady growth'
-                assumptions.append(f'Time: {column.label}, {how}, in {unit}: one sample per '
-                                   f'{np.median(np.diff(stamps)) * 1e-9:.6g} s.')
-                if column.unit in TIME and unit != column.unit:
-                    assumptions.append(f'Its name says {column.unit}, at which the sample time '
-                                       'makes no sense.')
-                if len(extra):
-                    assumptions.append(f'Time: {", ".join(f"{k} {v}" for k, v in extra.items())}.')
-                t = (stamps - stamps[0]) * 1e-9
-                return column, t, {**column.place, **({'unit': unit} if unit != 's' else {}),
-                                   **extra}
-    raise InputError(f'{path}: no column of {", ".join(c.label for c in series)[:200]} grows like '
-                     'a time, expected one, or --set time.rate=HZ')
-
-
-def _time_block(path: str | Path, column: Series, unit: str, named: bool
-                ) -> tuple[Array, dict[str, Any]] | None:
-    """Return (stamps, further keys of the mapping) of `column` read in `unit`, None: no time."""
-    time = TimeMapping(unit=unit)
-    try:
-        stamps = absolute_ns(path, column.values, time, str)
-    except InputError:
-        return None
-    step = np.diff(stamps)
-    median = float(np.median(step)) * 1e-9
-    if not SHORTEST <= median < LONGEST or (step < 0).mean() > 0.01 or (step == 0).mean() > 0.3:
-        return None
-    if not named and np.std(step) > 0.5 * np.mean(step):
-        return None
-    extra: dict[str, Any] = {}
-    if (step < 0).any():
-        extra['unordered'] = 'sort'
-    if len(np.unique(stamps)) < len(stamps):
-        extra['repeated'] = 'first'
-    if stamps[0] >= EPOCH:
-        extra['start_stamp_ns'] = 'recorded'
-    return stamps.astype(float), extra
-
-
-# --- signals ------------------------------------------------------------------------------------
-def _decoded(column: Series, assumptions: list[str]) -> tuple[Array, dict[str, Any]]:
-    """Return (values, keys bits and coding) of `column`, in the coding that is smooth."""
-    values = column.values.astype(float)
-    valid = values[np.isfinite(values)]
-    if (valid != np.floor(valid)).any() or valid.min() < 0:
-        return values, {}
-    best, keys, path = values, {}, float(np.abs(np.diff(valid)).sum())
-    for coding, bits in CODINGS:
-        half, full = 2.0 ** (bits - 1), 2.0 ** bits
-        if valid.max() < half or valid.max() >= full:
-            continue
-        negative = half - values if coding == 'sign_magnitude' else values - full
-        trial = np.where(values >= half, negative, values)
-        length = float(np.abs(np.diff(trial[np.isfinite(trial)])).sum())
-        if length < SMOOTHER * path:
-            best, path = trial, length
-            keys = {'bits': bits, **({'coding': coding} if coding == 'sign_magnitude' else {})}
-    if keys:
-        assumptions.append(f'{column.label}: {keys["bits"]}-bit integers, '
-                           f'{keys.get("coding", "twos_complement")}.')
-    return best, keys
-
-
-def _signals(path: str | Path, columns: Sequence[Series], decoded: Mapping[int, tuple[Array, Any]],
-             t: Array, assumptions: list[str]) -> dict[str, Series]:
-    """Return {signal: column} of the recording."""
-    setpoints = [column for column in columns if _is('setpoint', column)
-                 and not _is('velocity', column) and not _is('effort', column)]
-    columns = [column for column in columns if not _is('none', column)]
-    measured = [column for column in columns if not _is('command', column)]
-    positions = [column for column in measured if _is('position', column)
-                 and not (_is('velocity', column) or _is('effort', column)
-                          and column.unit not in {**ANGLE, **LENGTH})]
-    if not positions:
-        velocities = [column for column in measured if _is('velocity', column)]
-        if not velocities:
-            raise InputError(f'{path}: no position or velocity among '
-                             f'{", ".join(c.label for c in columns)[:200]}, expected a mapping '
-                             'file (--map)')
-    else:
-        velocities = []
-    order, motion = np.argsort(t, kind='stable'), None
-    t_sorted = t[order] + 1e-12 * np.arange(len(t))  # a repeated stamp has no derivative
-    moving = {id(column): decoded[id(column)][0][order] for column in columns}
-    signals: dict[str, Series] = {}
-    if positions:
-        motor, arm = _two_encoders(positions, moving, t_sorted, assumptions)
-        signals.update({name: column for name, column in (
-            ('motor_position', motor), ('arm_position', arm)) if column is not None})
-        motion = _motion(t_sorted, moving[id(motor if motor is not None else arm)])
-    for column in velocities or [c for c in measured if c not in positions and
-                                 _is('velocity', c)]:
-        side = 'arm' if _is('arm', column) or 'motor_position' not in signals and positions \
-            else 'motor'
-        if motion is None or motion.explained(moving[id(column)]) > DERIVATIVE:
-            signals.setdefault(f'{side}_velocity', column)
-    if motion is None:
-        velocity = moving[id(next(iter(signals.values())))]
-        motion = _motion(t_sorted, np.cumsum(np.nan_to_num(velocity) * np.gradient(t_sorted)))
-    rest = [c for c in columns if c not in signals.values() and not _is('position', c)
-            and not _is('velocity', c)]
-    efforts = [c for c in rest if _is('effort', c) and c.unit not in COUNTS]
-    # A command is better than none, and so is what follows the motion.
-    efforts = [c for c in efforts if not _is('command', c)] or efforts
-    if not efforts:
-        efforts = [c for c in rest if FOLLOWS < motion.explained(
-            moving[id(c)]) and motion.explained(moving[id(c)], True) < SAME_MOTION]
-        assumptions += [f'{c.label}: an effort, because the motion explains '
-                        f'{motion.explained(moving[id(c)]):.0%} of it.' for c in efforts]
-    sensors = [c for c in efforts if _is('sensor', c) and len(efforts) > 1]
-    for column in sensors[:1]:
-        signals['reference_torque'] = column
-    drives = [c for c in efforts if c not in sensors]
-    if drives:
-        signals['motor_effort'] = max(drives, key=lambda c: (
-            _is('motor', c), motion.explained(moving[id(c)])))
-    elif setpoints:
-        signals['motor_setpoint'] = setpoints[0]
-        assumptions.append(f'{setpoints[0].label}: the setpoint of the motor, because no effort '
-                           'is recorded.')
-    return signals
-
-
-def _motion(t: Array, position: Array) -> Motion:
-    valid = np.isfinite(position)
-    return Motion(t, np.interp(t, t[valid], position[valid]))
-
-
-def _two_encoders(positions: Sequence[Series], moving: Mapping[int, Array], t: Array,
-                  assumptions: list[str]) -> tuple[Series | None, Series | None]:
-    """Return the columns of motor and arm position, None for one that is not there."""
-    pairs = [(_motion(t, moving[id(a)]).explained(moving[id(b)], True), a, b)
-             for k, a in enumerate(positions) for b in positions[k + 1:]]
-    share, a, b = max(pairs, key=lambda pair: pair[0], default=(0.0, positions[0], positions[0]))
-    if share < SAME_MOTION:
-        named = [c for c in positions if _is('motor', c) or _is('arm', c)]
-        column = (named or positions)[0]
-        is_arm = _is('arm', column) and not _is('motor', column)
-        assumptions.append(f'{column.label}: the position of the {"arm" if is_arm else "motor"}, '
-                           'the only one.')
-        return (None, column) if is_arm else (column, None)
-    if _is('motor', b) > _is('motor', a) or _is('arm', a) > _is('arm', b):
-        motor, arm, why = b, a, 'by their names'
-    elif _is('motor', a) > _is('motor', b) or _is('arm', b) > _is('arm', a):
-        motor, arm, why = a, b, 'by their names'
-    else:
-        motor, arm = sorted((a, b), key=lambda c: -np.nanstd(moving[id(c)]))
-        why = 'of two encoders that move together, the motor is the one with more motion'
-    assumptions.append(f'{motor.label}: motor; {arm.label}: arm; {why}.')
-    return motor, arm
-
-
-# --- keys ---------------------------------------------------------------------------------------
-def _block(name: str, column: Series, keys: Mapping[str, Any]) -> dict[str, Any]:
-    block: dict[str, Any] = {**column.place, **keys}
-    if not np.isfinite(column.values.astype(float)).all():
-        block['missing'] = 'nan'
-    quantity = SIGNALS[name].quantity
-    if column.unit in UNITS[quantity]:
-        block['unit'] = column.unit
-    return block
-
-
-def _note_units(signals: Mapping[str, Series], kind: str, assumptions: list[str]) -> None:
-    silent = [name for name, column in signals.items() if not column.unit]
-    if silent:
-        units = 'rotary axis, rad, rad/s, N m (or --set kind=prismatic)' \
-            if kind == 'rotary' else 'm, m/s, N'
-        assumptions.append(f'No unit in the name, so {units} unless stated below: '
-                           f'{", ".join(silent)}.')
-
-
-def _complete(data: dict[str, Any], blocks: dict[str, dict[str, Any]],
-              signals: Mapping[str, Series], values: Mapping[str, Array],
-              context: tuple[Array, Sequence[str]], assumptions: list[str]) -> None:
-    """Add units, signs, counts per turn and gear ratio that the motion shows to `blocks`."""
-    t, settings = context
-    for name, block in blocks.items():
-        whole = values[name][np.isfinite(values[name])]
-        if 'unit' not in block and 'velocity' not in name and np.ptp(whole) > COARSE and (
-                whole == np.floor(whole)).all():
-            block['unit'] = 'counts'
-            assumptions.append(f'{signals[name].label}: whole numbers, so counts.')
-    stated = {name: float(text.partition('=')[2]) for text in settings for name in blocks
-              if re.fullmatch(rf'signals\.{name}\.counts_per_rev=[\d.eE+-]+', text)}
-    for name, count in stated.items():
-        blocks[name]['counts_per_rev'] = count
-    if {'motor_position', 'arm_position'} <= set(blocks):
-        _relate_encoders(data, blocks, (values['motor_position'], values['arm_position']),
-                         assumptions)
-    _velocity_units(data['kind'], blocks, values, t, assumptions)
-    _effort_sign(blocks, values, t, assumptions)
-    needed = [f'signals.{name}.counts_per_rev' for name, block in blocks.items()
-              if block.get('unit') in ('counts', 'counts/s') and 'counts_per_rev' not in block
-              and data['kind'] == 'rotary' and name != 'motor_effort']
-    effort = blocks.get('motor_effort', {})
-    if effort.get('unit') in DRIVE_INPUT:
-        needed.append('signals.motor_effort.torque_constant (N m per A, or at full duty)')
-    if effort.get('unit') in COUNTS:
-        needed.append('signals.motor_effort.scale (N m per count)')
-    settled = {text.partition('=')[0] for text in settings}
-    needed = [text for text in needed if text.partition(' ')[0] not in settled]
-    if needed:
-        assumptions.append(f'Not in the data, state it: {", ".join(needed)}.')
-
-
-def _scale(block: Mapping[str, Any], kind: str) -> float | None:
-    """Return the factor of a position's block to SI, None: counts per turn are unknown."""
-    factor, complete = unit_factor(block['unit'], 'position', kind) if 'unit' in block else \
-        (1.0, True)
-    if complete:
-        return factor
-    count = block.get('counts_per_rev')
-    return 2.0 * np.pi / count if count else None
-
-
-def _relate_encoders(data: dict[str, Any], blocks: dict[str, dict[str, Any]],
-                     positions: tuple[Array, Array], assumptions: list[str]) -> None:
-    """Add the sign of the arm, and the gear ratio or the motor's counts per turn of the output."""
-    motor, arm = positions
-    valid = np.isfinite(motor) & np.isfinite(arm)
-    slope = float(np.polyfit(arm[valid], motor[valid], 1)[0])
-    if slope < 0.0:
-        blocks['arm_position']['sign'] = -1
-        assumptions.append('The arm runs against the motor: its sign is -1.')
-    scale = [_scale(blocks[name], data['kind']) for name in ('motor_position', 'arm_position')]
-    if scale[1] is not None and scale[0] is None:
-        count = abs(slope) * 2.0 * np.pi / scale[1]
-        blocks['motor_position']['counts_per_rev'] = float(f'{count:.6g}')
-        assumptions.append(f'Motor: {count:.6g} counts per turn of the output, from the motion of '
-                           'the arm; lost motion makes it too large, a data sheet knows better.')
-    elif scale[0] is not None and scale[1] is not None:
-        ratio = abs(slope) * scale[0] / scale[1]
-        if abs(ratio - 1.0) > 0.05:
-            near = round(ratio)
-            data['gear_ratio'] = float(near) if near and abs(ratio / near - 1.0) < 0.01 else \
-                float(f'{ratio:.6g}')
-            assumptions.append(f'Gear ratio {data["gear_ratio"]:g}: the motor turns {ratio:.5g} '
-                               'times as much as the arm.')
-
-
-def _velocity_units(kind: str, blocks: dict[str, dict[str, Any]], values: Mapping[str, Array],
-                    t: Array, assumptions: list[str]) -> None:
-    """Add the unit of a velocity, or of its position, that their derivative relation shows."""
-    table = {('velocity', 'rotary'): ANGULAR_SPEED, ('velocity', 'prismatic'): SPEED}
-    for side in ('motor', 'arm'):
-        name, position = f'{side}_velocity', f'{side}_position'
-        if name not in blocks or position not in blocks or 'unit' in blocks[name]:
-            continue
-        scale = _scale(blocks[position], kind)
-        order = np.argsort(t, kind='stable')
-        motion = _motion(t[order] + 1e-12 * np.arange(len(t)), values[position][order])
-        valid = np.isfinite(values[name][order])
-        velocity = values[name][order][valid]
-        gain = float(velocity @ motion.velocity[valid] / (velocity @ velocity))
-        if scale is None or gain == 0.0:
-            continue
-        units = table['velocity', kind]
-        unit = min(units, key=lambda u: abs(np.log(abs(gain * scale / units[u]))))
-        if gain < 0.0:
-            blocks[name]['sign'] = -1
-        if abs(np.log(abs(gain * scale / units[unit]))) < 0.1:
-            blocks[name]['unit'] = unit
-            assumptions.append(f'{name}: {unit}, as the derivative of {position}.')
+    def guess(self) -> Guess:
+        """Return the Guess."""
+        time = self._time()
+        series = [column for column in self.layout.series if column.label not in time.labels
+                  and column.values.dtype.kind in 'iuf' and np.isfinite(column.values).any()]
+        known = [self._with_joint_names(m) for m in meanings(
+            [c.label for c in series], [self._unit_of(c) for c in series])]
+        joints = joints_of(known)
+        joint = self._selected(joints)
+        robot = joint is None and len(joints) > 1
+        columns = [Column(k, meaning, self._values(k, column, time.t))
+                   for k, (column, meaning) in enumerate(zip(series, known))
+                   if robot or np.nanmax(column.values) > np.nanmin(column.values)]
+        if not joints:
+            raise InputError(f'{self.path}: no position or velocity among '
+                             f'{", ".join(c.label for c in series)[:200]}, expected a mapping '
+                             'file (--map), or --use position=COLUMN')
+        use = self._use(known)
+        names = joints if robot else [joint or '']
+        choices = [choice_of([c for c in columns if c.meaning.joint == name or not robot and (
+            joint is None)], time.t, name, use) for name in names]
+        if not robot and not any(role.endswith(('_position', '_velocity'))
+                                 for role in choices[0].roles) and not choices[0].questions:
+            still = [m.label for c, m in zip(series, known) if m.quantity in (POSITION, VELOCITY)
+                     and np.nanmax(c.values) == np.nanmin(c.values)]
+            what = f'{", ".join(still)[:200]} never changes' if still else \
+                f'no position or velocity among {", ".join(c.label for c in series)[:200]}'
+            raise InputError(f'{self.path}: {what}, expected a motion')
+        self._gather(choices)
+        self.kind = 'prismatic' if 'kind=prismatic' in self.settings or any(
+            column.meaning.unit in {**LENGTH, **FORCE} for choice in choices
+            for column in choice.roles.values()) else 'rotary'
+        data: dict[str, Any] = {**self.layout.blocks, 'time': time.block, 'kind': self.kind}
+        if robot:
+            data['joints'] = {choice.joint: self._of_joint(choice, series, k)
+                              for k, choice in enumerate(choices)}
         else:
-            blocks[name]['scale'] = float(f'{abs(gain) * scale:.4g}')
-            assumptions.append(f'{name}: scale {blocks[name]["scale"]:g}, as the derivative of '
-                               f'{position}.')
+            data['signals'] = self._of_drive(data, choices[0], series, time)
+        self._blanks(data, series, choices, time)
+        second = sibling_setpoints(self.path, list(data.get('joints', {})), self.layout.blocks) \
+            if robot else None
+        if second is not None:
+            data['second_file'] = second
+            self.assumptions.append(f'Setpoints: {second["path"]} beside it, on the same clock.')
+        table = self._table(series, known, choices, time)
+        unused = [row.column for row in table if not row.role]
+        if unused:
+            self.assumptions.append(f'Not used: {", ".join(unused)[:400]}.')
+        return Guess(self.path.name, with_settings(data, self.settings), tuple(self.assumptions),
+                     tuple(self.questions), tuple(table))
+
+    # --- time, names and units ------------------------------------------------------------------
+    def _time(self) -> FoundTime:
+        """Return the time of the recording. Raises Undecided: it has none, or no names at all."""
+        answers, series = self.answers, self.layout.series
+        if not self.layout.named and not answers.columns:
+            raise Undecided(f'{self.path}: {len(series)} columns without names, expected their '
+                            "names in order: --columns 't,q[6],dq[6],i[6]' (q[6]: q_1 to q_6; - "
+                            'for a column that is not used)')
+        rate = stated_rate(self.settings) or answers.rate
+        if rate is None:
+            units = {name: standard_unit(unit) or unit for name, unit in answers.units.items()}
+            if 'time' in units:
+                units.update({column.label: units['time'] for column in series})
+            time = found_time(self.path, series, units, answers.use.get('time', ''))
+            if time is not None:
+                if answers.episode is not None:
+                    time.block['only'] = answers.episode
+                if answers.stamps:
+                    time.block['stamps'] = answers.stamps
+                self.assumptions += time.remarks
+                return time
+            rate = self.layout.rate
+            if rate is None:
+                raise Undecided(f'{self.path}: no column of '
+                                f'{", ".join(c.label for c in series)[:200]} grows like a time, '
+                                'expected one, or --rate HZ')
+        return FoundTime(np.arange(len(series[0].values)) / rate, {'rate': rate})
+
+    def _with_joint_names(self, meaning: Meaning) -> Meaning:
+        """Return `meaning` with the name of its joint from the file's own list of them."""
+        number = meaning.joint.removeprefix('joint_')
+        labels = self.layout.joints
+        if labels and number.isdigit() and 1 <= int(number) <= len(labels):
+            return replace(meaning, joint=labels[int(number) - 1])
+        return meaning
+
+    def _unit_of(self, column: Series) -> str:
+        stated = self.answers.units.get(column.label)
+        if stated is not None and not standard_unit(stated):
+            raise InputError(f'--unit {column.label}={stated}: unknown unit, expected one such as '
+                             'deg, turns, counts, rpm, A or N m')
+        return stated or column.unit
+
+    def _selected(self, joints: Sequence[str]) -> str | None:
+        """Return the joint that is asked for, None for all. Raises InputError: there is none."""
+        joint = self.answers.joint
+        if joint is None:
+            return None
+        candidates = [name for name in joints if joint in (name, name.removeprefix('joint_'))]
+        if not candidates:
+            raise InputError(f'{self.path}: --joint {joint}: expected one of '
+                             f'{", ".join(filter(None, joints)) or "none: it has a single joint"}')
+        return candidates[0]
+
+    def _values(self, number: int, column: Series, t: Array) -> Array:
+        """Return the values of a column; of a curve with samples of its own, between them, too."""
+        if np.nanmax(column.values) == np.nanmin(column.values):
+            return column.values.astype(float)
+        values, self.decoding[number] = decoded(column, self.assumptions)
+        valid = np.isfinite(values)
+        return values if valid.mean() > 1.0 - BLANK else np.interp(t, t[valid], values[valid])
+
+    def _use(self, known: Sequence[Meaning]) -> dict[str, str]:
+        """Return {role: column} as stated, of a robot without the words of the joint."""
+        use = {}
+        for role, name in self.answers.use.items():
+            if role == 'time':
+                continue
+            full = ROLES.get(role, role)
+            if full not in SIGNALS:
+                raise InputError(f'--use {role}={name}: unknown role, expected one of time, '
+                                 f'{", ".join((*ROLES, *SIGNALS))}')
+            fitting = [meaning for meaning in known if matches(name, meaning)]
+            if name != NONE and not fitting:
+                raise InputError(f'--use {role}={name}: no such column, expected one of '
+                                 f'{", ".join(meaning.label for meaning in known)[:300]}')
+            use[full] = stem_of(fitting[0]) if fitting and fitting[0].joint else name
+        return use
+
+    def _gather(self, choices: Sequence[Choice]) -> None:
+        """Take over the questions of all joints, each once, and what stands behind a role."""
+        topics = set()
+        for choice in choices:
+            for question in choice.questions:
+                if question.topic not in topics:
+                    self.questions.append(question)
+                topics.add(question.topic)
+
+    # --- keys -----------------------------------------------------------------------------------
+    def _block(self, role: str, column: Column, series: Sequence[Series]) -> dict[str, Any]:
+        """Return the block of the mapping for a `column` in a role."""
+        own = series[column.number]
+        block: dict[str, Any] = {**own.place, **self.decoding.get(column.number, {})}
+        if not np.isfinite(own.values.astype(float)).all():
+            block['missing'] = 'nan'
+        quantity = signal_kind(role).quantity
+        unit = column.meaning.unit
+        stated = next((self.answers.units[name] for name in (
+            own.label, stem_of(column.meaning), role, quantity, role.rpartition('_')[2])
+            if name in self.answers.units), '')
+        unit = standard_unit(stated) or unit
+        if unit:
+            block['unit'] = unit
+        if column.meaning.scale != 1.0 and not stated:
+            block['scale'] = column.meaning.scale
+        return block
+
+    def _of_drive(self, data: dict[str, Any], choice: Choice, series: Sequence[Series],
+                  time: FoundTime) -> dict[str, dict[str, Any]]:
+        """Return the blocks of the signals of one drive; add its gear ratio to `data`."""
+        blocks = {role: self._block(role, column, series)
+                  for role, column in choice.roles.items()}
+        values = {role: column.values for role, column in choice.roles.items()}
+        for role, column in choice.roles.items():
+            self._numbers(role, blocks[role], column, choice)
+            count = next((float(text.partition('=')[2]) for text in self.settings if re.fullmatch(
+                rf'signals\.{role}\.counts_per_rev=[\d.eE+-]+', text)), None)
+            if count is not None:
+                blocks[role]['counts_per_rev'] = count
+        if {'motor_position', 'arm_position'} <= set(blocks):
+            relate_encoders(data, blocks, (values['motor_position'], values['arm_position']),
+                            self.assumptions)
+        self._setpoint(data, blocks, values)
+        velocity_units(self.kind, blocks, values, time.t, self.assumptions)
+        if not choice.joint and 'effort' not in {question.topic for question in self.questions}:
+            effort_sign(blocks, values, time.t, self.assumptions)
+        self._note_units({role: column.meaning.label for role, column in choice.roles.items()
+                          if 'unit' not in blocks[role]})
+        self._setpoint_counts(blocks, values)
+        self._missing_numbers(blocks)
+        order = ('motor_position', 'arm_position')
+        return {role: blocks[role] for role in sorted(
+            blocks, key=lambda name: (name not in order, name == 'arm_position'))}
+
+    def _of_joint(self, choice: Choice, series: Sequence[Series], number: int
+                  ) -> dict[str, dict[str, Any]]:
+        """Return the blocks of the signals of a robot's joint; `number`: its place, from 0."""
+        blocks: dict[str, dict[str, Any]] = {}
+        for name, roles in OF_ROBOT:
+            role = next((role for role in roles if role in choice.roles), None)
+            if role is None:
+                continue
+            blocks[name] = self._block(role, choice.roles[role], series)
+            self._numbers(name, blocks[name], choice.roles[role], choice)
+            constants = self.answers.torque_constants
+            if name == 'effort' and blocks[name].get('unit') in DRIVE_INPUT:
+                if constants:
+                    blocks[name]['torque_constant'] = float(constants[min(
+                        number, len(constants) - 1)])
+                else:
+                    self._ask('constant', f'{choice.roles[role].meaning.label}: in '
+                              f'{blocks[name]["unit"]}, and no torque constant in the file',
+                              '--torque-constant K1,K2,... (N m per A of each joint; 1 keeps the '
+                              'current, for models that have its torque_constant)')
+            counts = self.answers.counts
+            if blocks[name].get('unit') in (*COUNTS, *COUNT_RATE) and name != 'effort':
+                if counts:
+                    blocks[name]['counts_per_rev'] = counts
+                else:
+                    self._ask('counts', f'{choice.roles[role].meaning.label}: counts, and no '
+                              'resolution in the file', '--counts-per-turn N')
+        if 'unit' in blocks.get('position', {}) and 'setpoint' in blocks:
+            blocks['setpoint'].setdefault('unit', blocks['position']['unit'])
+        return blocks
+
+    def _numbers(self, name: str, block: dict[str, Any], column: Column, choice: Choice) -> None:
+        """Add or ask for the unit of a column that states none."""
+        values = column.values[np.isfinite(column.values)]
+        if 'unit' in block or not len(values):
+            return
+        label, quantity = column.meaning.label, signal_kind(
+            name if '_' in name else f'joint:{name}').quantity
+        span = float(np.ptp(values))
+        if quantity == 'effort':
+            if is_input(column.meaning) and 'reference' not in name:
+                words = set(words_of(label))
+                current = words & {'current', 'currents', 'curr', 'cur', 'amps', 'i', 'iq',
+                                   'strom'}
+                if current:
+                    block['unit'] = 'A'
+                    self.assumptions.append(f'{label}: a current, so A.')
+                else:
+                    whole = span > COARSE and (values == np.floor(values)).all()
+                    block['unit'] = 'counts' if whole else '1'
+            return
+        if quantity == 'position' and span > COARSE and (values == np.floor(values)).all():
+            block['unit'] = 'counts'
+            self.assumptions.append(f'{label}: whole numbers, so counts.')
+            return
+        alone = not ({'motor_position', 'arm_position'} <= set(choice.roles) and 'motor' in name)
+        if quantity == 'position' and self.kind == 'rotary' and span > WIDE and alone and not any(
+                question.topic in ('unit', 'positions') for question in self.questions):
+            self._ask('unit', f'{label}: no unit in the file, and its range of {span:.4g} is wide '
+                      'for rad', '--unit position=deg (or turns, or rad)')
+
+    def _setpoint(self, data: Mapping[str, Any], blocks: dict[str, dict[str, Any]],
+                  values: Mapping[str, Array]) -> None:
+        """Give the setpoint the unit of the position, and the side that it is on."""
+        block = blocks.get('motor_setpoint')
+        position = next((role for role in ('motor_position', 'arm_position') if role in blocks),
+                        None)
+        if block is None or position is None:
+            return
+        if 'unit' not in block and 'unit' in blocks[position]:
+            block['unit'] = blocks[position]['unit']
+        ratio = data.get('gear_ratio', 1.0)
+        if 'arm_position' in blocks and ratio != 1.0:
+            scales = {role: scale_of(blocks[role], self.kind) or np.nan for role in
+                      ('motor_setpoint', 'motor_position', 'arm_position')}
+            spread = {role: float(np.nanstd(values[role])) * scale
+                      for role, scale in scales.items()}
+            sides = {side: abs(np.log(spread['motor_setpoint'] / spread[f'{side}_position']))
+                     for side in ('motor', 'arm') if spread[f'{side}_position'] > 0.0}
+            if sides and min(sides, key=lambda side: sides[side]) == 'arm':
+                block['scale'] = float(f'{block.get("scale", 1.0) * ratio:.8g}')
+                self.assumptions.append('The setpoint is as large as the motion of the arm: on '
+                                        f'its side, so times the gear ratio {ratio:g}.')
+
+    def _setpoint_counts(self, blocks: dict[str, dict[str, Any]], values: Mapping[str, Array]
+                         ) -> None:
+        """Give a setpoint in counts the resolution of the encoder that it is as large as."""
+        block = blocks.get('motor_setpoint', {})
+        if block.get('unit') not in COUNTS or 'counts_per_rev' in block or self.answers.counts:
+            return
+        likely = [role for role in ('motor_position', 'arm_position') if role in blocks
+                  and 0.5 * np.nanstd(values[role]) < np.nanstd(values['motor_setpoint'])
+                  < 2.0 * np.nanstd(values[role])]
+        if likely and 'counts_per_rev' in blocks[likely[0]]:
+            block['counts_per_rev'] = blocks[likely[0]]['counts_per_rev']
+        elif 'motor_effort' in blocks or self.questions:
+            del blocks['motor_setpoint']
+            self.assumptions.append('The setpoint is in counts of no encoder that is used, so it '
+                                    'is left out.')
+
+    def _missing_numbers(self, blocks: dict[str, dict[str, Any]]) -> None:
+        """Fill in, or ask for, counts per turn and torque constant."""
+        answers = self.answers
+        settled = {text.partition('=')[0] for text in self.settings}
+        for name, block in blocks.items():
+            unit = block.get('unit')
+            if unit in (*COUNTS, *COUNT_RATE) and 'counts_per_rev' not in block and (
+                    self.kind == 'rotary' and 'effort' not in name and 'torque' not in name):
+                if answers.counts:
+                    block['counts_per_rev'] = answers.counts
+                elif f'signals.{name}.counts_per_rev' not in settled and \
+                        f'signals.{name}.scale' not in settled:
+                    self._ask('counts', f'signals.{name}.unit: counts, and no resolution in the '
+                              'file', '--counts-per-turn N, or --set signals.'
+                              f'{name}.counts_per_rev=N')
+        effort = blocks.get('motor_effort', {})
+        if effort.get('unit') in {**DRIVE_INPUT, **COUNTS}:
+            if answers.torque_constants:
+                key = 'scale' if effort['unit'] in COUNTS else 'torque_constant'
+                effort[key] = float(answers.torque_constants[0])
+            elif not {'signals.motor_effort.torque_constant',
+                      'signals.motor_effort.scale'} & settled:
+                per = 'count' if effort['unit'] in COUNTS else \
+                    'A' if effort['unit'] in ('A', 'mA') else 'full scale'
+                self._ask('constant', f'signals.motor_effort.unit: {effort["unit"]}, and no '
+                          f'constant in the file that makes it N m', f'--torque-constant K (N m '
+                          f'per {per}; 1 keeps it, for a model with torque_constant), or '
+                          '--use effort=none')
+
+    def _ask(self, topic: str, text: str, option: str) -> None:
+        if topic not in {question.topic for question in self.questions}:
+            self.questions.append(Question(topic, text, option))
+
+    def _note_units(self, silent: Mapping[str, str]) -> None:
+        if silent:
+            units = 'rotary axis, rad, rad/s, N m (or --set kind=prismatic)' \
+                if self.kind == 'rotary' else 'm, m/s, N'
+            self.assumptions.append(f'No unit in the name, so {units} unless stated below: '
+                                    f'{", ".join(silent)}.')
+
+    def _blanks(self, data: dict[str, Any], series: Sequence[Series], choices: Sequence[Choice],
+                time: FoundTime) -> None:
+        """Give each signal its own time where curves have their samples in different rows."""
+        used = [series[column.number] for choice in choices for column in choice.roles.values()]
+        if time.column is None or not any(
+                np.isnan(column.values.astype(float)).mean() > BLANK for column in used):
+            return
+        own = {key: value for key, value in time.block.items()
+               if key not in ('start_stamp_ns', 'only', 'stamps')}
+        blocks = list(data.get('signals', {}).values()) or [
+            block for joint in data.get('joints', {}).values() for block in joint.values()]
+        for block in blocks:
+            block.pop('missing', None)
+            block['time'] = dict(own)
+        self.assumptions.append('Empty cells: each curve has its own samples; they are '
+                                'interpolated onto those of the first signal.')
+
+    # --- table ----------------------------------------------------------------------------------
+    def _table(self, series: Sequence[Series], known: Sequence[Meaning],
+               choices: Sequence[Choice], time: FoundTime) -> list[TableRow]:
+        """Return a line for each column; of joints that are alike one for all of them."""
+        rows = [TableRow(', '.join(time.labels) or 'none', 'time', _time_unit(time.block), 'given'
+                         if time.column is None else time.remarks[0].partition(', ')[2])]
+        by_number = {column.number: (choice, role) for choice in choices
+                     for role, column in choice.roles.items()}
+        left = {number: why for choice in choices for number, why in choice.left.items()}
+        families: dict[tuple[str, ...], list[str]] = {}
+        for k, meaning in enumerate(known):
+            choice, role = by_number.get(k, (None, ''))
+            unit = f'{meaning.unit or "SI"}{"" if meaning.stated else "?"}' if role else \
+                meaning.unit
+            why = choice.reasons[role] if choice is not None else left.get(
+                k, _no_role(meaning, bool(choices[0].joint), series[k]))
+            key = (stem_of(meaning), role, unit, _alike(why, meaning))
+            families.setdefault(key, []).append(meaning.label)
+        for (_, role, unit, why), labels in families.items():
+            name = labels[0] if len(labels) == 1 else f'{labels[0]} ... {labels[-1]}'
+            rows.append(TableRow(name, role, unit, why))
+        return rows
 
 
-def _effort_sign(blocks: dict[str, dict[str, Any]], values: Mapping[str, Array], t: Array,
-                 assumptions: list[str]) -> None:
-    """Turn the efforts round that take work out of a drive with friction."""
-    position = next((name for name in ('motor_position', 'arm_position') if name in blocks), None)
-    order = np.argsort(t, kind='stable')
-    for name in ('motor_effort', 'reference_torque'):
-        if name not in blocks or position is None:
-            continue
-        motion = _motion(t[order] + 1e-12 * np.arange(len(t)), values[position][order])
-        effort = values[name][order]
-        valid = np.isfinite(effort)
-        power = (effort - np.nanmedian(effort))[valid] * motion.velocity[valid]
-        sign = blocks[position].get('sign', 1)
-        if power.mean() * sign < 0.0:
-            blocks[name]['sign'] = -1
-            assumptions.append(f'{name}: sign -1, or it would take work out of the drive.')
+def _alike(why: str, meaning: Meaning) -> str:
+    """Return the reason without what differs from joint to joint."""
+    return re.sub(re.escape(meaning.joint) if meaning.joint else '(?!)', 'JOINT', why)
+
+
+def _time_unit(block: Mapping[str, Any]) -> str:
+    return f'{block["rate"]:g} Hz' if 'rate' in block else str(block.get('unit', 's'))
+
+
+def _no_role(meaning: Meaning, several: bool, column: Series) -> str:
+    """Return why a column has no role."""
+    if meaning.quantity in (POSITION, VELOCITY, EFFORT):
+        if np.nanmax(column.values) == np.nanmin(column.values):
+            return 'the same value throughout'
+        if several and not meaning.joint:
+            return 'no joint in its name'
+        return f'{meaning.source or "another"} {meaning.quantity}'
+    return f'{meaning.quantity}' if meaning.quantity else 'nothing of a joint by its name'
+
+
+def _renamed(path: Path, layout: Format, columns: str) -> Format:
+    """Return `layout` with the names that the text `columns` gives all of its columns."""
+    if not columns:
+        return layout
+    names: list[str] = []
+    for part in re.split(r',(?![^\[]*\])', columns):
+        match = re.fullmatch(r'\s*(.*?)\[(\d+)\]\s*(.*?)\s*', part)
+        names += [f'{match[1]}_{k + 1} {match[3]}'.strip() for k in range(int(match[2]))] \
+            if match else [part.strip()]
+    if len(names) != len(layout.series):
+        raise InputError(f'{path}: --columns names {len(names)} columns, expected '
+                         f'{len(layout.series)}, those of numbers: '
+                         f'{", ".join(c.label for c in layout.series)[:200]}')
+    return replace(layout, named=True, series=[
+        replace(column, label=name, unit=scaled_unit(name, True)[1])
+        for column, name in zip(layout.series, names) if name not in ('-', '')])

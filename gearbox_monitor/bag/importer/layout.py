@@ -21,6 +21,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
+import json
 from pathlib import Path
 import re
 from typing import Any
@@ -32,7 +33,7 @@ from gearbox_monitor.bag.importer.containers import (
 from gearbox_monitor.bag.importer.mapping import TextFormat
 from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES
 from gearbox_monitor.bag.importer.text_file import (
-    is_number, row_per_signal, sample_rows, signal_rows, split_line, text_lines)
+    is_number, numbers_of_list, row_per_signal, sample_rows, signal_rows, split_line, text_lines)
 from gearbox_monitor.bag.importer.unit_table import standard_unit, unit_of_label
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.packed_files import open_unpacked
@@ -41,9 +42,12 @@ from gearbox_monitor.kernels.types import AnyArray
 DATE = re.compile(r'\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d')
 MOST_ROWS = 200_000  # that are looked at
 HEAD_LINES = 300  # from which the layout of a text is seen
+PICKLES = (b'\x80\x02', b'\x80\x03', b'\x80\x04', b'\x80\x05')
+LEAST_FILLED = 0.01  # share of the cells of a column that holds numbers
 MAX_HEADER = 5  # rows
 MAX_DEPTH = 8  # of fields inside fields
 MOST_COLUMNS = 64  # of a matrix
+JOINT_LISTS = ('joint_names', 'joint_sequence', 'dof_names', 'joints', 'names')
 COMMENTS = ('#', '%', '//')
 DELIMITERS = (',', ';', '\t', 'whitespace')
 
@@ -60,10 +64,18 @@ class Series:
 
 @dataclass(frozen=True)
 class Format:
-    """Blocks of the mapping that describe the format, and the series of a recording."""
+    """
+    Blocks of the mapping that describe the format, and the series of a recording.
+
+    named: the file names its columns; joints: names of the joints, if the file lists them; rate
+    (Hz): as a file beside it states, or None.
+    """
 
     blocks: Mapping[str, Any]
     series: Sequence[Series]
+    named: bool = True
+    joints: Sequence[str] = ()
+    rate: float | None = None
 
 
 def recognised_layout(path: str | Path) -> Format:
@@ -74,25 +86,32 @@ def recognised_layout(path: str | Path) -> Format:
     """
     with readable(path), open_unpacked(path) as stream:
         head = stream.read(MATLAB_HEADER + 8)
-    kind = _format(head)
+    kind = _format(path, head)
+    joints: Sequence[str] = ()
+    rate, named = None, True
     with readable(path):
         if kind == 'text':
-            blocks, series = _text(path)
+            blocks, series, named = _text(path)
         elif kind in ('parquet', 'feather'):
             blocks, series = {'format': kind}, list(_of_table(path, kind))
+            joints, rate = _of_dataset(path)
         else:
-            blocks, series = _tree(path, kind)
+            blocks, series, joints = _tree(path, kind)
+            named = any(column.label and not column.label.isdigit() for column in series)
     lengths = Counter(len(column.values) for column in series)
     length = max(lengths, key=lambda n: (lengths[n] > 1, n >= MIN_SAMPLES, lengths[n]), default=0)
     series = [column for column in series if len(column.values) == length]
     if len(series) < 2 or length < MIN_SAMPLES:
         raise InputError(f'{path}: {len(series)} columns of {length} numbers, read as {kind}: '
                          f'expected two or more of at least {MIN_SAMPLES}')
-    return Format(blocks, series)
+    return Format(blocks, series, named, joints, rate)
 
 
-def _format(head: bytes) -> str:
-    """Return the format of a file whose first bytes are `head`."""
+def _format(path: str | Path, head: bytes) -> str:
+    """Return the format of a file whose first bytes are `head`. Raises InputError for a pickle."""
+    if head[:2] in PICKLES or head.startswith(b'PK') and b'/data.pkl' in head:
+        raise InputError(f'{path}: a Python pickle, which can run any program when it is loaded, '
+                         'expected data: save it as .npz, .csv or .parquet')
     if head.startswith(b'MATLAB'):
         return 'mat'
     for start, kind in ((HDF5, 'hdf5'), (b'PAR1', 'parquet'), (b'ARROW1', 'feather'),
@@ -103,7 +122,8 @@ def _format(head: bytes) -> str:
 
 
 # --- text ---------------------------------------------------------------------------------------
-def _text(path: str | Path) -> tuple[dict[str, Any], list[Series]]:
+def _text(path: str | Path) -> tuple[dict[str, Any], list[Series], bool]:
+    """Return (blocks of the mapping, series, whether the columns have names)."""
     text, names = _text_format(path)
     if row_per_signal(path, text):
         table = signal_rows(path, text)
@@ -115,19 +135,74 @@ def _text(path: str | Path) -> tuple[dict[str, Any], list[Series]]:
     cells = list(islice(rows, MOST_ROWS))
     columns = Counter(map(len, cells)).most_common(1)[0][0] if cells else 0
     cells = [row for row in cells if len(row) == columns]
-    labels = [' '.join(filter(None, names[k])) if k < len(names) else '' for k in range(columns)]
+    own = [' '.join(filter(None, names[k])) if k < len(names) else '' for k in range(columns)]
+    labels, units = _labelled(names, columns)
+    named = any(labels)
+    if not named:
+        labels = _echoed(cells, text) or labels
+        named = any(labels)
     default = TextFormat()
     block = {key: value for key, value in vars(text).items() if value != getattr(default, key)}
-    series = []
+    series: list[Series] = []
     for k, label in enumerate(labels):
-        values = _column_values([row[k] for row in cells], text)
+        column = [row[k] for row in cells]
+        place: int | str = own[k] if own[k] and own.count(own[k]) == 1 else k + 1
+        lists = numbers_of_list(column[0]) if column else None
+        if lists and isinstance(place, str):
+            series += _of_lists(label, place, [numbers_of_list(cell) or [] for cell in column])
+            continue
+        values = _column_values(column, text)
         if values is not None:
-            unique = label and labels.count(label) == 1
-            unit = unit_of_label(label) or (standard_unit(names[k][-1]) if unique and
-                                            len(names[k]) > 1 else '')
-            place = {'column': label if unique else k + 1}
-            series.append(Series(place, label or f'column {k + 1}', unit, values))
-    return {'format': 'text', **({'text': block} if block else {})}, series
+            unit = unit_of_label(label) or units[k]
+            series.append(Series({'column': place}, label or f'column {k + 1}', unit, values))
+    return {'format': 'text', **({'text': block} if block else {})}, series, named
+
+
+def _labelled(names: Sequence[Sequence[str]], columns: int) -> tuple[list[str], list[str]]:
+    """
+    Return (label, unit) of each column from the cells of its header rows.
+
+    A row of units names none; a cell of a first row that stands above several columns is the name
+    of their group.
+    """
+    rows = [[names[k][row] if k < len(names) and row < len(names[k]) else '' for k in
+             range(columns)] for row in range(max(map(len, names), default=0))]
+    units = [''] * columns
+    if len(rows) > 1:
+        last = [standard_unit(cell.strip('[]()')) for cell in rows[-1]]
+        cells = [cell for cell in rows[-1] if cell.strip('-[]() ')]
+        if cells and sum(map(bool, last)) >= 0.5 * len(cells):
+            units, rows = last, rows[:-1]
+    if len(rows) > 1:
+        group = ''
+        for k, cell in enumerate(rows[0]):
+            group = cell or group
+            rows[0][k] = group if rows[1][k] else cell
+    return [' '.join(filter(None, column)) for column in zip(*rows)] or [''] * columns, units
+
+
+def _echoed(cells: Sequence[Sequence[str]], text: TextFormat) -> list[str]:
+    """Return the labels of joint states as 'ros2 topic echo --csv' writes them, [] for others."""
+    row = cells[0] if cells else []
+    if len(row) < 6 or not (row[0].strip().isdigit() and row[1].strip().isdigit()):
+        return []
+    count = next((k for k, cell in enumerate(row[3:]) if is_number(cell, text)), 0)
+    joints = [cell.strip() for cell in row[3:3 + count]]
+    quantities = (len(row) - 3 - count) / count if count else 0.0
+    if quantities not in (1.0, 2.0, 3.0) or is_number(row[2], text):
+        return []
+    return ['header.stamp.sec', 'header.stamp.nanosec', 'frame_id', *(
+        f'name {k}' for k in range(count)), *(
+        f'{quantity} {joint}' for quantity in ('position', 'velocity', 'effort')[:int(quantities)]
+        for joint in joints)]
+
+
+def _of_lists(label: str, place: str, rows: Sequence[Sequence[float]]) -> Iterator[Series]:
+    """Yield a Series for each place in lists of numbers, one list for each row."""
+    width = min(map(len, rows))
+    for k in range(min(width, MOST_COLUMNS)):
+        yield Series({'column': f'{place}.{k + 1}'}, f'{label}.{k + 1}', unit_of_label(label),
+                     np.array([row[k] for row in rows]))
 
 
 def _column_values(cells: Sequence[str], text: TextFormat) -> AnyArray | None:
@@ -137,12 +212,16 @@ def _column_values(cells: Sequence[str], text: TextFormat) -> AnyArray | None:
     if text.decimal == ',':
         cells = [cell.replace(',', '.') for cell in cells]
     values = np.full(len(cells), np.nan)
+    filled = 0
     for k, cell in enumerate(cells):
+        filled += bool(cell.strip())
         try:
             values[k] = float(cell)
         except ValueError:
             continue
-    return values if np.isfinite(values).mean() > 0.5 else None
+    # Where another curve has its samples a cell is empty, which says nothing against this one.
+    numbers = int(np.isfinite(values).sum())
+    return values if numbers > 0.5 * filled and numbers >= LEAST_FILLED * len(cells) else None
 
 
 def _text_format(path: str | Path) -> tuple[TextFormat, Sequence[Sequence[str]]]:
@@ -165,8 +244,7 @@ def _text_format(path: str | Path) -> tuple[TextFormat, Sequence[Sequence[str]]]
         trial = replace(text, delimiter=layout[0], decimal=layout[1])
         cells = [split_line(line, trial) for line in body]
         flat = [cell for row in cells for cell in row]
-        numeric = sum(is_number(cell, trial) or not cell.strip() or bool(DATE.match(cell))
-                      for cell in flat)
+        numeric = sum(_is_datum(cell, trial) or not cell.strip() for cell in flat)
         return (round(numeric / max(len(flat), 1), 2) * (max(map(len, cells), default=0) > 1),
                 layout[1] == '.')
     delimiter, decimal = max(layouts, key=_score)
@@ -175,8 +253,7 @@ def _text_format(path: str | Path) -> tuple[TextFormat, Sequence[Sequence[str]]]
         if body else 0
     head = [split_line(line, text) for line in lines[:HEAD_LINES // 2]]
     is_data = [len(row) == columns and sum(
-        is_number(cell, text) or bool(DATE.match(cell)) for cell in row) > len(row) / 2
-        for row in head]
+        _is_datum(cell, text) for cell in row) > sum(map(bool, row)) / 2 for row in head]
     before = is_data.index(True) if True in is_data else 0
     header = 0
     while header < min(before, MAX_HEADER) and len(head[before - 1 - header]) == columns:
@@ -187,6 +264,11 @@ def _text_format(path: str | Path) -> tuple[TextFormat, Sequence[Sequence[str]]]
         if len(names) == columns and not any(is_number(cell[0], text) for cell in names):
             return replace(text, header='comment'), names
     return replace(text, header=True if header == 1 else header), sample_rows(path, text)[0]
+
+
+def _is_datum(cell: str, text: TextFormat) -> bool:
+    """Return whether `cell` holds a number, a date or a list of numbers."""
+    return is_number(cell, text) or bool(DATE.match(cell)) or numbers_of_list(cell) is not None
 
 
 def _lines_before(path: str | Path, text: TextFormat, rows: int) -> int:
@@ -205,20 +287,48 @@ def _of_table(path: str | Path, kind: str) -> Iterator[Series]:
             yield Series({'column': name}, name, '', values)
         elif pa.types.is_integer(column.type) or pa.types.is_floating(column.type):
             yield Series({'column': name}, name, unit_of_label(name), column.to_numpy())
+        elif _is_list(column.type) and not column.null_count:
+            rows = column.to_pylist()
+            if all(isinstance(cell, (int, float)) for cell in rows[0] or ['']):
+                yield from _of_lists(name, name, rows)
         elif pa.types.is_string(column.type) and len(column) and DATE.match(
                 str(column[0].as_py())):
             yield Series({'column': name}, name, '', np.array([str(text) for text in
                                                                column.to_pylist()]))
 
 
-def _tree(path: str | Path, kind: str) -> tuple[dict[str, Any], list[Series]]:
+def _is_list(kind: Any) -> bool:
+    import pyarrow as pa
+    return bool(pa.types.is_list(kind) or pa.types.is_fixed_size_list(kind)
+                or pa.types.is_large_list(kind))
+
+
+def _of_dataset(path: str | Path) -> tuple[Sequence[str], float | None]:
+    """Return (joints, rate) of the folder of a dataset, by 'meta/info.json' above the file."""
+    for folder in list(Path(path).absolute().parents)[:4]:
+        try:
+            content = json.loads((folder / 'meta' / 'info.json').read_text(encoding='utf-8'))
+            names = content['features']['observation.state']['names']
+            names = names.get('motors', []) if isinstance(names, dict) else names
+            return [str(name).removesuffix('.pos') for name in names or ()], float(content['fps'])
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            continue
+    return (), None
+
+
+def _tree(path: str | Path, kind: str) -> tuple[dict[str, Any], list[Series], Sequence[str]]:
+    """Return (blocks of the mapping, series, names of joints that the file lists)."""
     with opened_tree(path, kind) as tree:
         if kind == 'json':
             where, entries = _entries(tree, '')
             if entries is not None:
                 block = {'json': {'entries': where}} if where else {}
-                return {'format': kind, **block}, list(_of_entries(entries))
-        return {'format': kind}, list(_of_fields(tree, ''))
+                return {'format': kind, **block}, list(_of_entries(entries)), ()
+        names: Any = next((tree[key] for key in JOINT_LISTS if isinstance(tree, Mapping)
+                           and key in tree), ())
+        joints = [text.decode() if isinstance(text, bytes) else str(text) for text in
+                  np.atleast_1d(names[()] if hasattr(names, 'attrs') else names)]
+        return {'format': kind}, list(_of_fields(tree, '')), joints
 
 
 def _entries(tree: Any, where: str) -> tuple[str, list[Any] | None]:

@@ -58,6 +58,13 @@ SIGNALS = {
     'arm_effort': SignalKind('effort', False, False),
     'reference_torque': SignalKind('effort', False, False),
 }
+JOINT_SIGNALS = {  # of a robot, all of them as the joint itself has them
+    'position': SignalKind('position', False, False),
+    'velocity': SignalKind('velocity', False, False),
+    'effort': SignalKind('effort', True, False),
+    'setpoint': SignalKind('position', False, False),
+}
+STAMPS = ('recorded', 'even')
 MAX_HEADER = 100  # rows
 SECOND = ': second_file'  # in the name of a mapping
 FIRST_STAMP_NS = 1_000_000_000  # stamp 0 means "no stamp" to ROS and to the estimator
@@ -69,7 +76,9 @@ class TimeMapping:
     Place of the time of a sample, or the constant `rate` (Hz) of a recording without time.
 
     unit: of TIME, or 'iso8601'. repeated, unordered: what becomes of samples with one stamp, and
-    of those whose stamp is before an earlier one.
+    of those whose stamp is before an earlier one. nanosec: column of the nanoseconds that are
+    added. segment: column whose value changes where another recording begins, with its own time;
+    only: its value of the recording that is read. stamps: 'even' lays an even grid through them.
     """
 
     column: int | str | None = None
@@ -80,6 +89,10 @@ class TimeMapping:
     start_stamp_ns: int | str = FIRST_STAMP_NS
     repeated: str = 'error'
     unordered: str = 'error'
+    nanosec: int | str | None = None
+    segment: int | str | None = None
+    only: int | None = None
+    stamps: str = 'recorded'
 
 
 @dataclass(frozen=True)
@@ -143,6 +156,7 @@ class ImportMapping:
     A checked mapping file; `yaml_text` is its content, `source` its path.
 
     references: {dotted key of `data`: (name in the header of a recording, scale)}, for bound_to.
+    joints: of a robot; their signals are called 'JOINT:QUANTITY'.
     """
 
     source: str
@@ -158,6 +172,7 @@ class ImportMapping:
     second_file: 'SecondFile | None' = None
     data: Any = None
     references: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    joints: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -175,8 +190,21 @@ class SecondFile:
 
 
 Place: TypeAlias = SignalMapping | TimeMapping
-_KEYS = ('format', 'description', 'kind', 'gear_ratio', 'time', 'signals', 'text', 'json',
-         'second_file')
+_KEYS = ('format', 'description', 'kind', 'gear_ratio', 'time', 'signals', 'joints', 'text',
+         'json', 'second_file')
+
+
+def signal_kind(name: str) -> SignalKind:
+    """Return the SignalKind of a signal, 'JOINT:QUANTITY' of a robot."""
+    return JOINT_SIGNALS[name.rpartition(':')[2]] if ':' in name else SIGNALS[name]
+
+
+def key_of(name: str) -> str:
+    """Return the key of the signal or time `name` in a mapping."""
+    if name.partition('.')[0] == 'time':
+        return name
+    joint, colon, quantity = name.rpartition(':')
+    return f'joints.{joint}.{quantity}' if colon else f'signals.{name}'
 
 
 def find_mapping(name: str | Path) -> Path:
@@ -240,7 +268,10 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
     # The numbers are checked once they were read; until then any will do.
     data = with_header(data, references, {name: 1.0 for name, _ in references.values()}, '')
     _require_keys(data, 'mapping', source, _KEYS)
-    for key in ('format', 'time', 'signals'):
+    if 'joints' in data and 'signals' in data:
+        raise InputError(f'{source}: joints: beside signals, expected one of the two')
+    needed = 'joints' if 'joints' in data else 'signals'
+    for key in ('format', 'time', needed):
         if key not in data:
             raise InputError(f'{source}: {key}: missing, expected one of '
                              f'{", ".join(FORMATS)}' if key == 'format' else
@@ -270,23 +301,43 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
             values['json'] = JsonFormat(entries[:-2] if entries.endswith('[]') else entries)
     with problems:
         values['time'] = _time(data['time'], source, kind)
-    with problems:
-        _require_keys(data['signals'], 'signals', source, SIGNALS)
-    values['signals'], blocks = {}, data['signals'] if isinstance(data['signals'], dict) else {}
-    for name in blocks:
-        if name in SIGNALS:
-            with problems:
-                values['signals'][name] = _signal(name, blocks[name], source, kind,
-                                                  values['kind'])
+    values['signals'] = {}
+    for name, block in _blocks(data, needed, source, problems).items():
+        with problems:
+            values['signals'][name] = _signal(name, block, source, kind, values['kind'])
+    if needed == 'joints' and isinstance(data['joints'], dict):
+        values['joints'] = tuple(map(str, data['joints']))
+        if 'gear_ratio' in data:
+            problems.found.append(f'{source}: gear_ratio: beside joints, expected signals of the '
+                                  'joints themselves')
     problems.raise_all()
     second = values.get('second_file')
     if not source.endswith(SECOND) and not any(
-            SIGNALS[name].quantity != 'effort' and name != 'motor_setpoint' for name in
+            signal_kind(name).quantity != 'effort' and not name.endswith('setpoint') for name in
             (*values['signals'], *(second.mapping.signals if second else ()))):
         raise InputError(f'{source}: signals: no position, expected motor_position, arm_position '
                          'or both, or a velocity')
     return ImportMapping(source=source, yaml_text=text, data=original, references=references,
                          **values)
+
+
+def _blocks(data: Mapping[str, Any], key: str, source: str, problems: Problems) -> dict[str, Any]:
+    """Return {name of the signal: its block} of `data[key]`, 'signals' or 'joints'."""
+    content = data[key]
+    if key == 'signals':
+        with problems:
+            _require_keys(content, 'signals', source, SIGNALS)
+        return {name: block for name, block in content.items() if name in SIGNALS} \
+            if isinstance(content, dict) else {}
+    blocks = {}
+    for joint, signals in content.items() if isinstance(content, dict) else ():
+        with problems:
+            _require_keys(signals, f'joints.{joint}', source, JOINT_SIGNALS)
+            blocks.update({f'{joint}:{name}': block for name, block in signals.items()})
+    if not blocks:
+        problems.found.append(f'{source}: joints: {str(content)[:40]!r}, expected signals by '
+                              'joint')
+    return blocks
 
 
 def _second_file(data: Mapping[str, Any], source: str) -> SecondFile:
@@ -300,7 +351,8 @@ def _second_file(data: Mapping[str, Any], source: str) -> SecondFile:
     inner = {**{key: data[key] for key in ('kind', 'gear_ratio') if key in data},
              **{key: value for key, value in block.items() if key not in ('path', 'lag')}}
     mapping = mapping_from_dict(inner, source + SECOND)
-    both = set(mapping.signals) & set(data['signals'] if isinstance(data['signals'], dict) else ())
+    first = _blocks(data, 'joints' if 'joints' in data else 'signals', source, Problems())
+    both = set(mapping.signals) & set(first)
     if both or not mapping.signals:
         raise InputError(f'{source}: second_file.signals: {", ".join(sorted(both)) or "none"}, '
                          'expected signals that the first file does not have')
@@ -337,7 +389,7 @@ def _text(block: Any, source: str) -> TextFormat:
 def _time(block: Any, source: str, kind: str, where: str = 'time') -> TimeMapping:
     allowed = [f.name for f in fields(TimeMapping)]
     if where != 'time':  # of one signal: the recording begins where the common time begins
-        allowed.remove('start_stamp_ns')
+        allowed = [key for key in allowed if key not in ('start_stamp_ns', 'only', 'stamps')]
     _require_keys(block, where, source, allowed)
     if 'rate' in block:
         for key in ('column', 'field', 'scale', 'unit'):
@@ -347,6 +399,12 @@ def _time(block: Any, source: str, kind: str, where: str = 'time') -> TimeMappin
         _number(block['rate'], f'{where}.rate', source, positive=True)
     else:
         _place(block, where, source, kind)
+    for key in ('nanosec', 'segment'):
+        _column(block.get(key, 1), f'{where}.{key}', source, kind in TABLES)
+    if 'only' in block and ('segment' not in block or not isinstance(block['only'], int)):
+        raise InputError(f'{source}: {where}.only: {block["only"]!r}, expected a whole number '
+                         'beside segment')
+    _choice(block.get('stamps', STAMPS[0]), f'{where}.stamps', source, STAMPS)
     _number(block.get('scale', 1.0), f'{where}.scale', source, positive=True)
     _choice(block.get('unit', 's'), f'{where}.unit', source, (*TIME, 'iso8601'))
     _choice(block.get('repeated', 'error'), f'{where}.repeated', source, REPEATED)
@@ -360,8 +418,8 @@ def _time(block: Any, source: str, kind: str, where: str = 'time') -> TimeMappin
 
 
 def _signal(name: str, block: Any, source: str, kind: str, axis: str) -> SignalMapping:
-    quantity, motor_effort, _ = SIGNALS[name]
-    where = f'signals.{name}'
+    quantity, motor_effort, _ = signal_kind(name)
+    where = key_of(name)
     allowed = ['column', 'field', 'scale', 'offset', 'sign', 'zero', 'bits', 'coding', 'missing',
                'unit', 'time']
     allowed += ['counts_per_rev'] if quantity != 'effort' and axis == 'rotary' else []
@@ -406,7 +464,8 @@ def _unit_scale(block: Mapping[str, Any], where: str, source: str, quantity: tup
     if not complete and not second and ('scale' not in block or factor != 1.0):
         expected = ('counts_per_rev or scale' if quantity == ('position', 'rotary') or
                     quantity == ('velocity', 'rotary') else
-                    'torque_constant or scale' if 'motor_effort' in where else 'scale')
+                    'torque_constant or scale' if 'motor_effort' in where or
+                    where.startswith('joints.') else 'scale')
         raise InputError(f'{source}: {where}.unit: {unit!r} needs a factor to SI, expected '
                          f'{expected} beside it')
     return factor
@@ -428,11 +487,15 @@ def _place(block: Mapping[str, Any], where: str, source: str, kind: str) -> None
                              f'{needed[0]}')
     if 'field' in block:
         _string(block['field'], f'{where}.field', source)
-    column = block.get('column', 1)
-    named = isinstance(column, str) and column and kind in TABLES
+    _column(block.get('column', 1), f'{where}.column', source, kind in TABLES)
+
+
+def _column(column: Any, where: str, source: str, has_names: bool) -> None:
+    """Check the `column` that the key `where` names; has_names: a name will do, too."""
+    named = isinstance(column, str) and column and (has_names or not where.endswith('.column'))
     if isinstance(column, bool) or not (named or (isinstance(column, int) and column >= 1)):
-        raise InputError(f'{source}: {where}.column: {column!r}, expected a number from 1'
-                         + (' or a name of the header row' if kind in TABLES else ''))
+        raise InputError(f'{source}: {where}: {column!r}, expected a number from 1'
+                         + (' or a name of the header row' if has_names else ''))
 
 
 def _require_keys(data: Any, name: str, source: str, allowed: Collection[str]) -> None:

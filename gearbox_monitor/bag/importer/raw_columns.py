@@ -17,9 +17,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from gearbox_monitor.bag.importer.mapping import Place
+from gearbox_monitor.bag.importer.mapping import key_of, Place
 from gearbox_monitor.kernels.types import AnyArray
 
+__all__ = ['MIN_SAMPLES', 'Places', 'RawColumns', 'key_of', 'label_of', 'names_of']
 MIN_SAMPLES = 100  # of a recording; a matrix with fewer rows and more columns has rows of samples
 Places: TypeAlias = Mapping[str, Place]  # by name of the signal, 'time' and 'SIGNAL.time'
 
@@ -43,12 +44,7 @@ class RawColumns:
 
 def label_of(name: str) -> str:
     """Return the `name` of a signal as messages write it."""
-    return name.replace('_', ' ').replace('.', ' ')
-
-
-def key_of(name: str) -> str:
-    """Return the key of the signal or time `name` in a mapping."""
-    return name if name == 'time' else f'signals.{name}'
+    return name.replace('_', ' ').replace('.', ' ').replace(':', ' ')
 
 
 def names_of(value: object) -> str:

@@ -30,9 +30,11 @@ from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES
 from gearbox_monitor.bag.importer.unit_table import TIME
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Integers
+from gearbox_monitor.quality.stamps import evened
 
 # Sample times of drives, s: bus and servo rates. Stamps read in a wrong unit are outside.
 SHORTEST, LONGEST = 5e-6, 0.1
+PAUSE = 1_000_000_000  # ns between recordings in one file: longer than what a filter bridges
 LAST = 2 ** 31 * 1_000_000_000  # ns: the header of a message holds no later second
 ZONE = re.compile(r'\s*(Z|[+-]\d\d:?\d\d)$')
 
@@ -212,3 +214,52 @@ def require_plausible(path: str | Path, stamp_ns: Integers, unit: str) -> None:
         cure = f'time read in {unit}: is time.unit right?' if unit else 'is time.rate right?'
         raise InputError(f'{path}: {count} samples in {duration:.6g} s, one per {step:.6g} s, '
                          f'expected one per {SHORTEST:g} to {LONGEST:g} s ({cure})')
+
+
+def in_one_line(stamp_ns: Integers, segments: AnyArray) -> tuple[Integers, list[str]]:
+    """
+    Return stamps of recordings with times of their own, PAUSE after the end of the previous one.
+
+    Args:
+        stamp_ns: int64 [N], of each recording in its own time.
+        segments: [N], another value where another recording begins.
+
+    Returns:
+        The stamps, and a sentence about it if there are several recordings.
+    """
+    starts = np.flatnonzero(segments[1:] != segments[:-1]) + 1
+    if not len(starts):
+        return stamp_ns, []
+    shift: Integers = np.zeros(len(stamp_ns), np.int64)
+    shift[starts] = stamp_ns[starts - 1] + PAUSE - stamp_ns[starts]
+    return stamp_ns + np.cumsum(shift), [
+        f'time: {len(starts) + 1} recordings one after another, each {PAUSE * 1e-9:g} s after the '
+        'end of the previous one (time.only reads one of them)']
+
+
+def even_stamps(path: str | Path, stamp_ns: Integers) -> tuple[Integers, list[str]]:
+    """
+    Return evenly spaced stamps: a line through those of each stretch without a dropout.
+
+    For samples of a device with a steady clock, stamped late and in bursts by who received them.
+
+    Args:
+        path: of the recording, for messages.
+        stamp_ns: int64 [N], not decreasing.
+
+    Returns:
+        The stamps, int64 [N], strictly increasing, and a sentence about it.
+
+    Raises:
+        InputError: a stamp goes back, or too many are alike.
+    """
+    step = np.diff(stamp_ns)
+    if (step < 0).any() or len(step) < 2 or stamp_ns[-1] - stamp_ns[0] < len(step):
+        raise InputError(f'{path}: time.stamps even: {int((step < 0).sum())} stamps go back and '
+                         f'{int((step == 0).sum())} of {len(stamp_ns)} repeat, expected stamps '
+                         'that grow on the whole')
+    even = evened(stamp_ns)
+    shift = float(np.abs(even - stamp_ns).max()) * 1e-9
+    rate = (len(even) - 1) / (float(even[-1] - even[0]) * 1e-9)
+    return even, [f'time: stamps laid on an even grid of {rate:.5g} Hz on average, moved by up to '
+                  f'{shift:.3g} s']

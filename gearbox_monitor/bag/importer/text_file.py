@@ -21,10 +21,11 @@ ones, and for times that a double does not hold.
 from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, islice, zip_longest
 import math
 from pathlib import Path
+import re
 from typing import TypeAlias
 
 import numpy as np
@@ -166,6 +167,62 @@ def column_numbers(path: str | Path, mapping: ImportMapping, places: Places,
     return numbers
 
 
+def list_columns(names: Sequence[Sequence[str]], places: Places) -> dict[str, tuple[str, int]]:
+    """Return {name of the signal: (column, place in its list from 1)} of 'COLUMN.NUMBER'."""
+    cells = {cell for column in names for cell in (*column, ' '.join(filter(None, column)))}
+    result = {}
+    for name, place in places.items():
+        if isinstance(place.column, str) and place.column not in cells:
+            stem, _, digits = place.column.rpartition('.')
+            if stem in cells and digits.isdigit() and int(digits):
+                result[name] = stem, int(digits)
+    return result
+
+
+def numbers_of_list(cell: str) -> list[float] | None:
+    """Return the numbers of a cell such as '[1.0, 2.0]', None if it is none."""
+    inside = re.fullmatch(r'\s*[\[(](.*)[\])]\s*', cell, re.DOTALL)
+    if inside is None:
+        return None
+    try:
+        return [float(part) for part in inside[1].replace(',', ' ').split()]
+    except ValueError:
+        return None
+
+
+def _read_lists(path: str | Path, mapping: ImportMapping, places: Places,
+                lists: Mapping[str, tuple[str, int]]) -> RawColumns:
+    """Return the RawColumns of a text file with lists of numbers in cells."""
+    names, rows = sample_rows(path, mapping.text)
+    plain = {name: replace(place, column=lists[name][0]) if name in lists else place
+             for name, place in places.items()}
+    numbers = column_numbers(path, mapping, plain, names)
+    table = [(line, split_line(text, mapping.text)) for line, text in rows]
+
+    def _place(row: int, name: str) -> str:
+        return f'line {table[row][0]}, column {numbers[name] + 1} ({label_of(name)})'
+    cell_value = _parser(path, mapping, places)
+    parsed: dict[int, list[list[float]]] = {}
+    values: dict[str, AnyArray] = {}
+    for name, column in numbers.items():
+        cells = [row[column].strip() if column < len(row) else '' for _, row in table]
+        if name not in lists:
+            place = places[name]
+            values[name] = np.array(cells) if isinstance(place, TimeMapping) and (
+                place.unit == 'iso8601') else np.array(
+                [cell_value(cell, name, _place(k, name)) for k, cell in enumerate(cells)])
+            continue
+        if column not in parsed:
+            parsed[column] = [numbers_of_list(cell) or [] for cell in cells]
+        element = lists[name][1]
+        for k, row in enumerate(parsed[column]):
+            if len(row) < element:
+                raise InputError(f'{path}: {_place(k, name)} value {cells[k][:40]!r}: expected a '
+                                 f'list of at least {element} numbers')
+        values[name] = np.array([row[element - 1] for row in parsed[column]])
+    return RawColumns(values, _place, (), _units(numbers, names))
+
+
 def read_text(path: str | Path, mapping: ImportMapping, places: Places) -> RawColumns:
     """
     Return the RawColumns of a text file.
@@ -182,6 +239,9 @@ def read_text(path: str | Path, mapping: ImportMapping, places: Places) -> RawCo
     if row_per_signal(path, text):
         return _read_signal_rows(path, mapping, places)
     names, rows = sample_rows(path, text)
+    lists = list_columns(names, places)
+    if lists:
+        return _read_lists(path, mapping, places, lists)
     numbers = column_numbers(path, mapping, places, names)
     lines = array('q')
 

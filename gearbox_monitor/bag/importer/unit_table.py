@@ -67,11 +67,31 @@ def standard_unit(text: str) -> str:
     return _BY_SPELLING.get(squeezed) or _BY_SPELLING.get(squeezed.lower(), '')
 
 
+def scaled_unit(text: str, of_label: bool = False) -> tuple[float, str]:
+    """
+    Return (factor, unit) of a unit with a number in front: '0.229rpm' is (0.229, 'rpm').
+
+    Args:
+        text: unit as a file writes it; (1, '') is returned for anything else.
+        of_label: `text` is the name of a column that may state its unit.
+    """
+    if of_label:
+        bracketed = re.search(r'[\[(<{]([^\[\](){}<>]+)[\])>}]\s*$', text)
+        if not bracketed or bracketed[1].strip().isdigit():
+            return 1.0, unit_of_label(text)
+        text = bracketed[1].rstrip('?')
+    match = re.fullmatch(r'\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)?\s*\*?\s*(\D.*)', text)
+    unit = standard_unit(match[2]) if match else ''
+    return (float(match[1]) if match and match[1] and unit and match[1] != '1' else 1.0), (
+        unit or standard_unit(text))
+
+
 def unit_of_label(label: str) -> str:
     """Return the unit that a name of a column states, 'q [deg]' or 'q_deg'; '' if none."""
     bracketed = re.search(r'[\[(<{]([^\[\](){}<>]+)[\])>}]\s*$', label)
     if bracketed:
-        return standard_unit(bracketed[1].rstrip('?'))
+        inside = bracketed[1].strip()
+        return '' if inside.isdigit() else standard_unit(inside.rstrip('?'))
     # Single letters after an underscore are indices more often than units.
     ending = re.search(r'[_ /-]([A-Za-z%°]{2,})$', label)
     return standard_unit(ending[1]) if ending else ''

@@ -1,0 +1,80 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A robot's recording: all joints on one clock, as joint states and setpoints of one bag."""
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+import heapq
+
+import numpy as np
+
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.kernels.types import Array, Integers
+
+JOINT_TOPIC = '/joint_states'
+SETPOINT_TOPIC = '/joint_setpoints'
+Topic = tuple[str, Integers, list[bytes]]  # name, stamps, messages
+
+
+@dataclass(frozen=True)
+class RobotRecording:
+    """
+    Samples [N] of J joints; NaN where not measured.
+
+    values {'position', 'velocity', 'effort', 'setpoint': [N, J]}, rad (or m), rad/s, N m or what
+    a torque constant makes N m; a quantity that no joint has is missing. `stamp_ns` is int64 and
+    strictly increasing. `notices` are sentences about the data that its owner should read.
+    """
+
+    joints: tuple[str, ...]
+    stamp_ns: Integers
+    values: Mapping[str, Array]
+    notices: tuple[str, ...] = ()
+
+    def messages(self) -> Iterator[Topic]:
+        """Yield (topic, stamps, messages): joint states, and setpoints where there are any."""
+        none = np.full((len(self.stamp_ns), len(self.joints)), np.nan)
+        yield JOINT_TOPIC, self.stamp_ns, encode_joint_states(
+            self.stamp_ns, self.joints, self.values.get('position', none),
+            self.values.get('velocity'), self.values.get('effort'))
+        if 'setpoint' in self.values:
+            yield SETPOINT_TOPIC, self.stamp_ns, encode_joint_states(
+                self.stamp_ns, self.joints, self.values['setpoint'])
+
+
+def robot_recording(joints: Sequence[str], stamp_ns: Integers, values: Mapping[str, Array],
+                    notices: Iterable[str]) -> RobotRecording:
+    """
+    Return the RobotRecording of signals called 'JOINT:QUANTITY'.
+
+    Args:
+        joints: J names.
+        stamp_ns: int64 [N].
+        values: {signal: [N]}.
+        notices: sentences for the user.
+    """
+    none = np.full(len(stamp_ns), np.nan)
+    quantities = dict.fromkeys(name.rpartition(':')[2] for name in values)
+    return RobotRecording(tuple(joints), stamp_ns, {
+        quantity: np.column_stack([values.get(f'{joint}:{quantity}', none) for joint in joints])
+        for quantity in quantities}, tuple(notices))
+
+
+def write_in_order(writer: BagWriter, topics: Sequence[Topic]) -> None:
+    """Write the messages of all `topics` by their stamps, of equal ones in the order given."""
+    for stamp, _, topic, message in heapq.merge(*(
+            [(stamp, k, topic, message) for stamp, message in zip(stamps.tolist(), messages)]
+            for k, (topic, stamps, messages) in enumerate(topics))):
+        writer.write(topic, stamp, message)
