@@ -17,8 +17,8 @@ Read a drive in an MJCF, URDF or SDF file: from what MuJoCo compiles of it, whol
 
 A drive is one joint (motor and arm are rigidly coupled, the motor is its armature), or two joints
 that hang on one parent: that of the motor, and that of the arm. A fixed tendon between the two is
-the transmission. All other joints rest in the posture. `values_in` makes MjcfValues of it, in which
-the writer has a model, too.
+the transmission. All other joints rest in the posture. `values_in` makes MjcfValues of it, in
+which the writer has a model, too.
 """
 import cmath
 from collections.abc import Mapping, Sequence
@@ -224,7 +224,7 @@ def compiled_file(data: bytes, path: Path, joint: str | None = None, root: Path 
         InputError: it is none of them, or MuJoCo refuses it.
 
     """
-    document, notes = parse_xml(data, str(path)), []
+    document, notes = parse_xml(data, str(path)), list[str]()
     springs: dict[str, tuple[float, float]] = {}
     if document.root.tag == 'sdf':
         text = urdf_of(document, joint)
@@ -695,8 +695,8 @@ def values_in(drive: MjcfDrive) -> MjcfValues:
         tendon.stiffness[2] if tendon else 0.0,
         (drive.hysteresis.stiffness[0], drive.hysteresis.springyield)
         if drive.hysteresis else None, offset=offset, limit=limit,
-        lag=law.lag if law else 0.0, delay=law.delay if law else 0.0, passive=tuple(passive),
-        late=_late(drive), zero=zero, servo=servo)
+        lag=law.lag if law else 0.0, delay=law.delay + law.held if law else 0.0,
+        passive=tuple(passive), late=_late(drive), zero=zero, servo=servo)
 
 
 def _limit(drive: MjcfDrive, law: ActuatorLaw | None) -> float:

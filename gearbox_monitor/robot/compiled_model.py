@@ -263,7 +263,8 @@ class ActuatorLaw:
     Torque of an actuator on a joint, in the joint's coordinates: rad, N m (m, N of a slide).
 
     torque = clip(gear gain c + constant - spring q - damper q', force), c its control: within
-    `control`, late by `delay` s, through a filter of the time constant `lag` s. force, control:
+    `control`, late by `delay` s, through a filter of the time constant `lag` s. What a filter has
+    reached at the begin of a step acts throughout: `held` s late in the mean. force, control:
     (low, high), infinite without limits. setpoint: c / gear is a position that it drives to;
     speed: it drives to a speed. cogging: A (N m), N, phi; lugre: sigma0 (N m/rad), sigma1
     (N m s/rad), Coulomb and static friction (N m), Stribeck speed (rad/s). passive: no control.
@@ -280,6 +281,7 @@ class ActuatorLaw:
     control: tuple[float, float]
     lag: float = 0.0
     delay: float = 0.0
+    held: float = 0.0
     setpoint: bool = False
     speed: bool = False
     passive: bool = False
@@ -366,7 +368,8 @@ def actuator_law(m: Any, actuator: int) -> ActuatorLaw:
                      'the sign)')
     return ActuatorLaw(
         i, _name(m, i), gear, gain, gear * bias[0], spring, damper, _force(m, i, gear),
-        _control(m, i), lag, _delay(m, i), setpoint, speed=bool(not setpoint and damper))
+        _control(m, i), lag, _delay(m, i), 0.5 * float(m.opt.timestep) if lag else 0.0, setpoint,
+        speed=bool(not setpoint and damper))
 
 
 def _kind_of(enumeration: Any, value: int, prefix: str) -> str:
@@ -535,13 +538,13 @@ def _of_joint(moved: _Moved, joint: int) -> Iterator[Refusal]:
                           'the joint moves, expected 0')
     if enabled(m, 'SLEEP'):
         yield Refusal(name, 'sleep', 'enabled in option flag, expected disable')
-    kind = int(m.opt.integrator)
-    if kind not in (int(mujoco.mjtIntegrator.mjINT_EULER), int(mujoco.mjtIntegrator.mjINT_RK4),
+    steps = int(m.opt.integrator)
+    if steps not in (int(mujoco.mjtIntegrator.mjINT_EULER), int(mujoco.mjtIntegrator.mjINT_RK4),
                     int(mujoco.mjtIntegrator.mjINT_IMPLICIT),
                     int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)):
-        yield Refusal(name, 'integrator', f'{_kind_of(mujoco.mjtIntegrator, kind, "mjINT_")}, '
+        yield Refusal(name, 'integrator', f'{_kind_of(mujoco.mjtIntegrator, steps, "mjINT_")}, '
                       'expected Euler, RK4, implicit or implicitfast')
-    if kind == int(mujoco.mjtIntegrator.mjINT_EULER) and disabled(m, 'EULERDAMP') and (
+    if steps == int(mujoco.mjtIntegrator.mjINT_EULER) and disabled(m, 'EULERDAMP') and (
             m.dof_damping[dof] and not disabled(m, 'DAMPER')):
         yield Refusal(name, 'eulerdamp', 'disabled: damping is explicit, expected enable, or the '
                       'integrator implicitfast')
