@@ -141,7 +141,7 @@ def number(*values: float) -> str:
 
 
 def _same(a: complex, b: complex) -> bool:
-    return a == b or abs(a - b) <= SAME * max(abs(a), abs(b))
+    return a == b or cmath.isclose(a, b, rel_tol=SAME)  # an infinite one is close to no other
 
 
 def _alike(value: str | None, before: str) -> bool:
@@ -576,7 +576,7 @@ def _forces(drive: MjcfDrive, values: MjcfValues) -> tuple[_Force, _Force]:
 def _agree(one: _Force, other: _Force) -> bool:
     """Return whether two forces are the same but for rounding."""
     small = 1e-9 * max(abs(one.gain), 1.0)
-    return all(_same(a, b) or abs(a - b) <= small for a, b in zip(
+    return all(_same(a, b) or math.isfinite(a - b) and abs(a - b) <= small for a, b in zip(
         (one.gain, *one.bias, one.span, one.control, one.lag, one.delay),
         (other.gain, *other.bias, other.span, other.control, other.lag, other.delay)))
 
@@ -602,6 +602,11 @@ def _actuator(draft: _Draft, values: MjcfValues, motor: str) -> None:
     present, wanted = _forces(drive, values)
     attributes: dict[str, str | None] = {}
     where = f'{drive.path}: actuator {a.name}'
+    if a.element is not None:
+        where = f'{drive.path}: line {a.element.line}: actuator {a.name}'
+    if a.setpoint and values.servo is None and (values.lag or values.delay):
+        raise InputError(f'{where}: follows a setpoint, and lag or delay of a torque would act on '
+                         'that; expected a motor')
     moved = motor != drive.motor.name
     if moved:
         attributes |= {'joint': motor}
@@ -806,5 +811,5 @@ def _verify(again: MjcfDrive, drive: MjcfDrive, values: MjcfValues) -> None:
                              if name in ('inertia', 'weight') else 1e-9):
             raise InputError(
                 f'{drive.path}: {name}: MuJoCo makes {present[name]:.6g} of {target:.6g}, '
-                'expected a file where the attributes of joint and inertial count (no springdamper, '
-                'compiler inertiafromgeom auto)')
+                'expected a file where the attributes of joint and inertial count (no '
+                'springdamper, compiler inertiafromgeom auto)')

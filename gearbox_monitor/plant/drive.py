@@ -669,6 +669,12 @@ def fastest_eigenvalue(model: DriveModel) -> float:
         spring += at_rest.spring
     if model.transmission.kind == 'rigid':
         inertia = model.motor_inertia + model.arm_inertia
+        if model.timestep is not None and model.integrator != INTEGRATORS[RK4]:
+            # Damping at the end of a step brakes it: what it does not take in acts as before.
+            kd = model.controller.kd if model.controller is not None else 0.0
+            share, _ = braked(model.timestep, kd, p)
+            implicit = (1.0 / share - 1.0) * inertia / model.timestep
+            slope, inertia = slope - min(implicit, slope + arm_slope), inertia / share
         return max((slope + arm_slope) / inertia, math.sqrt(spring / inertia))
     m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
     fastest = 0.0

@@ -48,6 +48,10 @@ CASES = {
     'motor_encoder_delay': {'T': 0.0053}, 'arm_encoder_delay': {'T': 0.0028},
     'encoder_offset': {'c': 0.05}}
 
+SERVO_CASES = {
+    'servo_gain': {'kp': 30.0}, 'servo_limit': {'umax': 4.0}, 'setpoint_delay': {'T': 0.0053},
+    'setpoint_lag': {'T': 0.01}}
+
 
 def nominal(**changes):
     """Return the model of the drive in PAIR."""
@@ -81,7 +85,8 @@ def compared(model, path=PAIR, joints=('motor', 'arm')):
 
 
 def test_every_expressed_effect_has_a_case():
-    assert {name for name, e in EXPRESSIONS.items() if e.kind != REFUSED} == set(CASES)
+    assert {name for name, e in EXPRESSIONS.items() if e.kind != REFUSED} == {
+        *CASES, *SERVO_CASES}
 
 
 @pytest.mark.parametrize('name', CASES)
@@ -248,8 +253,9 @@ def test_urdf_asks_for_what_it_lacks(tmp_path):
     path = tmp_path / 'arm.urdf'
     path.write_bytes(URDF)
     drive = read_mjcf(path, 'elbow')
+    assert model_of(drive).motor_inertia == pytest.approx(0.5 * (0.02 + 2.0 * 0.1 ** 2))
     with pytest.raises(InputError, match='armature: 0, expected .* or motor_inertia in a file'):
-        model_of(drive)
+        model_of(drive, {'damping': 0.2, 'transmission': {'stiffness': 900.0}})
     with pytest.raises(InputError, match='expected its damping beside transmission'):
         model_of(drive, {'motor_inertia': 0.01, 'transmission': {'stiffness': 900.0}})
     model = model_of(drive, {'motor_inertia': 0.01, 'damping': 0.2,
@@ -271,8 +277,13 @@ def test_included_files_lie_beside_the_file_and_are_not_edited(tmp_path):
     begin, end = text.index('<actuator>'), text.index('</actuator>') + len('</actuator>')
     (tmp_path / 'motors.xml').write_text(f'<mujocoinclude>{text[begin:end]}</mujocoinclude>')
     (tmp_path / 'robot.xml').write_text(text[:begin] + '<include file="motors.xml"/>' + text[end:])
-    with pytest.raises(InputError, match='actuator of joint elbow is not in this file itself'):
-        read_mjcf(tmp_path / 'robot.xml', 'elbow')
+    drive = read_mjcf(tmp_path / 'robot.xml', 'elbow')
+    model = model_of(drive)
+    assert model == model_of(read_mjcf(ROBOT, 'elbow'))
+    patched(drive, *values_of(model.with_(viscous_friction=0.3)))
+    gain = model.with_(effects=[*model.effects, {'id': 'torque_gain', 'g': 0.1}])
+    with pytest.raises(InputError, match='actuator elbow: is not in this file itself'):
+        patched(drive, *values_of(gain))
 
 
 def test_a_short_keyframe_is_filled_up():
@@ -297,11 +308,12 @@ def test_what_overrules_an_edit_is_one_line():
 def test_classes_frames_and_a_floating_base(joint):
     """The inertia about the hip depends on the knee: that of the keyframe counts."""
     drive = read_mjcf(LEG, joint, keyframe='stand')
-    nominal_model, upright = model_of(drive), model_of(read_mjcf(LEG, joint))
+    torque = {'controller': None}
+    nominal_model, upright = model_of(drive, torque), model_of(read_mjcf(LEG, joint), torque)
     assert (nominal_model.arm_inertia < 0.99 * upright.arm_inertia) == (joint == 'hip')
     assert nominal_model.motor_inertia == {'hip': 0.09, 'knee': 0.02}[joint]
     model = nominal_model.with_(arm_inertia=0.9 * nominal_model.arm_inertia, effects=[
-        *(e for e in nominal_model.effects if e['id'] != 'gravity'),
+        *(e for e in nominal_model.effects if e['id'] not in ('gravity', 'saturation')),
         {'id': 'torque_gain', 'g': -0.2}, {'id': 'saturation', 'umax': 30.0}])
     if joint == 'knee':
         model = model.with_(kind='dead_zone', stiffness=900.0, half_gap=0.005, damping=0.5)
@@ -313,7 +325,6 @@ def test_classes_frames_and_a_floating_base(joint):
     i = again.actuator.index
     if joint == 'hip':
         assert list(m.actuator_biasprm[i, :3]) == pytest.approx([0.0, -64.0, -2.4])
-        assert list(m.actuator_forcerange[i]) == [-24.0, 24.0]
     else:
         assert list(m.key_qpos[0][-2:]) == [-1.0, -1.0]
         assert m.actuator_gainprm[i, 0] == 0.8

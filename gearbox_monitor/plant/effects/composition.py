@@ -295,6 +295,27 @@ def servo(r: float, e: Array, x1: float, x3: float, memory: Any) -> float:
 
 
 @jit_part
+def servo_damper(r: float, e: Array, x1: float, x3: float, m: Any) -> float:
+    """
+    Return the damping of a servo, 0 where its torque is at its limit.
+
+    Args:
+        r: setpoint, rad.
+        e: packed effects.
+        x1: position of the motor, rad.
+        x3: its speed, rad/s.
+        m: memories.
+
+    Returns:
+        N m s/rad.
+    """
+    if e[SERVO_KP] == 0.0 or e[SERVO_KD] == 0.0:
+        return 0.0
+    limit = min(e[SERVO_TORQUE], e[LIMIT])
+    return e[SERVO_KD] if abs(_control_law(r, e, x1, x3, m[INTEGRAL])) < limit else 0.0
+
+
+@jit_part
 def late_fade(h: float, e: Array) -> Any:
     """Return h / T of the servo's delay T, and exp(p h / T): real, imaginary part; real pole."""
     if e[SERVO_LATE] == 0.0:
