@@ -39,6 +39,7 @@ from gearbox_monitor.export.xml_edit import parse_xml, XmlDocument, XmlElement
 from gearbox_monitor.files.opening import read_bytes
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
+from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.friction_law import FrictionLaw
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled, is_off,
@@ -761,6 +762,8 @@ def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveM
         # Torques or positions are recorded, whatever follows setpoints in the file.
         values.pop('controller', None)
         effects = [e for e in effects if not e['id'].startswith('setpoint_')]
+    if given.get('driven_by') == 'position':  # whatever happens to a torque before it acts
+        effects = [e for e in effects if not EFFECTS[e['id']].torque_only]
     replaced = given.get('effects') or []
     names = {e.get('id') for e in replaced if isinstance(e, dict)}
     effects = [*(e for e in effects if e['id'] not in names), *replaced]
