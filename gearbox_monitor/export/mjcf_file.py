@@ -696,7 +696,7 @@ def values_in(drive: MjcfDrive) -> MjcfValues:
         tendon.stiffness[2] if tendon else 0.0,
         (drive.hysteresis.stiffness[0], drive.hysteresis.springyield)
         if drive.hysteresis else None, offset=offset, limit=limit,
-        lag=law.lag if law else 0.0, delay=law.delay + law.held if law else 0.0,
+        lag=law.lag if law else 0.0, delay=law.delay if law else 0.0,
         passive=tuple(passive), late=_late(drive), zero=zero, servo=servo)
 
 

@@ -374,7 +374,10 @@ def _inertial(draft: _Draft, values: MjcfValues) -> None:
         present = values_in(drive)
         heavier = values.arm_inertia - present.arm_inertia + min(
             0.0, values.motor_inertia - present.motor_inertia)
-    moved = values.weight is not None and not _same(values.weight, weight(drive))
+    own_weight = None  # over what the joint reads now, before its zero moves
+    if values.weight is not None:
+        own_weight = values.weight * cmath.rect(1.0, -values_in(drive).zero)
+    moved = own_weight is not None and not _same(own_weight, weight(drive))
     if abs(heavier) <= SAME * values.arm_inertia and not moved:
         return
     mujoco, m = mujoco_module(), drive.compiled
@@ -396,8 +399,8 @@ def _inertial(draft: _Draft, values: MjcfValues) -> None:
             raise InputError(f'{drive.path}: joint {joint.name}: inertia: what the body carries '
                              f'has more than the {values.arm_inertia:.4g} kg m^2 of the model')
         moment = None
-        if moved and values.weight is not None:
-            moment = mass * lever + _added_moment(drive, values.weight)
+        if moved and own_weight is not None:
+            moment = mass * lever + _added_moment(drive, own_weight)
         mass, moved_by, tensor = balanced((mass, lever, tensor), axis, wanted, moment)
         centre += moved_by
     _write_inertial(draft, mass, centre, tensor)
@@ -562,15 +565,12 @@ def _forces(drive: MjcfDrive, values: MjcfValues) -> tuple[_Force, _Force]:
         control = values.limit / (size * a.gain)
     else:
         span = values.gain * values.limit / size
-    held = 0.5 * drive.timestep if values.lag else 0.0
-    delay = values.delay - held if values.delay > held * (1.0 + SAME) else 0.0
     was = present.servo.limit if present.servo else present.limit
     before = _Force(a.gain, a.bias, math.inf if present.lag and not present.servo
                     else was / size, was / (size * a.gain) if present.lag and not present.servo
                     else math.inf, law.lag if law else 0.0, law.delay if law else 0.0)
-    if law is not None and law.setpoint and values.servo is None:
-        before = before._replace(span=before.span)
-    return before, _Force(gain, (constant, *bias), span, control, values.lag, delay)
+    return before, _Force(gain, (constant, *bias), span, control, values.lag,
+                          values.delay)
 
 
 def _agree(one: _Force, other: _Force) -> bool:

@@ -263,8 +263,7 @@ class ActuatorLaw:
     Torque of an actuator on a joint, in the joint's coordinates: rad, N m (m, N of a slide).
 
     torque = clip(gear gain c + constant - spring q - damper q', force), c its control: within
-    `control`, late by `delay` s, through a filter of the time constant `lag` s. What a filter has
-    reached at the begin of a step acts throughout: `held` s late in the mean. force, control:
+    `control`, late by `delay` s, through a filter of the time constant `lag` s. force, control:
     (low, high), infinite without limits. setpoint: c / gear is a position that it drives to;
     speed: it drives to a speed. cogging: A (N m), N, phi; lugre: sigma0 (N m/rad), sigma1
     (N m s/rad), Coulomb and static friction (N m), Stribeck speed (rad/s). passive: no control.
@@ -281,7 +280,6 @@ class ActuatorLaw:
     control: tuple[float, float]
     lag: float = 0.0
     delay: float = 0.0
-    held: float = 0.0
     setpoint: bool = False
     speed: bool = False
     passive: bool = False
@@ -368,8 +366,7 @@ def actuator_law(m: Any, actuator: int) -> ActuatorLaw:
                      'the sign)')
     return ActuatorLaw(
         i, _name(m, i), gear, gain, gear * bias[0], spring, damper, _force(m, i, gear),
-        _control(m, i), lag, _delay(m, i), 0.5 * float(m.opt.timestep) if lag else 0.0, setpoint,
-        speed=bool(not setpoint and damper))
+        _control(m, i), lag, _delay(m, i), setpoint, speed=bool(not setpoint and damper))
 
 
 def _kind_of(enumeration: Any, value: int, prefix: str) -> str:

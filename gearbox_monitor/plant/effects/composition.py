@@ -36,7 +36,7 @@ from gearbox_monitor.plant.effects.controller import (
 from gearbox_monitor.plant.effects.effect import Coefficients, Effect, Three
 from gearbox_monitor.plant.effects.encoder import ARM_ENCODER_DELAY, MOTOR_ENCODER_DELAY
 from gearbox_monitor.plant.effects.registry import (
-    in_slot, INTEGRAL, LATE_A, LATE_B, LATE_C, MEMORIES, N_MEMORY, PLACES, SERVO_ACCELERATION,
+    HELD, in_slot, INTEGRAL, LATE_A, LATE_B, LATE_C, MEMORIES, N_MEMORY, PLACES, SERVO_ACCELERATION,
     SERVO_KD, SERVO_KI, SERVO_KP, SERVO_LATE, SERVO_SPEED, SERVO_TORQUE)
 from gearbox_monitor.plant.transmission import dead_zone, transmission_torque
 
@@ -47,7 +47,7 @@ DELAY1, DELAY2 = PLACES[MOTOR_ENCODER_DELAY.id], PLACES[ARM_ENCODER_DELAY.id]
 # What happens between command and actuator, or setpoint and servo, depends on these alone.
 COMMAND_PLACES = [*(PLACES[effect.id] for effect in (
     *in_slot('command'), ACTUATOR_LAG, ACTUATOR_DELAY, SETPOINT_LAG, SETPOINT_DELAY)),
-    SERVO_KP, SERVO_KI, SERVO_SPEED, SERVO_ACCELERATION]
+    SERVO_KP, SERVO_KI, SERVO_SPEED, SERVO_ACCELERATION, HELD]
 # Where an effect with an equation in each step switches on.
 STEP_SLOTS = ('friction', 'arm_torque', 'twist', 'elastic', 'motor_torque')
 STEP_PLACES = (*sorted({PLACES[e.id] for slot in STEP_SLOTS for e in in_slot(slot)}), SERVO_KP)
@@ -505,7 +505,7 @@ def actuator(u: Array, past: int, act: float, dt: float, e: Array, out: Array) -
             if e[SERVO_KP] == 0.0:
                 command = command_effects(command, e)
             if lag > 0.0:
-                out[k, i] = command + (act - command) * share
+                out[k, i] = act if e[HELD] != 0.0 else command + (act - command) * share
                 act = command + (act - command) * fade
             else:
                 out[k, i] = act = command
