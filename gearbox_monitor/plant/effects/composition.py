@@ -36,8 +36,8 @@ from gearbox_monitor.plant.effects.controller import (
 from gearbox_monitor.plant.effects.effect import Coefficients, Effect, Three
 from gearbox_monitor.plant.effects.encoder import ARM_ENCODER_DELAY, MOTOR_ENCODER_DELAY
 from gearbox_monitor.plant.effects.registry import (
-    HELD, in_slot, INTEGRAL, LATE_A, LATE_B, LATE_C, MEMORIES, N_MEMORY, PLACES, SERVO_ACCELERATION,
-    SERVO_KD, SERVO_KI, SERVO_KP, SERVO_LATE, SERVO_SPEED, SERVO_TORQUE)
+    HELD, in_slot, INTEGRAL, LATE_A, LATE_B, LATE_C, MEMORIES, N_MEMORY, PLACES,
+    SERVO_ACCELERATION, SERVO_KD, SERVO_KI, SERVO_KP, SERVO_LATE, SERVO_SPEED, SERVO_TORQUE)
 from gearbox_monitor.plant.transmission import dead_zone, transmission_torque
 
 LAG, DELAY = PLACES[ACTUATOR_LAG.id], PLACES[ACTUATOR_DELAY.id]
