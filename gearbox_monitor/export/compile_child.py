@@ -14,8 +14,9 @@
 """
 Compile a robot's file in a process of its own, which has limits: started by export.compiling.
 
-Reads a line of JSON {folder, root} and the XML from the standard input; writes the compiled model.
-An error is one line on the standard error, with exit code 3. Needs nothing of the package.
+Reads a line of JSON {folder, root, cpu_seconds, memory} and the XML from the standard input;
+writes the compiled model. An error is one line on the standard error, with exit code 3, and 4
+where memory is short. Needs nothing of the package.
 """
 import json
 import os
@@ -26,9 +27,9 @@ import sys
 from typing import Any
 from xml.etree import ElementTree
 
-CPU_SECONDS, MEMORY = 12, 1 << 30  # s, bytes of address space
 REFERENCES = ('include', 'model')  # elements that name a further XML file
-FAILED = 3
+FAILED, TOO_LARGE = 3, 4
+SHORT = ('unknown exception', 'allocate', 'memory')  # what MuJoCo says where memory is short
 
 
 class Refused(Exception):
@@ -152,16 +153,19 @@ def compiled(text: str, folder: Path, root: Path) -> bytes:
 
 def main() -> int:
     """Compile what the standard input holds."""
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
     head, _, text = sys.stdin.buffer.read().partition(b'\n')
     order = json.loads(head)
+    for limit, most in ((resource.RLIMIT_AS, order['memory']),
+                        (resource.RLIMIT_CPU, order['cpu_seconds'])):
+        resource.setrlimit(limit, (most, most))
     os.chdir(order['folder'])
     try:
         data = compiled(text.decode('utf-8'), Path(order['folder']), Path(order['root']))
     except (Refused, MemoryError, OSError, UnicodeDecodeError, RecursionError) as error:
-        print(' '.join(str(error).split()) or type(error).__name__, file=sys.stderr)
-        return FAILED
+        words = ' '.join(str(error).split())
+        print(words or type(error).__name__, file=sys.stderr)
+        short = isinstance(error, MemoryError) or any(word in words for word in SHORT)
+        return TOO_LARGE if short else FAILED
     sys.stdout.buffer.write(data)
     return 0
 

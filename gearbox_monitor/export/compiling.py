@@ -30,6 +30,7 @@ from gearbox_monitor.export import compile_child
 from gearbox_monitor.export.xml_edit import parse_xml
 from gearbox_monitor.robot.compiled_model import mujoco_module
 
+CPU_SECONDS, MEMORY = 12, 1 << 30  # of a child: s, bytes of address space
 SECONDS = 60.0      # longest time that a child may take, s: it may wait for what it reads
 PLAIN_SIZE = 1 << 20  # bytes of a file that is compiled here
 PLAIN = frozenset((
@@ -84,7 +85,8 @@ def _plain(data: bytes, path: Path) -> bool:
 @lru_cache(maxsize=16)
 def _in_child(data: bytes, path: Path, folder: Path, root: Path) -> bytes:
     """Return the compiled model of a file, from a process with limits. Raises InputError."""
-    order = json.dumps({'folder': str(folder), 'root': str(root)}).encode() + b'\n' + data
+    order = json.dumps({'folder': str(folder), 'root': str(root), 'cpu_seconds': CPU_SECONDS,
+                        'memory': MEMORY}).encode() + b'\n' + data
     try:
         done = subprocess.run([sys.executable, '-P', compile_child.__file__], input=order,
                               capture_output=True, timeout=SECONDS, check=False)
@@ -97,6 +99,5 @@ def _in_child(data: bytes, path: Path, folder: Path, root: Path) -> bytes:
     if done.returncode == compile_child.FAILED and lines:
         raise InputError(f'{path}: {lines[-1]}')
     raise InputError(
-        f'{path}: takes more than {compile_child.CPU_SECONDS} s of CPU time or '
-        f'{compile_child.MEMORY >> 20} MB to compile, expected a smaller file (replicate, hfield, '
-        'size)')
+        f'{path}: takes more than {CPU_SECONDS} s of CPU time or {MEMORY >> 20} MB to compile, '
+        'expected a smaller file (replicate, hfield, size)')

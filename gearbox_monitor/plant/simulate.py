@@ -33,7 +33,7 @@ from gearbox_monitor.plant.effects import (
     arm_profile, Effect, MAX_SETPOINT_DELAY, quantised, Three, Torques)
 from gearbox_monitor.plant.effects.composition import (
     actuator, advanced_memories, arm_effects, elastic_torque, friction_effects, lead,
-    motor_effects, reading, servo_damper, stored_memories)
+    motor_effects, reading, step_damper, stored_memories)
 from gearbox_monitor.plant.effects.effect import MotorFriction
 from gearbox_monitor.plant.friction_law import TANH
 from gearbox_monitor.plant.runge_kutta import Four, integrator
@@ -209,7 +209,7 @@ def _memories(m: Any, x: Four, x3: float, x4: float, h: float, inputs: Inputs) -
 @jit_inline
 def _brake(h: float, x: Four, m: Any, inputs: Inputs) -> tuple[float, float]:
     u, _, drive = inputs
-    return braked(h, servo_damper(u, drive.e, x[0], x[2], m), drive.p)
+    return braked(h, step_damper(u, drive.e, x[0], x[2], m), drive.p)
 
 
 step = integrator(derivative, _memories, _brake)

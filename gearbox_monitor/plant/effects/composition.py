@@ -35,6 +35,7 @@ from gearbox_monitor.plant.effects.controller import (
     SERVO_DEADBAND, SERVO_LIMIT, SETPOINT_DELAY, SETPOINT_LAG)
 from gearbox_monitor.plant.effects.effect import Coefficients, Effect, Three
 from gearbox_monitor.plant.effects.encoder import ARM_ENCODER_DELAY, MOTOR_ENCODER_DELAY
+from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.plant.effects.registry import (
     HELD, in_slot, INTEGRAL, LATE_A, LATE_B, LATE_C, MEMORIES, N_MEMORY, PLACES,
     SERVO_ACCELERATION, SERVO_KD, SERVO_KI, SERVO_KP, SERVO_LATE, SERVO_SPEED, SERVO_TORQUE)
@@ -43,6 +44,7 @@ from gearbox_monitor.plant.transmission import dead_zone, transmission_torque
 LAG, DELAY = PLACES[ACTUATOR_LAG.id], PLACES[ACTUATOR_DELAY.id]
 SERVO_LAG, SERVO_DELAY = PLACES[SETPOINT_LAG.id], PLACES[SETPOINT_DELAY.id]
 DEADBAND, LIMIT = PLACES[SERVO_DEADBAND.id], PLACES[SERVO_LIMIT.id]
+BRISTLES = PLACES[LUGRE.id]
 DELAY1, DELAY2 = PLACES[MOTOR_ENCODER_DELAY.id], PLACES[ARM_ENCODER_DELAY.id]
 # What happens between command and actuator, or setpoint and servo, depends on these alone.
 COMMAND_PLACES = [*(PLACES[effect.id] for effect in (
@@ -295,9 +297,11 @@ def servo(r: float, e: Array, x1: float, x3: float, memory: Any) -> float:
 
 
 @jit_part
-def servo_damper(r: float, e: Array, x1: float, x3: float, m: Any) -> float:
+def step_damper(r: float, e: Array, x1: float, x3: float, m: Any) -> float:
     """
-    Return the damping of a servo, 0 where its torque is at its limit.
+    Return the damping that MuJoCo's implicitfast has at the end of a step beside the model's own.
+
+    That of bristles, and that of a servo whose torque is not at its limit.
 
     Args:
         r: setpoint, rad.
@@ -309,10 +313,12 @@ def servo_damper(r: float, e: Array, x1: float, x3: float, m: Any) -> float:
     Returns:
         N m s/rad.
     """
+    bristles = e[BRISTLES + 1] if e[BRISTLES] != 0.0 else 0.0
     if e[SERVO_KP] == 0.0 or e[SERVO_KD] == 0.0:
-        return 0.0
+        return bristles
     limit = min(e[SERVO_TORQUE], e[LIMIT])
-    return e[SERVO_KD] if abs(_control_law(r, e, x1, x3, m[INTEGRAL])) < limit else 0.0
+    free = abs(_control_law(r, e, x1, x3, m[INTEGRAL])) < limit
+    return bristles + e[SERVO_KD] if free else bristles
 
 
 @jit_part
