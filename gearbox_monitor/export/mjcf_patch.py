@@ -655,7 +655,7 @@ def _of_actuator(drive: MjcfDrive, present: _Force, wanted: _Force, pinned: bool
     lags = _same(present.lag, wanted.lag)
     if pinned or not lags or not all(map(_same, *gains)):
         tag = a.element.tag if a.element is not None else ''
-        if tag == 'position' and servo and lags and not wanted.lag and not pinned and (
+        if tag == 'position' and servo and lags and not wanted.lag and (
                 abs(wanted.bias[0]) <= SAME * wanted.gain) and _same(wanted.gain, -wanted.bias[1]):
             out = {'kp': number(wanted.gain), 'kv': number(-wanted.bias[2]), 'dampratio': None}
         else:
