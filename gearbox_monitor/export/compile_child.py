@@ -19,6 +19,7 @@ writes the compiled model. An error is one line on the standard error, with exit
 where memory is short. Needs nothing of the package.
 """
 import json
+import math
 import os
 from pathlib import Path
 import resource
@@ -103,7 +104,8 @@ def without_shapes(spec: Any, mujoco: Any, root: Path) -> None:
         body = geom.parent
         own = body.explicitinertial and automatic
         still = not nameless and body.name not in moving and automatic
-        if own or still or geom.type == mujoco.mjtGeom.mjGEOM_HFIELD:
+        light = geom.density == 0.0 if math.isnan(geom.mass) else geom.mass == 0.0
+        if own or still or light or geom.type == mujoco.mjtGeom.mjGEOM_HFIELD:
             spec.delete(geom)
         else:
             needed.add(geom.meshname)

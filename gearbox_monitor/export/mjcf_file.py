@@ -469,8 +469,8 @@ def _actuator(m: Any, i: int, document: XmlDocument, joint: str) -> MjcfActuator
         law = None  # undecided() names it
     return MjcfActuator(
         name, elements[0] if elements else None, i,
-        float(m.actuator_gear[m.actuator_outadr[i], 0]), float(m.actuator_gainprm[i, 0]),
-        bias,  # type: ignore[arg-type]
+        float(m.actuator_gear[m.actuator_outadr[i], 0]),
+        law.gain if law is not None else float(m.actuator_gainprm[i, 0]), bias,  # type: ignore[arg-type]
         mujoco.mjtDyn(m.actuator_dyntype[i]).name.removeprefix('mjDYN_').lower(),
         not fixed or bool(bias[1] or bias[2]), law)
 

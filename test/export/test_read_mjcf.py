@@ -19,10 +19,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export import compiling
 from gearbox_monitor.export.mjcf_file import (
     compiled_file, drive_of, model_of, read_mjcf)
+from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.robot.compiled_model import decision, undecided
 
@@ -274,3 +277,46 @@ def test_a_small_file_that_costs_much_ends(text, tmp_path, monkeypatch):
     robot.write_text(f'<mujoco>{text}</mujoco>')
     with pytest.raises(InputError, match='takes more than 1 s of CPU time or 1024 MB'):
         read_mjcf(robot, 'elbow')
+
+
+@pytest.mark.system
+@pytest.mark.parametrize('name', ['gravcomp', 'spring', 'lag', 'servo at its limit', 'dcmotor',
+                                  'force limit', 'slide'])
+def test_a_run_of_the_file_has_no_gap(name, tmp_path, monkeypatch):
+    """MuJoCo's run, diagnosed with the file that it is of, says none."""
+    monkeypatch.chdir(tmp_path)
+    Path('robot.xml').write_bytes(xml_of(READ[name]))
+    drive = read_mjcf('robot.xml', 'elbow')
+    model = model_of(drive)
+    t = np.arange(5000) * drive.timestep
+    u = sum(np.sin(rate * t + k) for k, rate in enumerate((2.6, 5.1, 9.0, 14.3)))
+    servo = model.controller is not None
+    u *= 0.25 if servo else 2.0
+    y = run_of(drive, u if servo else u / model.torque_constant, u)
+    random = np.random.default_rng(3)
+    y += 0.004 * np.std(y) * random.standard_normal(len(y))
+    column = 'setpoint' if servo else 'u'
+    np.savetxt('run.csv', np.column_stack([t, u if servo else u / model.torque_constant, y]),
+               '%.9g', ',', header=f't,{column},motor', comments='')
+    assert main(['diagnose', 'run.csv', '--model', 'robot.xml', '--joint', 'elbow']) == 0
+
+
+@pytest.mark.system
+@pytest.mark.parametrize('effect', [
+    {'id': 'torque_gain', 'g': -0.3}, {'id': 'actuator_lag', 'T': 0.02},
+    {'id': 'actuator_delay', 'T': 0.015}, {'id': 'saturation', 'umax': 4.0}])
+def test_what_export_corrects_stays_corrected(effect, tmp_path, monkeypatch):
+    """An identified effect is in the patched file: the same recording has no gap any more."""
+    monkeypatch.chdir(tmp_path)
+    base = {'position_gain': 0.0, 'friction_law': {'kind': 'mujoco'}, 'timestep': 0.0005,
+            'integrator': 'implicitfast', 'transmission': {'kind': 'rigid'}}
+    for name, effects in (('plain', []), ('true', [effect])):
+        save_model(Path(f'{name}.yaml'), model_from_dict({**base, 'effects': effects}, name), [])
+    assert main(['example', 'run', '--model', 'true.yaml', '--seconds', '8', '--motion', 'varied',
+                 '--process-noise', '0', '--encoders', 'motor']) == 0
+    assert main(['export', 'plain.yaml', '--to', 'mjcf', '--out', 'robot.xml']) == 0
+    assert main(['export', 'true.yaml', '--to', 'mjcf', '--into', 'robot.xml', '--joint',
+                 'joint', '--out', 'fits.xml']) == 0
+    words = ['diagnose', 'run', '--recorded-arm', '', '--joint', 'joint', '--model']
+    assert main([*words, 'robot.xml']) == 1
+    assert main([*words, 'fits.xml']) == 0
