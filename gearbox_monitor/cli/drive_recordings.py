@@ -13,13 +13,14 @@
 # limitations under the License.
 
 """Recordings of a drive, from bags or CSV files, as commands compare them with models."""
-from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Iterator
+from argparse import Action, ArgumentParser, Namespace, SUPPRESS
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import math
 from pathlib import Path
 import signal
-from typing import NamedTuple
+import sys
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recorded_samples import samples_of
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
+from gearbox_monitor.export.mjcf_file import MjcfDrive, model_of, NO_LIMIT, read_mjcf
 from gearbox_monitor.files.yaml_files import load_model, load_yaml
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
@@ -56,18 +57,57 @@ class Readings(NamedTuple):
     notes: list[str]
 
 
-def add_drive_arguments(parser: ArgumentParser) -> None:
-    """Declare in `parser` the model file and the joints of a drive."""
+class FileLimits(NamedTuple):
+    """What a simulator's file says of a recording: ranges (rad) of setpoints and positions."""
+
+    notes: tuple[str, ...]
+    setpoints: tuple[float, float]
+    travel: tuple[float, float]
+
+
+class Renamed(Action):
+    """An option under its old name, which goes on working, with a note: const is the new one."""
+
+    def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any,
+                 option_string: str | None = None) -> None:
+        """Store the value and say the new name."""
+        print(f'note: {option_string} is called {self.const} now', file=sys.stderr)
+        setattr(namespace, self.dest, values)
+
+
+def add_renamed(parser: ArgumentParser, old: str, new: str, dest: str) -> None:
+    """
+    Declare in `parser` the old name of an option, which goes on working.
+
+    Args:
+        parser: of the command.
+        old: name of the option before.
+        new: its name now.
+        dest: attribute of both.
+
+    """
+    parser.add_argument(old, metavar='NAME', dest=dest, action=Renamed, const=new,
+                        default=SUPPRESS, help=SUPPRESS)
+
+
+def add_model_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` the model file, or the joint of a simulator's file."""
     parser.add_argument('--model', metavar='FILE', required=True,
                         help='model file of the drive, or MJCF, URDF or SDF file with --joint')
-    add_joint_arguments(parser, '--model-arm-joint')
+    add_joint_arguments(parser)
     parser.add_argument('--values', metavar='FILE',
                         help='with --joint: model values that are not in that file')
+
+
+def add_drive_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` the model file and the joints of a drive."""
+    add_model_arguments(parser)
     parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
-    parser.add_argument('--motor-joint', metavar='NAME', default='motor',
-                        help='name of the motor joint, in bags (default: motor)')
-    parser.add_argument('--arm-joint', metavar='NAME', default='arm',
-                        help='name of the arm joint, in bags (default: arm)')
+    for what in ('motor', 'arm'):
+        parser.add_argument(f'--recorded-{what}', metavar='NAME', default=what,
+                            dest=f'{what}_joint',
+                            help=f'name of the {what} joint, in bags (default: {what})')
+        add_renamed(parser, f'--{what}-joint', f'--recorded-{what}', f'{what}_joint')
     add_setpoint_argument(parser)
     parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
                         help='what is used of samples with one and the same stamp: the first '
@@ -76,28 +116,30 @@ def add_drive_arguments(parser: ArgumentParser) -> None:
 
 def add_setpoint_argument(parser: ArgumentParser) -> None:
     """Declare in `parser` the joint that is a setpoint."""
-    parser.add_argument('--setpoint-joint', metavar='NAME', default='setpoint',
+    parser.add_argument('--recorded-setpoint', '--setpoint-joint', metavar='NAME',
+                        default='setpoint', dest='setpoint_joint',
                         help='joint whose position is the setpoint of the motor, in bags, for a '
                         'model with a controller (default: setpoint)')
 
 
-def add_joint_arguments(parser: ArgumentParser, arm: str) -> None:
-    """
-    Declare which joint of a simulator's file is the drive.
-
-    Args:
-        parser: of the command.
-        arm: name of the option for the joint of the arm.
-
-    """
+def add_joint_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` which joint of a simulator's file is the drive."""
     parser.add_argument('--joint', metavar='NAME',
                         help="joint of the simulator's file that the motor drives")
-    parser.add_argument(arm, metavar='NAME', dest='model_arm_joint',
+    parser.add_argument('--model-arm-joint', metavar='NAME',
                         help="joint of the arm in the simulator's file, if it is a different one")
     parser.add_argument('--keyframe', metavar='NAME',
                         help='posture in which inertia and weight are taken, a key of the file')
     parser.add_argument('--actuator', metavar='NAME',
                         help='actuator of the joint, where several act on it')
+    add_root_argument(parser)
+
+
+def add_root_argument(parser: ArgumentParser) -> None:
+    """Declare in `parser` the folder below which the parts of a simulator's file lie."""
+    parser.add_argument('--root', metavar='DIR',
+                        help="folder below which the files lie that the simulator's file includes "
+                        '(default: its own folder)')
 
 
 def load_drive(args: Namespace) -> DriveModel:
@@ -113,13 +155,27 @@ def load_drive(args: Namespace) -> DriveModel:
         if args.values is not None:
             raise InputError('--values: needs --joint, expected a --model of a simulator')
         return load_model(args.model)
-    drive = read_mjcf(args.model, args.joint, args.model_arm_joint, args.keyframe, args.actuator)
-    if args.values is None:
-        return model_of(drive)
-    file = load_yaml(args.values)
-    if not isinstance(file.content, dict):
-        raise InputError(f'{args.values}: {str(file.content)[:40]!r}, expected keys and values')
-    return model_of(drive, file.content)
+    drive = read_mjcf(args.model, args.joint, args.model_arm_joint, args.keyframe, args.actuator,
+                      args.root)
+    given: Mapping[str, Any] = {}
+    if args.values is not None:
+        file = load_yaml(args.values)
+        if not isinstance(file.content, dict):
+            raise InputError(f'{args.values}: {str(file.content)[:40]!r}, expected keys and '
+                             'values')
+        given = file.content
+    model = model_of(drive, given)
+    args.file_limits = limits_of(drive, model)
+    return model
+
+
+def limits_of(drive: MjcfDrive, model: DriveModel) -> FileLimits:
+    """Return the FileLimits of a `drive` in a simulator's file, which makes a `model`."""
+    own, setpoints = drive.actuator, NO_LIMIT
+    if own is not None and own.law is not None and own.law.setpoint and model.controller:
+        low, high = sorted(bound / own.gear for bound in own.law.control)
+        setpoints = low, high
+    return FileLimits(drive.notes, setpoints, drive.motor.travel)
 
 
 def add_recording_arguments(parser: ArgumentParser) -> None:
@@ -152,6 +208,10 @@ def load_recording(name: str, model: DriveModel, args: Namespace,
         raise InputError(f'{path}: no such file or directory, expected a bag or a CSV file')
     csv = path.is_file() and path.name.lower().endswith(CSV)
     readings = _read_csv(path, model) if csv else _read_bag(path, model, args)
+    limits: FileLimits | None = getattr(args, 'file_limits', None)
+    if limits is not None:
+        readings = _within_limits(readings, limits, model)
+        args.file_limits = limits._replace(notes=())  # with the first recording
     arm = np.full(len(readings.u), np.nan) if readings.arm_torque is None else readings.arm_torque
     rows, values, repeats = merged(readings.t, np.column_stack([readings.u, readings.y, arm]),
                                    args.repeated)
@@ -170,6 +230,24 @@ def load_recording(name: str, model: DriveModel, args: Namespace,
     return recording, [*readings.notes, *([repeats] if repeats else []), *notes]
 
 
+def _within_limits(readings: Readings, limits: FileLimits, model: DriveModel) -> Readings:
+    """Return readings with the setpoints that the simulator takes, and notes about limits."""
+    notes, (low, high), u = [*limits.notes], limits.setpoints, readings.u
+    if model.controller is not None:
+        beyond = int(np.count_nonzero((u < low) | (u > high)))
+        if beyond:
+            u = np.clip(u, low, high)
+            notes.append(f'{beyond} setpoints lie beyond ctrlrange ({low:g} to {high:g} rad): '
+                         'taken as its ends, as MuJoCo does')
+    low, high = limits.travel
+    with np.errstate(invalid='ignore'):
+        outside = int(np.count_nonzero(((readings.y < low) | (readings.y > high)).any(axis=1)))
+    if outside:
+        notes.append(f'{outside} samples lie beyond the range of the joint ({low:g} to {high:g} '
+                     'rad): its end stops are no part of the model, leave them out')
+    return readings._replace(u=u, notes=[*notes, *readings.notes])
+
+
 def _read_csv(path: Path, model: DriveModel) -> Readings:
     columns = read_csv(path)
     notes = list(columns.notices)
@@ -184,7 +262,8 @@ def _read_csv(path: Path, model: DriveModel) -> Readings:
         u = columns.setpoint
         if np.isnan(u).all():
             raise InputError(f'{path}: no column setpoint, expected one with the controller in '
-                             'the model; without the key controller the torque u is used')
+                             'the model; without the key controller (controller: null in '
+                             '--values) the torque u is used')
         if not np.isnan(columns.u).all():
             notes.append('column u is not used: the setpoint drives the controller of the model')
     return Readings(columns.t, u, np.column_stack([columns.motor, columns.arm]),
@@ -198,7 +277,8 @@ def _read_bag(path: Path, model: DriveModel, args: Namespace) -> Readings:
         joints = [args.motor_joint, args.arm_joint]
         if model.controller is not None:
             joints.append(args.setpoint_joint)
-        samples, _ = samples_of(reader.joint_states(topic, joints), model)
+        states = reader.joint_states(topic, joints)
+        samples, _ = samples_of(states, model)
         require_samples(str(path), samples.stamp_ns, samples.y)
         notes = [reader.notice] if reader.notice else []
 

@@ -34,6 +34,7 @@ EXIT_CODES = {
     'report': {0: 'done'},
     'accept': {0: 'pass', 1: 'fail', 3: 'undecided: not excited, or too close to a limit'},
     'simulate': {0: 'done'},
+    'describe': {0: 'all joints are read', 1: 'some are refused'},
     'diagnose': {0: 'no gap', 1: 'a gap: verdict effect, incomplete or unknown',
                  3: 'free runs are not finite: no solution'},
     'suggest': {0: 'a motion separates all pairs', 1: 'none within the limits does'},

@@ -17,9 +17,10 @@ Write a model, such as the closed one of diagnose, into the file of your simulat
 
 Edits the values of one joint in an MJCF file and nothing else: comments and formatting stay. One
 joint takes a model with transmission.kind: rigid; for one with backlash and stiffness it becomes
-the joint of the arm, and the motor's joint with the actuator is added beside it. --arm-joint names
-the arm's joint where the file has both. What MuJoCo cannot express is listed with the reason.
-Needs MuJoCo 4.0 (pip install 'gearbox_monitor[mujoco]').
+the joint of the arm, and the motor's joint with the actuator is added beside it. --model-arm-joint
+names the arm's joint where the file has both. Without --into it writes a file of its own, with
+this drive alone. What MuJoCo cannot express is listed with the reason. Needs MuJoCo 4.0 (pip
+install 'gearbox_monitor[mujoco]').
 
 With --to urdf or sdf it edits friction, effort limit and inertia of the joint in such a file.
 Without --into, and with isaac (Isaac Sim 5 and Isaac Lab), drake or bam, it prints the parameters
@@ -32,7 +33,8 @@ simulator: 1 is the floor. Take a recording that the model was not found on.
 usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --out fits.xml
-  gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint m --arm-joint elbow
+  gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint m --model-arm-joint e
+  gearbox_monitor export drive.closed.yaml --to mjcf --out drive.xml
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --check BAG2
   gearbox_monitor export drive.closed.yaml --to urdf --into robot.urdf --joint elbow --out new.urdf
   gearbox_monitor export drive.closed.yaml --to isaac
@@ -42,21 +44,25 @@ from collections.abc import Sequence
 import difflib
 import math
 from pathlib import Path
+import sys
 import textwrap
 
-from gearbox_monitor.cli.drive_recordings import add_joint_arguments, load_recording
+from gearbox_monitor.cli.drive_recordings import (
+    add_joint_arguments, add_renamed, load_recording)
 from gearbox_monitor.cli.options import expect_new, write_new
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf import refused, values_of
 from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive, read_file, read_mjcf
 from gearbox_monitor.export.mjcf_patch import Patch, patched
+from gearbox_monitor.export.mjcf_standalone import standalone
 from gearbox_monitor.export.mujoco_run import misfit, rig_of
 from gearbox_monitor.export.parameter_list import parameter_list, TARGETS as LISTS
 from gearbox_monitor.export.robot_patch import patched_robot, ROOTS
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.model_overlay import overlay
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.quality.recording import REPEATED
 from gearbox_monitor.report.words import number
 
@@ -70,9 +76,11 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='simulator')
     parser.add_argument('--into', metavar='FILE',
                         help='MJCF, URDF or SDF file that is patched; it stays as it is')
-    add_joint_arguments(parser, '--arm-joint')
+    add_joint_arguments(parser)
+    add_renamed(parser, '--arm-joint', '--model-arm-joint', 'model_arm_joint')
     parser.add_argument('--out', metavar='FILE',
-                        help='write the patched file (default: print the difference)')
+                        help='write the patched file (default: print the difference, or the '
+                        'file of its own)')
     parser.add_argument('--check', metavar='BAG',
                         help='recording on which MuJoCo runs the file before and after')
     parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
@@ -96,16 +104,38 @@ def run(args: Namespace) -> int:
                                     else ' and without --into')
                                  + ', expected it with --to mjcf')
         return _robot(args, model) if args.into else _listed(args, model)
-    for option in ('into', 'joint'):
-        if not getattr(args, option):
-            raise InputError(f'--{option}: missing, expected it with --to mjcf')
+    if not args.into:
+        return _alone(args, model)
+    if not args.joint:
+        raise InputError('--joint: missing, expected it with --into')
     values, exported = values_of(model)
-    drive = read_mjcf(args.into, args.joint, args.model_arm_joint, args.keyframe, args.actuator)
+    drive = read_mjcf(args.into, args.joint, args.model_arm_joint, args.keyframe, args.actuator,
+                      args.root)
     patch = patched(drive, values, exported)
     ending = _written(args, drive.document.data, patch)
     if args.check:
         ending += ['', *checked(drive, patch, model, args)]
-    print('\n'.join([*described(patch, args.into), *_of_effort(drive, model), *ending]))
+    print('\n'.join([*described(patch, args.into), *_of_effort(drive, model), *_of_law(model),
+                     *_beyond(drive), *ending]))
+    return 1 if refused(exported) else 0
+
+
+def _alone(args: Namespace, model: DriveModel) -> int:
+    """Write a file with the drive alone; return the exit code."""
+    for option in ('keyframe', 'actuator', 'check', 'root'):
+        if getattr(args, option):
+            raise InputError(f'--{option}: without --into, expected it with --into FILE')
+    values, exported = values_of(model)
+    patch = standalone(model, values, exported, args.joint, args.model_arm_joint)
+    text = patch.data.decode('utf-8')
+    lines = [line for row in exported
+             for line in _wrapped(f'{row.id}: {row.kind}: {row.words}')] + list(_of_law(model))
+    if args.out:
+        write_new(args.out, text)
+        print('\n'.join([*lines, f'written {args.out}']))
+    else:
+        print(text, end='')
+        print('\n'.join(lines), file=sys.stderr)
     return 1 if refused(exported) else 0
 
 
@@ -154,9 +184,34 @@ def _of_effort(drive: MjcfDrive, model: DriveModel) -> list[str]:
     a = drive.actuator
     if a is None or a.setpoint or math.isclose(a.gear * a.gain, model.effort_scale, rel_tol=1e-6):
         return []
+    factor = model.effort_scale / (a.gear * a.gain)
     return [*_wrapped(f'note: one unit of effort makes {model.effort_scale:g} N m on the arm side '
                       f'in the model (gear_ratio, torque_constant), one of control '
-                      f'{a.gear * a.gain:g} N m in {drive.path.name} before the patch')]
+                      f'{a.gear * a.gain:g} N m in {drive.path.name} before the patch. Multiply '
+                      f'recorded efforts by {factor:g} to make controls of them, or set the '
+                      f'gear of actuator {a.name or drive.motor.name} to '
+                      f'{a.gear * factor:g}')]
+
+
+def _of_law(model: DriveModel) -> Sequence[str]:
+    """Return a note where MuJoCo has no friction with the law of the model."""
+    law, friction = model.friction_law, any(
+        e['id'] == ARM_COULOMB.id for e in model.effects) or model.coulomb_friction > 0.0
+    if law.constraint or not friction:
+        return []
+    return _wrapped(
+        f'note: friction follows an {"arctangent" if law.kind == "atan" else law.kind} of the '
+        'speed in the model, which a soft constraint of MuJoCo comes close to, but for 1 to 2 '
+        'standard deviations of a usual encoder. For a file that fits to the noise, fit with '
+        "MuJoCo's own law: friction_law: {kind: mujoco}, timestep and integrator of your file, in "
+        'the model file, then fit-nominal or diagnose')
+
+
+def _beyond(drive: MjcfDrive) -> Sequence[str]:
+    """Return notes about what acts on the joints in the file and in no model."""
+    return [line for row in drive.refusals() for line in _wrapped(
+        f'note: joint {row.joint}: {row}: it goes on acting in {drive.path.name}, and no model '
+        'here has it')]
 
 
 def _wrapped(words: str) -> Sequence[str]:

@@ -42,6 +42,7 @@ COMMANDS = {
     'report': ('report', 'write one page about a recording'),
     'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox from a bag'),
     'simulate': ('simulate', 'overlay a recording, its model and the closed model'),
+    'describe': ('describe', "list the joints of a robot's file: what is read, what is refused"),
     'diagnose': ('diagnose', 'identify the unmodelled effect behind the sim-to-real gap'),
     'suggest': ('suggest', 'find the motion that distinguishes confused effects'),
     'fit-nominal': ('fit_nominal', 'identify the values of a model file from recordings'),

@@ -24,6 +24,7 @@ enough. Limits are on the arm side; the simulation starts at rest and has no end
 usage examples:
   gearbox_monitor suggest found --model drive.yaml --max-torque 5 --max-speed 20 --max-travel 3
   gearbox_monitor suggest --pair actuator_lag actuator_delay --model drive.yaml --max-torque 5
+  gearbox_monitor suggest found --model robot.xml --joint elbow --max-torque 5
   gearbox_monitor suggest found --model drive.yaml --max-torque 5 --out motion.yaml
   ros2 run gearbox_monitor plant_node --ros-args --params-file motion.yaml
 """
@@ -37,10 +38,11 @@ from typing import Any
 import numpy as np
 import yaml
 
+from gearbox_monitor.cli.drive_recordings import add_model_arguments, load_drive
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import read_text
-from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
+from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.identification.experiment_design import Limits, suggest
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import expect_torque_input
@@ -58,8 +60,7 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='verdict.json of diagnose, or the directory it stands in')
     parser.add_argument('--pair', nargs=2, metavar='ID',
                         help='distinguish the first from the second')
-    parser.add_argument('--model', metavar='FILE', required=True,
-                        help='model file of the drive, as for diagnose')
+    add_model_arguments(parser)
     parser.add_argument('--max-torque', type=float, required=True, metavar='NM')
     parser.add_argument('--max-speed', type=float, default=math.inf, metavar='RAD_S')
     parser.add_argument('--max-travel', type=float, default=math.inf, metavar='RAD',
@@ -83,7 +84,7 @@ def run(args: Namespace) -> int:
         raise InputError(f'--seconds: {args.seconds:g}, expected 4 to 120')
     for name in (args.out, args.csv, args.json):
         expect_folder_of(name)
-    model = load_model(args.model)
+    model = load_drive(args)
     expect_torque_input(model, args.model)
     effects, pairs, sigma = _question(args)
     limits = Limits(args.max_torque, args.max_speed, args.max_travel)

@@ -13,16 +13,17 @@
 # limitations under the License.
 
 """
-What each effect becomes in an MJCF file: one row per id, for MuJoCo 4.0.
+What each effect is in an MJCF file: one row per id, for MuJoCo 4.0, which writes it and reads it.
 
 An effect is native where MJCF has an attribute or an element with its law, a construct where other
-elements come close to it, and refused where nothing in a file does what it does.
+elements come close to it, and refused where nothing in a file does what it does. MjcfValues stand
+between a model and a file: `values_of` makes them of a model, `model_values` a model of them.
 """
 import cmath
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import CAV, DriveModel, G, OFFSET, PHI
@@ -47,6 +48,14 @@ class Passive(NamedTuple):
     numbers: tuple[float, ...]
 
 
+class Servo(NamedTuple):
+    """A servo on the joint: kp (N m/rad), kd (N m s/rad) and the limit of its torque (N m)."""
+
+    kp: float
+    kd: float
+    limit: float
+
+
 @dataclass(frozen=True)
 class MjcfValues:
     """
@@ -58,6 +67,7 @@ class MjcfValues:
     transmission; stiffness (N m/rad), cubic (N m/rad^3), half_gap (rad), damping of the
     transmission; yielding: stiffness and yield (rad) of an elasto-plastic spring beside it.
     gain (1), offset, limit (N m), lag, delay (s) of the actuator, limit before the lag.
+    With a servo, lag and delay are those of its setpoint.
     late: delay of the readings of motor and arm, s; zero: offset of that of the arm, rad.
     """
 
@@ -85,19 +95,26 @@ class MjcfValues:
     passive: tuple[Passive, ...] = ()
     late: tuple[float, float] = (0.0, 0.0)
     zero: float = 0.0
+    servo: Servo | None = None
+
+    def passives(self, where: str, kind: str) -> list[tuple[float, ...]]:
+        """Return the numbers of the passive torques of one `kind` at a place."""
+        return [p.numbers for p in self.passive if (p.where, p.kind) == (where, kind)]
 
 
 class Expression(NamedTuple):
     """
-    What an effect becomes: its kind, in which words, and how it changes MjcfValues.
+    What an effect becomes: its kind, in which words, how it changes MjcfValues, how it is read.
 
     change(values, effect) is None where MjcfValues hold the effect already: it is a value of the
-    model. It may raise Inexpressible.
+    model. It may raise Inexpressible. read(values) returns the parameters of the effect in them,
+    empty where it is off; None where it is a value of the model, or of another row.
     """
 
     kind: str
     words: str
     change: Callable[[MjcfValues, Values], MjcfValues] | None = None
+    read: Callable[[MjcfValues], Values] | None = None
 
 
 class Exported(NamedTuple):
@@ -188,6 +205,56 @@ def _zero(values: MjcfValues, e: Values) -> MjcfValues:
     return replace(values, zero=values.zero + e['c'])
 
 
+def _servo_limit(values: MjcfValues, e: Values) -> MjcfValues:
+    servo = values.servo
+    if servo is None:
+        raise Inexpressible('the model has no servo')
+    return replace(values, servo=servo._replace(limit=min(servo.limit, e['umax'])))
+
+
+# ---------------------------------------------------------------------- reading
+
+
+def _off_or(**parameters: float) -> Values:
+    """Return `parameters` unless the first of them is 0 or infinite: the effect is off."""
+    size = next(iter(parameters.values()))
+    return parameters if size and math.isfinite(size) else {}
+
+
+def _read_lugre(values: MjcfValues) -> Values:
+    for sigma0, sigma1, level, static, speed in values.passives(MOTOR, LUGRE)[:1]:
+        return {'sigma0': sigma0, 'sigma1': sigma1, 'Cs': static - level, 'vs': speed}
+    return {}
+
+
+def _read_cogging(values: MjcfValues) -> Values:
+    for size, order, phase in values.passives(MOTOR, COGGING):
+        if order:
+            return {'A': size, 'N': order, 'phi': phase}
+    return {}
+
+
+def constant_load(values: MjcfValues) -> float:
+    """Return the constant torque (N m) on the arm of `values`, a load."""
+    return -math.fsum(size * math.sin(phase) for size, order, phase in
+                      values.passives(ARM, COGGING) if not order)
+
+
+def _read_bouc_wen(values: MjcfValues) -> Values:
+    for sigma0, _, level, _, _ in values.passives(TENDON, LUGRE)[:1]:
+        return {'Th': level, 'dh': level / sigma0}
+    return {}
+
+
+def _read_gravity(values: MjcfValues) -> Values:
+    load = values.weight
+    if load is None or abs(load) <= 1e-9:
+        return {}
+    if abs(load.imag) > 1e-6 * abs(load.real) + 1e-9:
+        return {'G': abs(load), 'phi': cmath.phase(load)}
+    return {'G': load.real}
+
+
 # ---------------------------------------------------------------------- the table
 
 
@@ -201,7 +268,7 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
         REFUSED, 'friction that falls with speed stands in MJCF only as lugre, which sticks where '
         'this law creeps: diagnose with lugre, without stribeck')),
     (motor_side.LUGRE, Expression(
-        NATIVE, 'passive dcmotor: lugre, in place of frictionloss', _lugre)),
+        NATIVE, 'passive dcmotor: lugre, in place of frictionloss', _lugre, _read_lugre)),
     (motor_side.COULOMB_ASYMMETRY, Expression(
         CONSTRUCT, 'actuator biasprm, its twin: they differ only near standstill', _asymmetry)),
     (motor_side.VISCOUS_ASYMMETRY, Expression(
@@ -211,21 +278,27 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
     (motor_side.MOTOR_INERTIA, Expression(NATIVE, 'joint armature')),
     (motor_side.VISCOUS_DRIFT, Expression(
         REFUSED, 'no attribute changes with time: set dof_damping from your code')),
-    (motor_side.COGGING, Expression(NATIVE, 'passive dcmotor: cogging', _cogging)),
-    (arm_side.ARM_VISCOUS, Expression(NATIVE, 'joint damping')),
-    (arm_side.ARM_COULOMB, Expression(NATIVE, 'joint frictionloss')),
-    (arm_side.GRAVITY, Expression(NATIVE, 'body inertial: mass and pos, its inertia about the '
-                                  'joint kept')),
+    (motor_side.COGGING, Expression(
+        NATIVE, 'passive dcmotor: cogging', _cogging, _read_cogging)),
+    (arm_side.ARM_VISCOUS, Expression(
+        NATIVE, 'joint damping', None, lambda v: _off_or(Cav=v.arm_damping))),
+    (arm_side.ARM_COULOMB, Expression(
+        NATIVE, 'joint frictionloss', None, lambda v: _off_or(Cac=v.arm_friction))),
+    (arm_side.GRAVITY, Expression(
+        NATIVE, 'body inertial: mass and pos, its inertia about the joint kept', None,
+        _read_gravity)),
     (arm_side.LOAD_TORQUE, Expression(
-        NATIVE, 'passive dcmotor: cogging with 0 poles, a constant torque', _load)),
+        NATIVE, 'passive dcmotor: cogging with 0 poles, a constant torque', _load,
+        lambda v: _off_or(TL=constant_load(v)))),
     (arm_side.ARM_INERTIA, Expression(NATIVE, 'body inertial: inertia about the joint')),
     (arm_side.DISTURBANCE, Expression(
         REFUSED, 'a profile over time: set qfrc_applied from your code')),
     (gearbox.BACKLASH_GAP, Expression(NATIVE, 'tendon springlength')),
     (gearbox.STIFFNESS, Expression(NATIVE, 'tendon stiffness')),
-    (gearbox.HARDENING, Expression(NATIVE, 'tendon stiffness: cubic coefficient', _hardening)),
+    (gearbox.HARDENING, Expression(
+        NATIVE, 'tendon stiffness: cubic coefficient', _hardening, lambda v: _off_or(K3=v.cubic))),
     (gearbox.BOUC_WEN, Expression(
-        NATIVE, 'passive dcmotor on the tendon: lugre', _bouc_wen)),
+        NATIVE, 'passive dcmotor on the tendon: lugre', _bouc_wen, _read_bouc_wen)),
     (gearbox.BRANCH, Expression(
         CONSTRUCT, 'without backlash: passive dcmotor on the tendon, lugre', _branch)),
     (gearbox.TRANSMISSION_DAMPING, Expression(NATIVE, 'tendon damping')),
@@ -234,26 +307,39 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
     (actuator.TORQUE_GAIN, Expression(NATIVE, 'actuator gainprm', _gain)),
     (actuator.TORQUE_OFFSET, Expression(NATIVE, 'actuator biasprm')),
     (actuator.ACTUATOR_LAG, Expression(
-        NATIVE, 'actuator dyntype filterexact, dynprm', _lag)),
+        NATIVE, 'actuator dyntype filterexact, dynprm', _lag,
+        lambda v: {} if v.servo else _off_or(T=v.lag))),
     (actuator.ACTUATOR_DELAY, Expression(
-        NATIVE, 'actuator delay, nsample, interp linear', _delay)),
+        NATIVE, 'actuator delay, nsample, interp linear', _delay,
+        lambda v: {} if v.servo else _off_or(T=v.delay))),
     (actuator.SATURATION, Expression(
-        NATIVE, 'actuator forcerange; ctrlrange where it lags', _saturation)),
+        NATIVE, 'actuator forcerange; ctrlrange where it lags', _saturation,
+        lambda v: {} if v.servo else _off_or(umax=v.limit))),
     (actuator.TORQUE_RIPPLE, Expression(
         REFUSED, 'no gain depends on an angle: multiply ctrl in your code')),
+    (controller.SERVO_GAIN, Expression(NATIVE, 'actuator position: kp')),
+    (controller.SERVO_LIMIT, Expression(NATIVE, 'actuator position: forcerange', _servo_limit)),
+    (controller.SETPOINT_DELAY, Expression(
+        NATIVE, 'actuator position: delay, nsample, interp linear', _delay,
+        lambda v: _off_or(T=v.delay) if v.servo else {})),
+    (controller.SETPOINT_LAG, Expression(
+        NATIVE, 'actuator position: dyntype filterexact, dynprm', _lag,
+        lambda v: _off_or(T=v.lag) if v.servo else {})),
     *((effect, Expression(REFUSED, _SERVO)) for effect in (
-        controller.SERVO_GAIN, controller.SERVO_LIMIT, controller.SERVO_DEADBAND,
-        controller.SERVO_INTEGRATOR, controller.SERVO_FEEDFORWARD, controller.SERVO_DELAY,
-        controller.SETPOINT_DELAY, controller.SETPOINT_LAG)),
+        controller.SERVO_DEADBAND, controller.SERVO_INTEGRATOR, controller.SERVO_FEEDFORWARD,
+        controller.SERVO_DELAY)),
     (encoder.MOTOR_ENCODER_ECCENTRICITY, Expression(REFUSED, _PHASE)),
     (encoder.MOTOR_ENCODER_QUANTISATION, Expression(REFUSED, _LATTICE)),
     (encoder.MOTOR_ENCODER_DELAY, Expression(
-        NATIVE, 'sensor jointpos: delay, nsample, interp', _late)),
+        NATIVE, 'sensor jointpos: delay, nsample, interp', _late,
+        lambda v: _off_or(T=v.late[0]))),
     (encoder.ARM_ENCODER_ECCENTRICITY, Expression(REFUSED, _PHASE)),
     (encoder.ARM_ENCODER_QUANTISATION, Expression(REFUSED, _LATTICE)),
     (encoder.ARM_ENCODER_DELAY, Expression(
-        NATIVE, 'sensor jointpos: delay, nsample, interp', _late)),
-    (encoder.ENCODER_OFFSET, Expression(NATIVE, 'joint ref, and tendon springlength', _zero)),
+        NATIVE, 'sensor jointpos: delay, nsample, interp', _late,
+        lambda v: _off_or(T=v.late[1]))),
+    (encoder.ENCODER_OFFSET, Expression(
+        NATIVE, 'joint ref, and tendon springlength', _zero, lambda v: _off_or(c=v.zero))),
     (torque_map.TORQUE_MAP, Expression(
         REFUSED, 'no attribute takes a table: add its torque to qfrc_applied of the joint in your '
         'code')),
@@ -284,12 +370,52 @@ def values_of(model: DriveModel) -> tuple[MjcfValues, list[Exported]]:
     if law.kind == 'physx' and law.static != 1.0:
         exported.append(Exported('friction_law.static', REFUSED,
                                  'friction at rest and in sliding are one in MuJoCo'))
-    if model.controller is not None:
-        exported.append(Exported('controller', REFUSED, _SERVO))
+    servo = folded.controller
+    if servo is not None:
+        values = replace(values, servo=Servo(
+            servo.kp, servo.kd, math.inf if servo.torque_limit is None else servo.torque_limit))
+        exported.append(Exported('controller', NATIVE, 'actuator position: kp, kv, forcerange'))
+        exported += [Exported(f'controller.{name}', REFUSED, _SERVO) for name in (
+            'ki', 'feedforward', 'feedforward_inertia', 'delay', 'rate') if getattr(servo, name)]
     for effect in sorted(model.effects, key=lambda e: _order(e['id'])):
         values, row = _expressed(values, effect)
         exported.append(row)
     return values, exported
+
+
+def model_values(values: MjcfValues) -> dict[str, Any]:
+    """
+    Return a drive with the quantities of MJCF as values of a model file, see DriveModel.
+
+    The inverse of values_of, up to the gain of the actuator, which is a torque constant.
+    """
+    if values.rigid:
+        values = replace(
+            values, motor_damping=values.motor_damping + values.arm_damping, arm_damping=0.0,
+            motor_friction=values.motor_friction + values.arm_friction, arm_friction=0.0)
+    lugre = values.passives(MOTOR, LUGRE)
+    data: dict[str, Any] = {
+        'motor_inertia': values.motor_inertia, 'arm_inertia': values.arm_inertia,
+        'viscous_friction': values.motor_damping,
+        'coulomb_friction': lugre[0][2] if lugre else values.motor_friction,
+        'position_gain': values.motor_stiffness, 'torque_offset': values.offset,
+        'damping': values.damping}
+    if values.rigid:
+        data['transmission'] = {'kind': 'rigid'}
+    else:
+        data['transmission'] = {'kind': 'dead_zone', 'stiffness': values.stiffness,
+                                'half_gap': values.half_gap}
+    if values.yielding is not None:
+        data['transmission'] |= {
+            'kind': 'passive_play', 'hysteresis_stiffness': values.yielding[0],
+            'hysteresis_width': values.yielding[1]}
+    if values.servo is not None:
+        kp, kd, limit = values.servo
+        data['controller'] = {'kind': 'pd', 'kp': kp, 'kd': kd,
+                              'torque_limit': limit if math.isfinite(limit) else None}
+    data['effects'] = [{'id': name, **parameters} for name, row in EXPRESSIONS.items()
+                       if row.read is not None and (parameters := row.read(values))]
+    return data
 
 
 def _order(name: str) -> int:

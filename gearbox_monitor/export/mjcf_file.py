@@ -13,14 +13,15 @@
 # limitations under the License.
 
 """
-Read a drive in an MJCF, URDF or SDF file: MuJoCo compiles it, with defaults, classes and geoms.
+Read a drive in an MJCF, URDF or SDF file: from what MuJoCo compiles of it, whole or refused.
 
 A drive is one joint (motor and arm are rigidly coupled, the motor is its armature), or two joints
 that hang on one parent: that of the motor, and that of the arm. A fixed tendon between the two is
-the transmission.
+the transmission. All other joints rest in the posture. `values_in` makes MjcfValues of it, in
+which the writer has a model, too.
 """
 import cmath
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
 from pathlib import Path
@@ -28,19 +29,28 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.export.compiling import compiled_model
+from gearbox_monitor.export.mjcf import (
+    ARM, COGGING, LUGRE, MjcfValues, model_values, MOTOR, Passive, Servo, TENDON)
 from gearbox_monitor.export.sdf_file import spring_of, urdf_of
+from gearbox_monitor.export.urdf_file import readable_urdf
 from gearbox_monitor.export.xml_edit import parse_xml, XmlDocument, XmlElement
 from gearbox_monitor.files.opening import read_bytes
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
-from gearbox_monitor.plant.effects import arm_side, gearbox
+from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.friction_law import FrictionLaw
-
+from gearbox_monitor.robot.compiled_model import (
+    actuator_law, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled, is_off,
+    mujoco_module, name_of, Refusal, scalar_joints, undecided, Unread)
 
 INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between joints
 
 MAX_XML = 1 << 26  # bytes of a file
+NO_LIMIT = (-math.inf, math.inf)
+SAME = 1e-6        # relative: limits that differ by less are symmetric
+ORDERS = (1, 40)   # of cogging, of the library
 
 
 @dataclass(frozen=True)
@@ -48,12 +58,15 @@ class MjcfJoint:
     """
     A joint as MuJoCo compiles it, in SI units.
 
-    inertia: of all that moves with it, without its armature; damping: with that of actuators;
-    law: of frictionloss, with the impedance that counts in the posture.
+    element: in the file itself, None in one that it includes; inertia: of all that moves with it,
+    without its armature; damping, stiffness: with those of actuators, which are actuator_damping,
+    actuator_stiffness; law: of frictionloss, with the impedance that counts in the posture;
+    constant: torque of springs and actuators at the position 0 and the control 0, N m;
+    springref: rad; travel: range of positions; force: limits of the torque of its actuators.
     """
 
     name: str
-    element: XmlElement
+    element: XmlElement | None
     index: int
     armature: float
     inertia: float
@@ -61,9 +74,14 @@ class MjcfJoint:
     actuator_damping: float
     frictionloss: float
     stiffness: float
+    actuator_stiffness: float
+    constant: float
+    springref: float
     ref: float
     slide: bool
     law: FrictionLaw
+    travel: tuple[float, float]
+    force: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -71,13 +89,14 @@ class MjcfTendon:
     """A fixed tendon over motor (coefficient `sign`) and arm (-`sign`)."""
 
     name: str
-    element: XmlElement
+    element: XmlElement | None
     index: int
     sign: float
     low: float
     high: float
     stiffness: tuple[float, float, float]
     damping: float
+    springyield: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -85,22 +104,29 @@ class MjcfActuator:
     """
     The actuator on the joint of the motor.
 
-    gain, bias: of its force, before the gear; setpoint: it follows one, by its bias.
+    gain, bias: of its force, before the gear; setpoint: it follows one, by its bias; law: of it,
+    None in a URDF file.
     """
 
     name: str
-    element: XmlElement
+    element: XmlElement | None
     index: int
     gear: float
     gain: float
     bias: tuple[float, float, float]
     dynamics: str
     setpoint: bool
+    law: ActuatorLaw | None = None
 
 
 @dataclass(frozen=True)
 class MjcfDrive:
-    """A drive in an MJCF file; `arm` and `tendon` are None where motor and arm are one joint."""
+    """
+    A drive in an MJCF file; `arm` and `tendon` are None where motor and arm are one joint.
+
+    hysteresis: a tendon beside the gearbox whose spring yields; passive: torques of actuators
+    without control; notes: what was taken for granted, for people.
+    """
 
     path: Path
     document: XmlDocument
@@ -110,65 +136,34 @@ class MjcfDrive:
     motor: MjcfJoint
     arm: MjcfJoint | None
     tendon: MjcfTendon | None
+    hysteresis: MjcfTendon | None
     actuator: MjcfActuator | None
+    passive: tuple[tuple[Passive, int], ...]
     posture: Array
     keyframe: str | None
+    notes: tuple[str, ...] = ()
 
     @property
     def arm_joint(self) -> MjcfJoint:
         """The joint that moves the arm."""
         return self.arm or self.motor
 
+    @property
+    def half_of_inertia(self) -> bool:
+        """Whether the motor has no inertia of its own in the file: half of the joint's counts."""
+        return self.arm is None and self.motor.armature <= 0.0
 
-def mujoco_module() -> Any:
-    """Return the module mujoco. Raises InputError where it is not installed."""
-    try:
-        import mujoco
-    except ImportError:
-        raise InputError("mujoco: not installed, expected pip install 'gearbox_monitor[mujoco]'"
-                         ) from None
-    return mujoco
-
-
-def compiled_model(data: bytes, path: Path) -> Any:
-    """
-    Return what MuJoCo compiles of an MJCF file.
-
-    Args:
-        data: bytes of the file.
-        path: of the file, to whose folder its meshes are relative.
-
-    Returns:
-        mujoco.MjModel.
-
-    Raises:
-        InputError: MuJoCo refuses the file.
-
-    """
-    mujoco = mujoco_module()
-    try:
-        spec = mujoco.MjSpec.from_string(data.decode('utf-8'), include=_included(data, path))
-        spec.modelfiledir = str(path.parent)
-        return spec.compile()
-    except (ValueError, RuntimeError, UnicodeDecodeError) as error:
-        raise InputError(f'{path}: {error}, expected a file that MuJoCo compiles') from None
-
-
-def _included(data: bytes, path: Path) -> dict[str, bytes]:
-    """Return {name: bytes} of the files that an MJCF file includes, relative to its folder."""
-    files: dict[str, bytes] = {}
-    waiting = [data]
-    while waiting:
-        for element in parse_xml(waiting.pop(), str(path)).root.walk():
-            name = element.attributes.get('file', '') if element.tag == 'include' else ''
-            if name and name not in files and (path.parent / name).is_file():
-                files[name] = read_file(path.parent / name)
-                waiting.append(files[name])
-    return files
+    def refusals(self) -> list[Refusal]:
+        """Return what acts on the joints of the drive and is not read."""
+        joints = [j.index for j in (self.motor, self.arm) if j is not None]
+        gearboxes = [t.index for t in (self.tendon, self.hysteresis) if t is not None]
+        return [*undecided(self.compiled, joints, at_rest(self.compiled, self.posture), gearboxes),
+                *_of_drive(self)]
 
 
 def read_mjcf(path: str | Path, joint: str, arm_joint: str | None = None,
-              keyframe: str | None = None, actuator: str | None = None) -> MjcfDrive:
+              keyframe: str | None = None, actuator: str | None = None,
+              root: str | Path | None = None) -> MjcfDrive:
     """
     Return the drive in an MJCF file.
 
@@ -178,6 +173,7 @@ def read_mjcf(path: str | Path, joint: str, arm_joint: str | None = None,
         arm_joint: name of the joint of the arm, None where it is the same.
         keyframe: posture in which inertia and weight are taken, None for that of the file.
         actuator: name of the actuator, None for the only one on the joint.
+        root: folder below which the files lie that it names, None for its own folder.
 
     Returns:
         The MjcfDrive.
@@ -187,7 +183,8 @@ def read_mjcf(path: str | Path, joint: str, arm_joint: str | None = None,
 
     """
     path = Path(path)
-    return drive_of(read_file(path), path, (joint, arm_joint), keyframe, actuator)
+    return drive_of(read_file(path), path, (joint, arm_joint), keyframe, actuator,
+                    Path(root) if root else None)
 
 
 def read_file(path: Path) -> bytes:
@@ -199,8 +196,59 @@ def read_file(path: Path) -> bytes:
                          'URDF or SDF file') from None
 
 
+@dataclass(frozen=True)
+class RobotFile:
+    """A robot's file as MuJoCo compiles it: the document that was compiled, and the notes."""
+
+    path: Path
+    document: XmlDocument
+    compiled: Any
+    springs: Mapping[str, tuple[float, float]]
+    notes: tuple[str, ...] = ()
+
+
+def compiled_file(data: bytes, path: Path, joint: str | None = None, root: Path | None = None
+                  ) -> RobotFile:
+    """
+    Return what MuJoCo compiles of an MJCF, URDF or SDF file.
+
+    Args:
+        data: bytes of the file.
+        path: of the file.
+        joint: of the model in an SDF file, None for its first.
+        root: see read_mjcf.
+
+    Returns:
+        The RobotFile; springs: {joint: (N m/rad, rad)} of SDF, which a URDF file cannot hold.
+
+    Raises:
+        InputError: it is none of them, or MuJoCo refuses it.
+
+    """
+    document, notes = parse_xml(data, str(path)), list[str]()
+    springs: dict[str, tuple[float, float]] = {}
+    if document.root.tag == 'sdf':
+        text = urdf_of(document, joint)
+        springs = {name: spring for name in _joints_of(text)
+                   if (spring := spring_of(document, name))[0]}
+        data = text.encode()
+        document = parse_xml(data, str(path))
+    if document.root.tag == 'robot':
+        data, notes = readable_urdf(data, str(path))
+    elif document.root.tag != 'mujoco':
+        raise InputError(f'{path}: line {document.root.line}: <{document.root.tag}>, expected '
+                         '<mujoco>, <robot> of a URDF file or <sdf>')
+    return RobotFile(path, document, compiled_model(data, path, root), springs, tuple(notes))
+
+
+def _joints_of(urdf: str) -> list[str]:
+    root = parse_xml(urdf.encode(), 'sdf').root
+    return [e.attributes.get('name', '') for e in root.all('joint')]
+
+
 def drive_of(data: bytes, path: Path, joints: tuple[str, str | None],
-             keyframe: str | None = None, actuator: str | None = None) -> MjcfDrive:
+             keyframe: str | None = None, actuator: str | None = None,
+             root: Path | None = None) -> MjcfDrive:
     """
     Return the drive in the bytes of an MJCF file, see read_mjcf.
 
@@ -210,163 +258,230 @@ def drive_of(data: bytes, path: Path, joints: tuple[str, str | None],
         joints: names of the joints of motor and arm.
         keyframe: posture, None for that of the file.
         actuator: name of the actuator, None for the only one on the joint.
+        root: folder below which the files lie that it names.
 
     Returns:
         The MjcfDrive.
 
     """
-    mujoco = mujoco_module()
-    document, spring = parse_xml(data, str(path)), 0.0
-    if document.root.tag == 'sdf':
-        spring = spring_of(document, joints[0])
-        data = urdf_of(document, joints[0]).encode()
-        document = parse_xml(data, str(path))
-    if document.root.tag not in ('mujoco', 'robot'):
-        raise InputError(f'{path}: line {document.root.line}: <{document.root.tag}>, expected '
-                         '<mujoco>, <robot> of a URDF file or <sdf>')
-    m = compiled_model(data, path)
-    state = mujoco.MjData(m)
-    if keyframe is not None:
-        k = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_KEY, keyframe)
-        if k < 0:
-            raise InputError(f'{path}: keyframe: {keyframe!r} is not in the file')
-        state.qpos[:] = m.key_qpos[k]
-    mujoco.mj_forward(m, state)
-    motor = _joint(document, m, state, joints[0])
-    if spring:
-        motor = replace(motor, stiffness=spring)
-    arm = _joint(document, m, state, joints[1]) if joints[1] else None
-    if arm is not None:
-        parents = [m.body_parentid[m.jnt_bodyid[j.index]] for j in (motor, arm)]
-        if parents[0] != parents[1] or motor.slide != arm.slide:
-            raise InputError(f'{path}: line {arm.element.line}: joint {arm.name}: moves with '
-                             f'{motor.name} or is of another type, expected two joints of one '
+    return drive_in(compiled_file(data, path, joints[0], root), joints, keyframe, actuator)
+
+
+def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | None = None,
+             actuator: str | None = None) -> MjcfDrive:
+    """
+    Return the drive in a compiled file, see read_mjcf.
+
+    Args:
+        file: the robot's.
+        joints: names of the joints of motor and arm.
+        keyframe: posture, None for that of the file.
+        actuator: name of the actuator, None for the only one on the joint.
+
+    Returns:
+        The MjcfDrive.
+
+    """
+    document, m, path = file.document, file.compiled, file.path
+    posture = _posture(m, keyframe, path)
+    state = at_rest(m, posture)
+    numbers = [_number(m, name, path) for name in joints if name]
+    if len(numbers) > 1:
+        parents = [m.body_parentid[m.jnt_bodyid[j]] for j in numbers]
+        if parents[0] != parents[1] or m.jnt_type[numbers[0]] != m.jnt_type[numbers[1]]:
+            raise InputError(f'{path}: joint {joints[1]}: moves with '
+                             f'{joints[0]} or is of another type, expected two joints of one '
                              'type whose bodies have the same parent')
+    tendon, hysteresis = None, None
+    if len(numbers) > 1:
+        tendons = _tendons(document, m, numbers)
+        tendon = next((t for t in tendons if not t.springyield), None)
+        hysteresis = next((t for t in tendons if t.springyield and tendon is not None), None)
+    own, others = _chosen(m, numbers[0], document, actuator)
+    passive, notes = _passive(m, numbers, tendon), list(file.notes)
+    motor = _joint(document, m, state, numbers[0], [law for law in others if not law.passive])
+    if own is not None and own.law is not None and not own.law.setpoint:
+        motor = replace(motor, damping=motor.damping + own.law.damper,
+                        actuator_damping=motor.actuator_damping + own.law.damper)
+    notes += _remarks(motor, own, others, path)
+    spring = file.springs.get(joints[0])
+    if spring is not None:
+        motor = replace(motor, stiffness=spring[0], springref=spring[1],
+                        constant=spring[0] * spring[1])
+    arm = _joint(document, m, state, numbers[1], []) if len(numbers) > 1 else None
     compiler = [e for e in document.root.walk() if e.tag == 'compiler']
     degrees = all(e.attributes.get('angle', 'degree') == 'degree' for e in compiler)
-    return MjcfDrive(path, document, m, float(m.opt.timestep), degrees, motor, arm,
-                     _tendon(document, m, motor, arm) if arm else None,
-                     _actuator(document, m, motor, actuator), state.qpos.copy(), keyframe)
+    return MjcfDrive(path, document, m, float(m.opt.timestep), degrees, motor, arm, tendon,
+                     hysteresis, own, tuple(passive), state.qpos.copy(), keyframe, tuple(notes))
 
 
-def _named(document: XmlDocument, section: str, name: str, kind: str) -> XmlElement:
-    """Return the element `name` in sections of the file. Raises InputError."""
+def _posture(m: Any, keyframe: str | None, path: Path) -> Array | None:
+    """Return the posture [nq] of a keyframe. Raises InputError."""
+    if keyframe is None:
+        return None
+    mujoco = mujoco_module()
+    k = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_KEY, keyframe)
+    if k < 0:
+        names = [name_of(m, 'key', i) for i in range(m.nkey)]
+        raise InputError(f'{path}: keyframe: {keyframe!r} is not in the file, '
+                         + (unknown(keyframe, names) if names else 'which has none'))
+    posture: Array = m.key_qpos[k].copy()
+    return posture
+
+
+def _number(m: Any, name: str, path: Path) -> int:
+    """Return the number of the joint `name`. Raises InputError."""
+    mujoco = mujoco_module()
+    index = int(mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_JOINT, name))
+    if index < 0:
+        names = [name_of(m, 'joint', j) for j in scalar_joints(m)]
+        raise InputError(f'{path}: joint: {name!r} is not in this file, {unknown(name, names)}')
+    if index not in scalar_joints(m):
+        raise InputError(f'{path}: joint {name}: type, expected hinge or slide')
+    return index
+
+
+def element_of(document: XmlDocument, section: str, name: str, kind: str) -> XmlElement | None:
+    """Return the element `name` in sections of the file itself, None where it is elsewhere."""
     parts = [document.root] if document.root.tag == 'robot' else document.root.all(section)
     for part in parts:
         for element in part.walk():
             if element.attributes.get('name') == name and (not kind or element.tag == kind):
                 return element
-    included = any(e.tag == 'include' for e in document.root.walk())
-    raise InputError(f'{document.name}: {kind or section}: {name!r} is not in this file'
-                     + (' itself, expected it here and not in one that it includes'
-                        if included else ''))
+    return None
 
 
-def _joint(document: XmlDocument, m: Any, state: Any, name: str) -> MjcfJoint:
+def _joint(document: XmlDocument, m: Any, state: Any, index: int,
+           others: Sequence[ActuatorLaw]) -> MjcfJoint:
+    """Return a joint with what the `others` of its actuators do at the control 0."""
     mujoco = mujoco_module()
-    element = _named(document, 'worldbody', name, 'joint')
-    index = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_JOINT, name)
-    kinds = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-    if m.jnt_type[index] not in kinds:
-        raise InputError(f'{document.name}: line {element.line}: joint {name}: type, expected '
-                         'hinge or slide')
-    dof = m.jnt_dofadr[index]
+    name = name_of(m, 'joint', index)
+    slide = bool(m.jnt_type[index] == int(mujoco.mjtJoint.mjJNT_SLIDE))
+    dof, place = m.jnt_dofadr[index], m.jnt_qposadr[index]
     unit, row = np.zeros(m.nv), np.zeros(m.nv)
     unit[dof] = 1.0
     mujoco.mj_mulM(m, state, row, unit)
     own = ((m.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT))
            & (m.actuator_trnid[:, 0] == index))
-    added = float(np.sum(m.actuator_damping[own] * m.actuator_gear[own, 0] ** 2))
+    squares = m.actuator_gear[m.actuator_outadr][own, 0] ** 2 if own.any() else np.zeros(0)
+    added = float(np.sum(m.actuator_damping[own] * squares))
+    armature = float(m.dof_armature[dof] + np.sum(m.actuator_armature[own] * squares))
+    damping, springs = float(m.dof_damping[dof]) + added, float(m.jnt_stiffness[index])
+    if disabled(m, 'DAMPER'):
+        damping = added = 0.0
+    if disabled(m, 'SPRING'):
+        springs = 0.0
+    dampers, more = (math.fsum(getattr(law, name) for law in others)
+                     for name in ('damper', 'spring'))
+    friction = float(m.dof_frictionloss[dof])
+    if disabled(m, 'FRICTIONLOSS', 'CONSTRAINT'):
+        friction = 0.0
+    ref = float(m.qpos_spring[place])
     return MjcfJoint(
-        name, element, index, float(m.dof_armature[dof]),
-        float(row[dof] - m.dof_armature[dof]), float(m.dof_damping[dof]) + added, added,
-        float(m.dof_frictionloss[dof]), float(m.jnt_stiffness[index]),
-        float(m.qpos0[m.jnt_qposadr[index]]), bool(m.jnt_type[index] == kinds[1]),
-        _law(m, dof, float(row[dof])))
+        name, element_of(document, 'worldbody', name, 'joint'), index, armature,
+        float(row[dof] - armature), damping + dampers, added + dampers, friction,
+        springs + more, more, springs * ref + math.fsum(law.constant for law in others), ref,
+        float(m.qpos0[place]), slide, _law(m, dof, float(row[dof])),
+        _range(m.jnt_limited[index] and not disabled(m, 'LIMIT', 'CONSTRAINT'),
+               m.jnt_range[index]),
+        _range(m.jnt_actfrclimited[index], m.jnt_actfrcrange[index]))
+
+
+def _range(limited: Any, values: Any) -> tuple[float, float]:
+    return (float(values[0]), float(values[1])) if limited else NO_LIMIT
 
 
 def _law(m: Any, dof: int, inertia: float) -> FrictionLaw:
     """Return the law of frictionloss of a degree of freedom with an inertia (kg m^2)."""
     solref, solimp = m.dof_solref[dof].tolist(), m.dof_solimp[dof].tolist()
-    if solref[0] > 0.0 and m.opt.disableflags & int(mujoco_module().mjtDisableBit.mjDSBL_REFSAFE):
+    if solref[0] > 0.0 and disabled(m, 'REFSAFE'):
         solref = [-1.0, -2.0 / solref[0]]  # as it is, also where the timestep is long
     law = FrictionLaw('mujoco', (solref[0], solref[1]), (solimp[0], solimp[1]))
+    if enabled(m, 'DIAGEXACT'):
+        return law
     # MuJoCo scales by the inverse inertia in the posture qpos0.
     softness = law.softness * float(m.dof_invweight0[dof]) * inertia
     return replace(law, solimp=(1.0 / (1.0 + softness), solimp[1]))
 
 
-def _tendon(document: XmlDocument, m: Any, motor: MjcfJoint, arm: MjcfJoint
-            ) -> MjcfTendon | None:
-    """Return the fixed tendon between the two joints."""
+def _tendons(document: XmlDocument, m: Any, joints: Sequence[int]) -> list[MjcfTendon]:
+    """Return the fixed tendons between two joints."""
     mujoco = mujoco_module()
+    tendons: list[MjcfTendon] = []
     for i in range(m.ntendon):
         rows = slice(m.tendon_adr[i], m.tendon_adr[i] + m.tendon_num[i])
-        if set(m.wrap_objid[rows]) != {motor.index, arm.index} or any(
+        if set(m.wrap_objid[rows]) != set(joints) or any(
                 m.wrap_type[rows] != int(mujoco.mjtWrap.mjWRAP_JOINT)):
             continue
         sign = dict(zip(m.wrap_objid[rows], m.wrap_prm[rows]))
-        if m.tendon_springyield[i] or sign[motor.index] not in (-1.0, 1.0) or (
-                sign[arm.index] != -sign[motor.index]):
+        if sign[joints[0]] not in (-1.0, 1.0) or sign[joints[1]] != -sign[joints[0]]:
             continue
-        name = mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_TENDON, i)
-        if not name:
-            raise InputError(f'{document.name}: tendon over {motor.name} and {arm.name}: has no '
-                             'name, expected one')
+        name = mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_TENDON, i) or ''
         low, high = map(float, m.tendon_lengthspring[i])
         square, cube = map(float, m.tendon_stiffnesspoly[i])
-        return MjcfTendon(name, _named(document, 'tendon', name, 'fixed'), i,
-                          float(sign[motor.index]), low, high,
-                          (float(m.tendon_stiffness[i]), square, cube),
-                          float(m.tendon_damping[i]))
-    return None
+        tendons.append(MjcfTendon(
+            name, element_of(document, 'tendon', name, 'fixed') if name else None, i,
+            float(sign[joints[0]]), low, high, (float(m.tendon_stiffness[i]), square, cube),
+            float(m.tendon_damping[i]), float(m.tendon_springyield[i])))
+    return tendons
 
 
-def _actuator(document: XmlDocument, m: Any, motor: MjcfJoint, name: str | None
-              ) -> MjcfActuator | None:
+def _chosen(m: Any, joint: int, document: XmlDocument, name: str | None
+            ) -> tuple[MjcfActuator | None, list[ActuatorLaw]]:
+    """Return the actuator that drives a joint, and the laws of the others on it."""
+    label, where = name_of(m, 'joint', joint), document.name
     if document.root.tag == 'robot':
-        return _transmission_of_urdf(document, motor)
+        return _transmission_of_urdf(document, label), []
     mujoco = mujoco_module()
-    own = [i for i in range(len(m.actuator_trntype))
-           if m.actuator_trntype[i] == int(mujoco.mjtTrn.mjTRN_JOINT)
-           and m.actuator_trnid[i, 0] == motor.index and m.actuator_ctrlnum[i] == 1]
-    names = [mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_ACTUATOR, i) for i in own]
+    controlled = [i for i in actuators_on(m, joint) if m.actuator_ctrlnum[i] > 0]
+    names = [mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_ACTUATOR, i) for i in controlled]
+    own = controlled
     if name is not None:
-        own = [i for i, word in zip(own, names) if word == name]
+        own = [i for i, word in zip(controlled, names) if word == name]
         if not own:
-            raise InputError(f'{document.name}: actuator: {name!r} does not act on joint '
-                             f'{motor.name}')
+            raise InputError(f'{where}: actuator: {name!r} does not act on joint {label}')
     if len(own) > 1:
-        raise InputError(f'{document.name}: joint {motor.name}: has the actuators '
+        raise InputError(f'{where}: joint {label}: has the actuators '
                          f'{", ".join(map(str, names))}, expected one chosen with --actuator')
-    if not own:
-        return None
-    i = own[0]
+    laws = []
+    for i in actuators_on(m, joint):
+        if i not in own:
+            try:
+                laws.append(actuator_law(m, i))
+            except Unread:
+                continue  # undecided() names it
+    return (_actuator(m, own[0], document, label) if own else None), laws
+
+
+def _actuator(m: Any, i: int, document: XmlDocument, joint: str) -> MjcfActuator:
+    mujoco = mujoco_module()
+    name = mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_ACTUATOR, i) or ''
     elements = [e for part in document.root.all('actuator') for e in part.walk()
-                if e.attributes.get('joint') == motor.name
+                if e.attributes.get('joint', e.attributes.get('jointinparent')) == joint
                 and e.attributes.get('input') != 'none'
-                and (name is None or e.attributes.get('name') == name)]
-    if not elements:
-        raise InputError(f'{document.name}: the actuator of joint {motor.name} is not in this '
-                         'file itself, expected it here and not in one that it includes')
-    element = elements[0]
+                and (not name or e.attributes.get('name') == name)]
     fixed = m.actuator_gaintype[i] == int(mujoco.mjtGain.mjGAIN_FIXED)
     affine = m.actuator_biastype[i] == int(mujoco.mjtBias.mjBIAS_AFFINE)
     bias = tuple(map(float, m.actuator_biasprm[i, :3])) if affine else (0.0, 0.0, 0.0)
+    try:
+        law = actuator_law(m, i)
+    except Unread:
+        law = None  # undecided() names it
     return MjcfActuator(
-        element.attributes.get('name', ''), element, i, float(m.actuator_gear[i, 0]),
-        float(m.actuator_gainprm[i, 0]), bias,  # type: ignore[arg-type]
+        name, elements[0] if elements else None, i,
+        float(m.actuator_gear[m.actuator_outadr[i], 0]),
+        law.gain if law is not None else float(m.actuator_gainprm[i, 0]), bias,  # type: ignore[arg-type]
         mujoco.mjtDyn(m.actuator_dyntype[i]).name.removeprefix('mjDYN_').lower(),
-        not fixed or bool(bias[1] or bias[2]))
+        not fixed or bool(bias[1] or bias[2]), law)
 
 
-def _transmission_of_urdf(document: XmlDocument, motor: MjcfJoint) -> MjcfActuator | None:
+def _transmission_of_urdf(document: XmlDocument, joint: str) -> MjcfActuator | None:
     """Return the transmission of a joint in a URDF file; its reduction is the gear."""
     for element in document.root.all('transmission'):
         for part in element.walk():
             reductions = part.all('mechanicalReduction')
-            if reductions and any(joint.attributes.get('name') == motor.name
-                                  for joint in element.all('joint')):
+            if reductions and any(other.attributes.get('name') == joint
+                                  for other in element.all('joint')):
                 tag = reductions[0]
                 text = document.text(tag)
                 try:
@@ -374,9 +489,159 @@ def _transmission_of_urdf(document: XmlDocument, motor: MjcfJoint) -> MjcfActuat
                 except ValueError:
                     raise InputError(f'{document.name}: line {tag.line}: mechanicalReduction: '
                                      f'{text!r}, expected a number') from None
-                return MjcfActuator(motor.name, element, -1, gear, 1.0, (0.0, 0.0, 0.0), 'none',
+                return MjcfActuator(joint, element, -1, gear, 1.0, (0.0, 0.0, 0.0), 'none',
                                     False)
     return None
+
+
+def _passive(m: Any, joints: Sequence[int], tendon: MjcfTendon | None
+             ) -> list[tuple[Passive, int]]:
+    """Return the torques of actuators without control, and of what a motor has beside its own."""
+    mujoco, out = mujoco_module(), []
+    places = dict(zip(joints, (MOTOR, ARM)))
+    for i in range(len(m.actuator_trntype)):
+        if is_off(m, i) or m.actuator_gaintype[i] != int(mujoco.mjtGain.mjGAIN_DCMOTOR):
+            continue
+        kind, target = int(m.actuator_trntype[i]), int(m.actuator_trnid[i, 0])
+        where = places.get(target) if kind == int(mujoco.mjtTrn.mjTRN_JOINT) else None
+        if tendon is not None and kind == int(mujoco.mjtTrn.mjTRN_TENDON) and (
+                target == tendon.index):
+            where = TENDON
+        if where is None:
+            continue
+        try:
+            law = actuator_law(m, i)
+        except Unread:
+            continue  # undecided() names it
+        if law.lugre:
+            out.append((Passive(where, LUGRE, law.lugre), i))
+        if law.cogging:
+            # A constant torque is one of the arm; where both are one joint, too.
+            place = where if law.cogging[1] else ARM
+            out.append((Passive(place, COGGING, law.cogging), i))
+    return out
+
+
+def _remarks(motor: MjcfJoint, own: MjcfActuator | None, others: Sequence[ActuatorLaw],
+             path: Path) -> list[str]:
+    """Return notes for people about what was taken for granted of a joint."""
+    where, notes = f'{path.name}: joint {motor.name}', []
+    if own is None:
+        notes.append(f'{where}: no actuator acts on it: efforts count as torques on the joint')
+    elif own.law is not None and own.law.speed:
+        notes.append(f'{where}: actuator {own.name}: its control is read as the effort, which '
+                     f'makes {own.law.gain:g} N m before the gear, and its damping as viscous '
+                     'friction')
+    for law in others:
+        if not law.passive:
+            notes.append(f'{where}: actuator {law.name}: its control counts as 0')
+    return notes
+
+
+# ---------------------------------------------------------------------- what is refused of a drive
+
+
+def _of_drive(drive: MjcfDrive) -> list[Refusal]:
+    """Return what a drive of one or two joints has and its model cannot have."""
+    m, motor, arm, own = drive.compiled, drive.motor, drive.arm, drive.actuator
+    found: list[Refusal] = []
+
+    def add(attribute: str, words: str, joint: MjcfJoint = motor) -> None:
+        found.append(Refusal(joint.name, attribute, words))
+    if motor.inertia + motor.armature <= 1e-12:
+        add('inertia', f'{motor.inertia + motor.armature:.3g}: it moves nothing, expected a body '
+            'with mass, or armature')
+    law = own.law if own is not None else None
+    if law is not None:
+        _of_law(drive, law, add)
+    if arm is not None and arm.stiffness:
+        add('stiffness', f'{arm.stiffness:g} on the joint of the arm, expected 0', arm)
+    if arm is not None and any(not actuator_is_passive(m, i) for i in actuators_on(m, arm.index)):
+        add('actuator', 'drives the joint of the arm, expected none there', arm)
+    if m.jnt_actgravcomp[motor.index] and m.jnt_actfrclimited[motor.index]:
+        add('actgravcomp', 'with a limit of the actuator force, expected one of both')
+    for passive, _ in drive.passive:
+        low, high = ORDERS
+        if passive.kind == COGGING and passive.where != ARM and not (
+                low <= passive.numbers[1] <= high and passive.numbers[1] % 1.0 == 0.0):
+            add('cogging', f'{passive.numbers[1]:g} waves in a turn, expected a whole number of '
+                f'{low} to {high}')
+        if passive.kind == COGGING and passive.where == TENDON:
+            add('cogging', 'on the tendon, expected none')
+        if passive.kind == LUGRE and passive.where == ARM:
+            add('lugre', 'on the joint of the arm, expected it on that of the motor', arm or motor)
+        if passive.kind == LUGRE and passive.where == MOTOR and motor.frictionloss:
+            add('lugre', f'beside frictionloss {motor.frictionloss:g}, expected one of both')
+    kinds = [(p.where, p.kind) for p, _ in drive.passive if p.where != ARM]
+    if len(set(kinds)) < len(kinds):
+        add('dcmotor', 'several with cogging or lugre, expected one of each')
+    return found
+
+
+def actuator_is_passive(m: Any, actuator: int) -> bool:
+    """Return whether an `actuator` of `m` has no control."""
+    return int(m.actuator_ctrlnum[actuator]) == 0
+
+
+def _of_law(drive: MjcfDrive, law: ActuatorLaw, add: Any) -> None:
+    """Call add(attribute, words) with what the law of an actuator has and a model cannot have."""
+    motor, what = drive.motor, f'actuator {law.name}'
+    force = _within(law.force, motor.force)
+    low, high = force[0] - law.constant, force[1] - law.constant
+    if not _symmetric(low, high):
+        add(f'{what}: forcerange', f'{force[0]:g} {force[1]:g} N m on the joint, expected limits '
+            'alike in both directions')
+    elif math.isfinite(high) and high <= 0.0:
+        add(f'{what}: forcerange', f'{high:g} N m, expected a range around 0')
+    if law.setpoint:
+        return
+    if not _symmetric(*law.control):
+        add(f'{what}: ctrlrange', f'{law.control[0]:g} {law.control[1]:g}, expected limits alike '
+            'in both directions')
+    if law.damper and math.isfinite(high):
+        add(f'{what}: forcerange', f'{high:g} N m takes in its damping ({law.damper:g} N m '
+            's/rad), expected no limit')
+    reach = abs(law.gear) * law.gain * law.control[1]
+    if law.lag and high < reach * (1.0 - SAME):
+        add(f'{what}: forcerange', f'{high:g} N m behind a lag, expected ctrlrange')
+    euler = drive.compiled.opt.integrator == int(mujoco_module().mjtIntegrator.mjINT_EULER)
+    if euler and law.damper * drive.timestep > DRAG * (motor.inertia + motor.armature):
+        add(f'{what}: kv', f'{law.damper:g} N m s/rad in Euler steps of {drive.timestep:g} s, '
+            'expected the integrator implicitfast')
+
+
+def _within(*ranges: tuple[float, float]) -> tuple[float, float]:
+    return max(low for low, _ in ranges), min(high for _, high in ranges)
+
+
+def _symmetric(low: float, high: float) -> bool:
+    if math.isinf(low) or math.isinf(high):
+        return math.isinf(low) and math.isinf(high)
+    return abs(low + high) <= SAME * max(abs(low), abs(high))
+
+
+# ---------------------------------------------------------------------- as values of a model
+
+
+def load_over_position(drive: MjcfDrive, joint: MjcfJoint) -> Array:
+    """
+    Return the weight on a joint: N m at the positions 0, 90, 180 and 270 degrees [4].
+
+    Args:
+        drive: in its posture.
+        joint: motor or arm.
+    """
+    mujoco, m = mujoco_module(), drive.compiled
+    state, dof = mujoco.MjData(m), m.jnt_dofadr[joint.index]
+    loads = []
+    compensated = not (m.jnt_actgravcomp[joint.index] and disabled(m, 'ACTUATION'))
+    for quarter in range(4):
+        state.qpos[:] = drive.posture
+        state.qpos[m.jnt_qposadr[joint.index]] = 0.5 * math.pi * quarter
+        mujoco.mj_forward(m, state)
+        loads.append(float(state.qfrc_bias[dof]
+                           - (state.qfrc_gravcomp[dof] if compensated else 0.0)))
+    return np.array(loads)
 
 
 def weight(drive: MjcfDrive) -> complex:
@@ -385,18 +650,72 @@ def weight(drive: MjcfDrive) -> complex:
 
     x2 is the position that the joint reads.
     """
-    mujoco = mujoco_module()
-    m, joint = drive.compiled, drive.arm_joint
-    if joint.slide:
+    if drive.arm_joint.slide:
         return 0j
-    state = mujoco.MjData(m)
-    loads = []
-    for angle in (0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi):
-        state.qpos[:] = drive.posture
-        state.qpos[m.jnt_qposadr[joint.index]] = angle
-        mujoco.mj_forward(m, state)
-        loads.append(float(state.qfrc_bias[m.jnt_dofadr[joint.index]]))
+    loads = load_over_position(drive, drive.arm_joint)
     return complex(loads[1] - loads[3], loads[0] - loads[2]) / 2.0
+
+
+def values_in(drive: MjcfDrive) -> MjcfValues:
+    """
+    Return what a drive in a file does, in the quantities in which `values_of` has a model.
+
+    Args:
+        drive: in the file; what it has and no model can is its refusals().
+    """
+    motor, arm, tendon, own = drive.motor, drive.arm, drive.tendon, drive.actuator
+    law = own.law if own is not None else None
+    offset = motor.constant + (law.constant if law is not None else 0.0)
+    passive = [p for p, _ in drive.passive]
+    if drive.arm_joint.slide:
+        steady = float(load_over_position(drive, drive.arm_joint).mean())
+        if arm is None:
+            offset -= steady
+        elif steady:
+            passive.append(Passive(ARM, COGGING, (-steady, 0.0, 0.5 * math.pi)))
+    zero = 0.0
+    if tendon is not None:
+        zero = -0.5 * tendon.sign * (tendon.low + tendon.high)
+        zero = 0.0 if abs(zero) < 1e-9 else zero
+    whole = motor.inertia + motor.armature
+    inertias = ((motor.armature, motor.inertia) if arm is None
+                else (whole, arm.inertia + arm.armature))
+    if drive.half_of_inertia:
+        inertias = 0.5 * whole, 0.5 * whole
+    limit, servo = _limit(drive, law), None
+    if law is not None and law.setpoint:
+        servo = Servo(law.spring, law.damper, limit)
+        limit = math.inf
+    return MjcfValues(
+        *inertias, motor.damping, arm.damping if arm else 0.0,
+        motor.frictionloss, arm.frictionloss if arm else 0.0, (100.0, 100.0),
+        motor.law if motor.frictionloss or arm is None or not arm.frictionloss else arm.law,
+        motor.stiffness, weight(drive) * cmath.rect(1.0, zero), arm is None,
+        tendon.stiffness[0] if tendon else 0.0,
+        0.5 * (tendon.high - tendon.low) if tendon else 0.0, tendon.damping if tendon else 0.0,
+        tendon.stiffness[2] if tendon else 0.0,
+        (drive.hysteresis.stiffness[0], drive.hysteresis.springyield)
+        if drive.hysteresis else None, offset=offset, limit=limit,
+        lag=law.lag if law else 0.0, delay=law.delay if law else 0.0,
+        passive=tuple(passive), late=_late(drive), zero=zero, servo=servo)
+
+
+def _limit(drive: MjcfDrive, law: ActuatorLaw | None) -> float:
+    """Return the limit (N m) of the torque on the joint of the motor, beside its constant part."""
+    force = _within(law.force if law else NO_LIMIT, drive.motor.force)
+    high = force[1] - (law.constant if law else 0.0)
+    if law is None or law.setpoint:
+        return high
+    return min(high, abs(law.gear) * law.gain * law.control[1])
+
+
+def _late(drive: MjcfDrive) -> tuple[float, float]:
+    """Return the delays (s) of the sensors of motor and arm."""
+    m, kind = drive.compiled, int(mujoco_module().mjtSensor.mjSENS_JOINTPOS)
+    delays = {int(m.sensor_objid[i]): float(m.sensor_delay[i]) for i in range(m.nsensor)
+              if m.sensor_type[i] == kind and m.sensor_delay[i] > 0.0}
+    arm = delays.get(drive.arm.index, 0.0) if drive.arm else 0.0
+    return delays.get(drive.motor.index, 0.0), arm
 
 
 def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveModel:
@@ -412,51 +731,42 @@ def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveM
         The DriveModel: one joint is a rigid transmission unless one is given.
 
     Raises:
-        InputError: naming what the file lacks.
+        InputError: naming what the file lacks, or has and no model can have.
 
     """
     given, joint = dict(given or {}), drive.motor
-    actuator, where = drive.actuator, f'{drive.path}: joint {joint.name}'
-    values: dict[str, Any] = {
-        'viscous_friction': joint.damping, 'coulomb_friction': joint.frictionloss,
-        'position_gain': joint.stiffness, 'axis': 'prismatic' if joint.slide else 'rotary'}
-    if drive.document.root.tag == 'mujoco':
-        values |= _steps(drive)
-    effects: list[dict[str, Any]] = []
-    if actuator is not None:
-        values['gear_ratio'] = actuator.gear * (1.0 if actuator.setpoint else actuator.gain)
-        values['torque_offset'] = actuator.gear * actuator.bias[0]
-    elif 'gear_ratio' not in given:
-        raise InputError(f'{where}: no actuator acts on it, expected one, or gear_ratio in a file '
-                         'of --values')
-    if drive.arm is None:
-        values |= {'motor_inertia': joint.armature, 'arm_inertia': joint.inertia,
-                   'transmission': {'kind': 'rigid'}}
-        if joint.armature <= 0.0 and 'motor_inertia' not in given:
+    where = f'{drive.path}: joint {joint.name}'
+    problems = drive.refusals()
+    if problems:
+        raise InputError(*(f'{drive.path}: joint {row.joint}: {row}' for row in problems))
+    if drive.arm is None and 'transmission' in given:
+        if drive.half_of_inertia and 'motor_inertia' not in given:
             raise InputError(f'{where}: armature: 0, expected the inertia of the motor times the '
                              'square of its gear, or motor_inertia in a file of --values')
-        if 'transmission' in given and 'damping' not in given:
+        if 'damping' not in given:
             raise InputError(f'{where}: has no transmission, expected its damping beside '
                              'transmission in the file of --values')
-    else:
-        values |= {'motor_inertia': joint.armature + joint.inertia,
-                   'arm_inertia': drive.arm.armature + drive.arm.inertia,
-                   'damping': drive.tendon.damping if drive.tendon else 0.0}
-        if 'transmission' not in given:
-            values['transmission'] = _transmission(drive)
-        effects += [{'id': name, key: value} for name, key, value in (
-            (arm_side.ARM_VISCOUS.id, 'Cav', drive.arm.damping),
-            (arm_side.ARM_COULOMB.id, 'Cac', drive.arm.frictionloss)) if value]
-        if drive.tendon and drive.tendon.stiffness[2]:
-            effects.append({'id': gearbox.HARDENING.id, 'K3': drive.tendon.stiffness[2]})
+    if drive.arm is not None and 'transmission' not in given:
+        _expect_gearbox(drive)
+    values = model_values(values_in(drive))
+    if drive.half_of_inertia and 'motor_inertia' in given and 'arm_inertia' not in given:
+        values['arm_inertia'] = joint.inertia
+    own, effects = drive.actuator, values.pop('effects')
+    values |= {'axis': 'prismatic' if joint.slide else 'rotary',
+               'gear_ratio': own.gear if own is not None else 1.0}
+    if own is not None and own.law is not None and not own.law.setpoint:
+        values['torque_constant'] = own.law.gain
+    if drive.document.root.tag == 'mujoco':
+        values |= _steps(drive)
+    if (given.get('driven_by') == 'position' or given.get('controller', 0) is None):
+        # Torques or positions are recorded, whatever follows setpoints in the file.
+        values.pop('controller', None)
+        effects = [e for e in effects if not e['id'].startswith('setpoint_')]
+    if given.get('driven_by') == 'position':  # whatever happens to a torque before it acts
+        effects = [e for e in effects if not EFFECTS[e['id']].torque_only]
     replaced = given.get('effects') or []
-    own = {e.get('id') for e in replaced if isinstance(e, dict)}
-    load = weight(drive)
-    if abs(load.imag) > 1e-6 * abs(load.real) + 1e-9:
-        effects.append({'id': arm_side.GRAVITY.id, 'G': abs(load), 'phi': cmath.phase(load)})
-    elif abs(load.real) > 1e-9:
-        effects.append({'id': arm_side.GRAVITY.id, 'G': load.real})
-    effects = [*(e for e in effects if e['id'] not in own), *replaced]
+    names = {e.get('id') for e in replaced if isinstance(e, dict)}
+    effects = [*(e for e in effects if e['id'] not in names), *replaced]
     return model_from_dict({**values, **given, 'effects': effects}, str(drive.path))
 
 
@@ -475,18 +785,20 @@ def _steps(drive: MjcfDrive) -> dict[str, Any]:
             'timestep': drive.timestep, 'integrator': INTEGRATOR_OF.get(name, name)}
 
 
-def _transmission(drive: MjcfDrive) -> dict[str, Any]:
-    """Return {field of Transmission: value} of the tendon of `drive`. Raises InputError."""
-    tendon = drive.tendon
+def _expect_gearbox(drive: MjcfDrive) -> None:
+    """Raise InputError unless a tendon of a drive with two joints is a transmission."""
+    tendon, names = drive.tendon, f'{drive.motor.name}, {drive.arm_joint.name}'
     if tendon is None or not tendon.stiffness[0]:
-        raise InputError(f'{drive.path}: joints {drive.motor.name}, {drive.arm_joint.name}: no '
+        raise InputError(f'{drive.path}: joints {names}: no '
                          'fixed tendon with stiffness holds them together, expected one with the '
                          'coefficients 1 and -1')
+    m, what = drive.compiled, f'{drive.path}: tendon {tendon.name}'
     if tendon.stiffness[1]:
-        raise InputError(f'{drive.path}: line {tendon.element.line}: tendon {tendon.name}: '
-                         f'stiffness: quadratic part {tendon.stiffness[1]:g}, expected 0')
-    gap = 0.5 * (tendon.high - tendon.low)
-    if abs(tendon.high + tendon.low) > 1e-9:
-        raise InputError(f'{drive.path}: line {tendon.element.line}: tendon {tendon.name}: '
-                         f'springlength: {tendon.low:g} {tendon.high:g}, expected -b b')
-    return {'kind': 'dead_zone', 'stiffness': tendon.stiffness[0], 'half_gap': gap}
+        raise InputError(f'{what}: stiffness: quadratic part {tendon.stiffness[1]:g}, expected 0')
+    for word, value in (('damping', np.any(m.tendon_dampingpoly[tendon.index])),
+                        ('frictionloss', m.tendon_frictionloss[tendon.index]),
+                        ('armature', m.tendon_armature[tendon.index]),
+                        ('limited', m.tendon_limited[tendon.index])):
+        if value:
+            raise InputError(f'{what}: {word}: acts besides the spring, expected '
+                             + ('one number' if word == 'damping' else 'none'))

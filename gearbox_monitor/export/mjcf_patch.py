@@ -28,12 +28,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.mjcf import ARM, Exported, MjcfValues, MOTOR, Passive, TENDON
-from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive, MjcfJoint, mujoco_module, weight
+from gearbox_monitor.export.mjcf import (
+    ARM, COGGING, constant_load, Exported, LUGRE, MjcfValues, MOTOR, Passive, TENDON)
+from gearbox_monitor.export.mjcf_file import (
+    drive_of, MjcfActuator, MjcfDrive, MjcfJoint, values_in, weight)
 from gearbox_monitor.export.xml_edit import (
     behind, Edit, edited, with_attributes, with_child, XmlElement)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.friction_law import FrictionLaw, IMPEDANCES
+from gearbox_monitor.robot.compiled_model import mujoco_module
 
 SAME = 1e-9  # relative: what differs by less is not edited
 # Regularised Coulomb friction: a ramp up to this many 1 / sharpness is nearest to the arctangent
@@ -66,23 +69,38 @@ class Patch:
 
 @dataclass
 class _Draft:
-    """Edits of one file as they gather: attributes per element, children per section."""
+    """
+    Edits of one file as they gather: attributes per element, children per section.
+
+    pinned: gains of the actuator are written out, as those that the compiler makes would change.
+    """
 
     drive: MjcfDrive
+    pinned: bool = False
     changes: list[Splice] = field(default_factory=list)
     attributes: dict[int, tuple[XmlElement, dict[str, str | None], str]] = field(
         default_factory=dict)
     children: dict[str, list[str]] = field(default_factory=dict)
     edits: list[Edit] = field(default_factory=list)
 
-    def put(self, element: XmlElement, values: Mapping[str, str | None], tag: str = '') -> None:
-        """Give an element attributes, None removes one, and another tag where it is not ''."""
+    def put(self, element: XmlElement | None, values: Mapping[str, str | None], tag: str = '',
+            title: str = '') -> None:
+        """
+        Give an element attributes, None removes one, and another tag where it is not ''.
+
+        Raises InputError if there are any and the element, called `title`, is in another file.
+        """
+        if element is None:
+            if values or tag:
+                raise InputError(f'{self.drive.path}: {title}: is not in this file itself, '
+                                 'expected it here and not in one that it includes')
+            return
         kept = self.attributes.setdefault(element.start, (element, {}, tag))
         if tag:
             self.attributes[element.start] = (element, kept[1], tag)
         for name, value in values.items():
             before = element.attributes.get(name, '')
-            if value is None and not before or value == before:
+            if value is None and not before or _alike(value, before):
                 continue
             kept[1][name] = value
             self.changes.append(Splice(_title(element), name, before, value or 'removed'))
@@ -123,7 +141,18 @@ def number(*values: float) -> str:
 
 
 def _same(a: complex, b: complex) -> bool:
-    return abs(a - b) <= SAME * max(abs(a), abs(b))
+    return a == b or cmath.isclose(a, b, rel_tol=SAME)  # an infinite one is close to no other
+
+
+def _alike(value: str | None, before: str) -> bool:
+    """Return whether two texts of an attribute are the same numbers, or the same text."""
+    if value is None or value == before:
+        return value == before
+    try:
+        new, old = ([float(word) for word in text.split()] for text in (value, before))
+    except ValueError:
+        return False
+    return len(new) == len(old) > 0 and all(map(_same, new, old))
 
 
 def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) -> Patch:
@@ -145,10 +174,22 @@ def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) 
     if drive.document.root.tag != 'mujoco':
         raise InputError(f'{drive.path}: a URDF or SDF file, expected MJCF with --to '
                          'mjcf')
-    draft = _Draft(drive)
     if values.rigid and drive.arm is not None:
         raise InputError(f'{drive.path}: joints {drive.motor.name}, {drive.arm.name}: two, '
                          'expected one joint for a model with transmission.kind: rigid')
+    patch = _patch(_Draft(drive), values, exported)
+    again = _again(patch, drive)
+    if not _actuators_agree(drive, values, again):
+        # The compiler derives gains from the inertia (dampratio): write them out.
+        patch = _patch(_Draft(drive, pinned=True), values, exported)
+        again = _again(patch, drive)
+    _verify(again, drive, values)
+    return patch
+
+
+def _patch(draft: _Draft, values: MjcfValues, exported: Sequence[Exported]) -> Patch:
+    """Return the Patch of a draft that has no edits yet; see patched."""
+    drive = draft.drive
     names: tuple[str, str | None] = (drive.motor.name, drive.arm.name if drive.arm else None)
     if values.rigid:
         _one_joint(draft, values)
@@ -159,12 +200,15 @@ def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) 
     _inertial(draft, values)
     _tendons(draft, values, names)
     _actuator(draft, values, names[0])
-    for passive in values.passive:
-        _passive(draft, passive, names)
+    _passives(draft, values, names)
     _sensors(draft, values, names)
-    patch = Patch(draft.patched(), tuple(draft.changes), tuple(exported), names)
-    _verify(patch, drive, values)
-    return patch
+    return Patch(draft.patched(), tuple(draft.changes), tuple(exported), names)
+
+
+def _again(patch: Patch, drive: MjcfDrive) -> MjcfDrive:
+    """Return the drive in a patched file."""
+    return drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
+                    drive.actuator.name or None if drive.actuator else None)
 
 
 # ---------------------------------------------------------------------- joints
@@ -199,7 +243,7 @@ def _put_joint(draft: _Draft, joint: MjcfJoint, wanted: Mapping[str, float], of:
     current = {'armature': joint.armature, 'damping': joint.damping,
                'stiffness': joint.stiffness}
     own = {'armature': wanted['armature'], 'damping': wanted['damping'] - joint.actuator_damping,
-           'stiffness': wanted['stiffness']}
+           'stiffness': wanted['stiffness'] - joint.actuator_stiffness}
     where = f'{draft.drive.path}: joint {joint.name}'
     if own['armature'] < -SAME * inertia:
         raise InputError(f'{where}: armature: would be {own["armature"]:.4g}, expected a model '
@@ -219,13 +263,16 @@ def _put_joint(draft: _Draft, joint: MjcfJoint, wanted: Mapping[str, float], of:
     if joint.law == of.law:
         values.pop('solreffriction', None)
         values.pop('solimpfriction', None)
-    draft.put(joint.element, values)
+    draft.put(joint.element, values, title=f'joint {joint.name}')
 
 
 def _one_joint(draft: _Draft, values: MjcfValues) -> None:
-    joint = draft.drive.motor
+    """Edit the one joint of a rigid drive, whose inertias count in sum."""
+    joint, armature = draft.drive.motor, values.motor_inertia
+    if draft.drive.half_of_inertia:
+        armature = max(0.0, values.motor_inertia - values_in(draft.drive).motor_inertia)
     _put_joint(draft, joint, {
-        'armature': values.motor_inertia, 'damping': values.motor_damping + values.arm_damping,
+        'armature': armature, 'damping': values.motor_damping + values.arm_damping,
         'frictionloss': values.motor_friction + values.arm_friction,
         'stiffness': values.motor_stiffness}, values,
         values.motor_inertia + values.arm_inertia)
@@ -251,6 +298,9 @@ def _with_rotor(draft: _Draft, values: MjcfValues) -> tuple[str, str]:
     """Add the rotor's body and joint; return the names of the joints of motor and arm."""
     drive, joint = draft.drive, draft.drive.motor
     document, m = drive.document, drive.compiled
+    if joint.element is None:
+        raise InputError(f'{drive.path}: joint {joint.name}: is not in this file itself, expected '
+                         'it here and not in one that it includes')
     body = document.parent(joint.element)
     if len(body.all('joint')) != 1:
         raise InputError(f'{drive.path}: line {body.line}: {_title(body)}: several joints, '
@@ -320,7 +370,14 @@ def _inertial(draft: _Draft, values: MjcfValues) -> None:
     # What the joint's own armature adds stays with it, unless it was that of the motor.
     own = joint.armature if drive.arm is not None else 0.0
     heavier = values.arm_inertia - own - joint.inertia
-    moved = values.weight is not None and not _same(values.weight, weight(drive))
+    if drive.half_of_inertia and values.rigid:
+        present = values_in(drive)
+        heavier = values.arm_inertia - present.arm_inertia + min(
+            0.0, values.motor_inertia - present.motor_inertia)
+    own_weight = None  # over what the joint reads now, before its zero moves
+    if values.weight is not None:
+        own_weight = values.weight * cmath.rect(1.0, -values_in(drive).zero)
+    moved = own_weight is not None and not _same(own_weight, weight(drive))
     if abs(heavier) <= SAME * values.arm_inertia and not moved:
         return
     mujoco, m = mujoco_module(), drive.compiled
@@ -342,8 +399,8 @@ def _inertial(draft: _Draft, values: MjcfValues) -> None:
             raise InputError(f'{drive.path}: joint {joint.name}: inertia: what the body carries '
                              f'has more than the {values.arm_inertia:.4g} kg m^2 of the model')
         moment = None
-        if moved and values.weight is not None:
-            moment = mass * lever + _added_moment(drive, values.weight)
+        if moved and own_weight is not None:
+            moment = mass * lever + _added_moment(drive, own_weight)
         mass, moved_by, tensor = balanced((mass, lever, tensor), axis, wanted, moment)
         centre += moved_by
     _write_inertial(draft, mass, centre, tensor)
@@ -410,6 +467,9 @@ def _added_moment(drive: MjcfDrive, wanted: complex) -> Array:
 
 def _write_inertial(draft: _Draft, mass: float, centre: Array, tensor: Array) -> None:
     drive = draft.drive
+    if drive.arm_joint.element is None:
+        raise InputError(f'{drive.path}: joint {drive.arm_joint.name}: its body is not in this '
+                         'file itself, expected it here and not in one that it includes')
     body = drive.document.parent(drive.arm_joint.element)
     tensor = np.where(np.abs(tensor) < SAME * np.trace(tensor), 0.0, tensor)
     full = number(*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2])
@@ -447,66 +507,194 @@ def _tendons(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -
             del attributes['stiffness']
         if _same(values.damping, tendon.damping):
             del attributes['damping']
-        draft.put(tendon.element, attributes)
-    if values.yielding:
+        draft.put(tendon.element, attributes, title=f'tendon {tendon.name}')
+    present = drive_yield(draft.drive)
+    if values.yielding and present:
+        elastic = draft.drive.hysteresis
+        if elastic is not None and not all(map(_same, values.yielding, present)):
+            draft.put(elastic.element, {'stiffness': number(values.yielding[0]),
+                                        'springyield': number(values.yielding[1])},
+                      title=f'tendon {elastic.name}')
+    elif values.yielding:
         draft.add('tendon', f'tendon "{names[1]}_hysteresis"',
                   f'<fixed name="{names[1]}_hysteresis" springlength="0 0" '
                   f'stiffness="{number(values.yielding[0])}" '
                   f'springyield="{number(values.yielding[1])}">\n{joints}</fixed>')
 
 
+def drive_yield(drive: MjcfDrive) -> tuple[float, float] | None:
+    """Return stiffness (N m/rad) and yield (rad) of the hysteresis of a drive, None without."""
+    return values_in(drive).yielding
+
+
+class _Force(NamedTuple):
+    """
+    Force of an actuator before its gear: gain c + bias, its limits, what c passes before.
+
+    bias: constant, over length and speed; span: limit of the force beside its constant; control:
+    of c; lag, delay: s.
+    """
+
+    gain: float
+    bias: tuple[float, float, float]
+    span: float
+    control: float
+    lag: float
+    delay: float
+
+
+def _forces(drive: MjcfDrive, values: MjcfValues) -> tuple[_Force, _Force]:
+    """Return the force of the actuator in the file, and the one that `values` ask for."""
+    a = drive.actuator
+    assert a is not None
+    present, size = values_in(drive), abs(a.gear)
+    other = present.offset - a.gear * a.bias[0]  # springs, other actuators, a slide's weight
+    constant = (values.offset - other) / a.gear
+    gain, bias = a.gain * values.gain, (a.bias[1], a.bias[2])
+    law = a.law
+    span, control = math.inf, math.inf
+    if values.servo is not None:
+        kp, kd, limit = values.servo
+        gain = values.gain * kp / size ** 2
+        bias, span = (-gain, -values.gain * kd / size ** 2), values.gain * limit / size
+    elif a.setpoint and law is not None and law.setpoint:
+        # A torque was measured, and the servo that made it is scaled as a whole.
+        bias = values.gain * a.bias[1], values.gain * a.bias[2]
+        span = values.gain * (present.servo.limit if present.servo else math.inf) / size
+    elif values.lag:
+        control = values.limit / (size * a.gain)
+    else:
+        span = values.gain * values.limit / size
+    was = present.servo.limit if present.servo else present.limit
+    before = _Force(a.gain, a.bias, math.inf if present.lag and not present.servo
+                    else was / size, was / (size * a.gain) if present.lag and not present.servo
+                    else math.inf, law.lag if law else 0.0, law.delay if law else 0.0)
+    return before, _Force(gain, (constant, *bias), span, control, values.lag,
+                          values.delay)
+
+
+def _agree(one: _Force, other: _Force) -> bool:
+    """Return whether two forces are the same but for rounding."""
+    small = 1e-9 * max(abs(one.gain), 1.0)
+    return all(_same(a, b) or math.isfinite(a - b) and abs(a - b) <= small for a, b in zip(
+        (one.gain, *one.bias, one.span, one.control, one.lag, one.delay),
+        (other.gain, *other.bias, other.span, other.control, other.lag, other.delay)))
+
+
+def _actuators_agree(drive: MjcfDrive, values: MjcfValues, again: MjcfDrive) -> bool:
+    """Return whether the actuator of a patched drive is what `values` ask for."""
+    if drive.actuator is None or again.actuator is None:
+        return True
+    wanted = _forces(drive, values)[1]
+    return all(_same(a, b) or abs(a - b) <= 1e-6 * max(1.0, abs(a)) for a, b in zip(
+        (wanted.gain, *wanted.bias), (again.actuator.gain, *again.actuator.bias)))
+
+
 def _actuator(draft: _Draft, values: MjcfValues, motor: str) -> None:
     drive, a = draft.drive, draft.drive.actuator
-    plain = (values.gain == 1.0 and not values.lag and not values.delay
-             and math.isinf(values.limit))
     if a is None:
-        if plain and not values.offset:
+        plain = (values.gain == 1.0 and not values.lag and not values.delay
+                 and math.isinf(values.limit) and values.servo is None)
+        if plain and _same(values.offset, values_in(drive).offset):
             return
         raise InputError(f'{drive.path}: joint {drive.motor.name}: no actuator acts on it, '
                          'expected one')
-    attributes: dict[str, str | None] = {'joint': motor}
-    bias = values.offset / a.gear
-    if not plain or not _same(bias, a.bias[0]):
-        attributes |= _of_actuator(drive, values, bias)
-    general = {'gainprm', 'biasprm', 'dyntype'} & set(attributes)
-    draft.put(a.element, attributes, 'general' if general else '')
-
-
-def _of_actuator(drive: MjcfDrive, values: MjcfValues, bias: float) -> dict[str, str | None]:
-    """Return the attributes of the actuator with gain, offset, limit, lag and delay."""
-    a = drive.actuator
-    assert a is not None
-    where = f'{drive.path}: line {a.element.line}: actuator {a.name}'
-    if a.setpoint and (values.lag or values.delay):
+    present, wanted = _forces(drive, values)
+    attributes: dict[str, str | None] = {}
+    where = f'{drive.path}: actuator {a.name}'
+    if a.element is not None:
+        where = f'{drive.path}: line {a.element.line}: actuator {a.name}'
+    if a.setpoint and values.servo is None and (values.lag or values.delay):
         raise InputError(f'{where}: follows a setpoint, and lag or delay of a torque would act on '
                          'that; expected a motor')
-    if a.dynamics != 'none' and values.lag:
+    moved = motor != drive.motor.name
+    if moved:
+        attributes |= {'joint': motor}
+        attributes |= _inherited(drive, a)
+    if not _agree(present, wanted) or draft.pinned or (
+            moved and math.isfinite(drive.motor.force[1])):
+        attributes |= _of_actuator(drive, present, wanted, draft.pinned)
+        if math.isfinite(drive.motor.force[1]) and not _same(present.span, wanted.span):
+            limit = wanted.span * abs(a.gear)
+            draft.put(drive.motor.element, {
+                'actuatorfrcrange': number(-limit, limit) if math.isfinite(limit) else None},
+                title=f'joint {drive.motor.name}')
+    general = {'gainprm', 'biasprm', 'dyntype'} & set(attributes)
+    if general and a.element is not None and a.element.tag in ('dcmotor', 'pid'):
+        raise InputError(f'{where}: a {a.element.tag}, whose force is not that of the model, '
+                         'expected motor, general or position')
+    if general:
+        attributes['inheritrange'] = None
+    draft.put(a.element, attributes, 'general' if general else '', title=f'actuator {a.name}')
+
+
+def _inherited(drive: MjcfDrive, a: MjcfActuator) -> dict[str, str | None]:
+    """Return the range of controls that an actuator has from its joint, which it leaves."""
+    m = drive.compiled
+    place = int(m.actuator_ctrladr[a.index])
+    tag = a.element.tag if a.element is not None else ''
+    if tag not in ('position', 'intvelocity') or not m.actuator_ctrllimited[place]:
+        return {}
+    span = number(*m.actuator_ctrlrange[place])
+    return {'inheritrange': '0', 'ctrllimited': 'true', 'ctrlrange': span}
+
+
+def _of_actuator(drive: MjcfDrive, present: _Force, wanted: _Force, pinned: bool
+                 ) -> dict[str, str | None]:
+    """Return the attributes of the actuator that make its force the wanted one."""
+    a = drive.actuator
+    assert a is not None
+    where = f'{drive.path}: actuator {a.name}'
+    if a.element is not None:
+        where = f'{drive.path}: line {a.element.line}: actuator {a.name}'
+    servo = wanted.bias[1] != 0.0
+    if a.dynamics not in ('none', 'filter', 'filterexact'):
         raise InputError(f'{where}: dyntype {a.dynamics}, expected none for a lag')
     out: dict[str, str | None] = {}
-    if values.gain != 1.0 or not _same(bias, a.bias[0]) or values.lag:
-        gains = tuple(values.gain * v for v in (a.gain, a.bias[1], a.bias[2]))
-        affine = bias != 0.0 or a.setpoint
-        out = {'gainprm': number(gains[0]) if gains[0] != 1.0 else None, 'biasprm': None,
-               # Of the shortcuts that general replaces.
-               'kp': None, 'kv': None, 'dampratio': None, 'timeconst': None}
-        if affine:
-            out |= {'biastype': 'affine', 'biasprm': number(bias, *gains[1:])}
-        if any(e.tag in ('default', 'include') for e in drive.document.root.children):
-            # general inherits what a shortcut sets by itself.
-            out |= {'gaintype': 'fixed', 'gainprm': number(gains[0]),
-                    'biastype': 'affine' if affine else 'none'}
-        if values.lag or a.dynamics != 'none':
-            lag = values.lag or float(drive.compiled.actuator_dynprm[a.index, 0])
-            out |= {'dyntype': 'filterexact' if values.lag else a.dynamics,
-                    'dynprm': number(lag)}
-    if not math.isinf(values.limit) and values.lag:
-        span = values.limit / abs(a.gear * a.gain)
-        out |= {'ctrllimited': 'true', 'ctrlrange': number(-span, span)}
-    elif not math.isinf(values.limit):
-        span = values.gain * values.limit / abs(a.gear)
-        out |= {'forcelimited': 'true', 'forcerange': number(bias - span, bias + span)}
-    if values.delay:
-        out |= _delayed(drive, values.delay, where)
+    gains = (present.gain, *present.bias), (wanted.gain, *wanted.bias)
+    lags = _same(present.lag, wanted.lag)
+    if pinned or not lags or not all(map(_same, *gains)):
+        tag = a.element.tag if a.element is not None else ''
+        if tag == 'position' and servo and lags and not wanted.lag and (
+                abs(wanted.bias[0]) <= SAME * wanted.gain) and _same(wanted.gain, -wanted.bias[1]):
+            out = {'kp': number(wanted.gain), 'kv': number(-wanted.bias[2]), 'dampratio': None}
+        else:
+            out = _general(drive, wanted, servo)
+    if not _same(present.control, wanted.control):
+        out |= _limits('ctrl', -wanted.control, wanted.control)
+    if not _same(present.span, wanted.span) or (
+            math.isfinite(wanted.span) and not _same(present.bias[0], wanted.bias[0])):
+        out |= _limits('force', wanted.bias[0] - wanted.span, wanted.bias[0] + wanted.span)
+    if not _same(present.delay, wanted.delay):
+        out |= (_delayed(drive, wanted.delay, where) if wanted.delay
+                else {'delay': None, 'nsample': None, 'interp': None})
+    return out
+
+
+def _limits(kind: str, low: float, high: float) -> dict[str, str | None]:
+    """Return the attributes of the limits of a `kind`, ctrl or force."""
+    if math.isinf(high):
+        return {f'{kind}limited': 'false', f'{kind}range': None}
+    return {f'{kind}limited': 'true', f'{kind}range': number(low, high)}
+
+
+def _general(drive: MjcfDrive, wanted: _Force, servo: bool) -> dict[str, str | None]:
+    """Return the attributes of an actuator general with a force and its lag."""
+    affine = bool(wanted.bias[0] or wanted.bias[1] or wanted.bias[2])
+    out: dict[str, str | None] = {
+        'gainprm': number(wanted.gain) if wanted.gain != 1.0 else None, 'biasprm': None,
+        # Of the shortcuts that general replaces.
+        'kp': None, 'kv': None, 'dampratio': None, 'timeconst': None}
+    if affine:
+        out |= {'biastype': 'affine', 'biasprm': number(*wanted.bias)}
+    if any(e.tag in ('default', 'include') for e in drive.document.root.children):
+        # general inherits what a shortcut sets by itself.
+        out |= {'gaintype': 'fixed', 'gainprm': number(wanted.gain),
+                'biastype': 'affine' if affine else 'none'}
+    if wanted.lag:
+        out |= {'dyntype': 'filterexact', 'dynprm': number(wanted.lag)}
+    elif drive.actuator is not None and drive.actuator.dynamics != 'none':
+        out |= {'dyntype': 'none', 'dynprm': None}
     return out
 
 
@@ -517,6 +705,33 @@ def _delayed(drive: MjcfDrive, delay: float, where: str) -> dict[str, str | None
                          f'in the file, which has {drive.timestep:g} s')
     return {'delay': number(delay), 'interp': 'linear',
             'nsample': str(math.ceil(delay / drive.timestep - 1e-9) + 1)}
+
+
+def _passives(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -> None:
+    """Add the passive torques of `values` that the file lacks, take out those that it has."""
+    present = values_in(draft.drive)
+    steady = constant_load(values) - constant_load(present)
+    for where in (MOTOR, ARM, TENDON):
+        for kind in (LUGRE, COGGING):
+            if (where, kind) == (ARM, COGGING):
+                continue
+            own, file = values.passives(where, kind), present.passives(where, kind)
+            if len(own) == len(file) and all(all(map(_same, a, b)) for a, b in zip(own, file)):
+                continue
+            for passive, i in draft.drive.passive:
+                if (passive.where, passive.kind) == (where, kind):
+                    draft.put(_passive_element(draft.drive, i), {kind: None},
+                              title=f'dcmotor ({kind})')
+            for numbers in own:
+                _passive(draft, Passive(where, kind, numbers), names)
+    if abs(steady) > SAME * max(1.0, abs(constant_load(values))):
+        _passive(draft, Passive(ARM, COGGING, (-steady, 0.0, 0.5 * math.pi)), names)
+
+
+def _passive_element(drive: MjcfDrive, actuator: int) -> XmlElement | None:
+    """Return the element of an actuator, by its place among all of the file."""
+    elements = [e for part in drive.document.root.all('actuator') for e in part.children]
+    return elements[actuator] if len(elements) == len(drive.compiled.actuator_trntype) else None
 
 
 def _passive(draft: _Draft, passive: Passive, names: tuple[str, str | None]) -> None:
@@ -531,13 +746,15 @@ def _passive(draft: _Draft, passive: Passive, names: tuple[str, str | None]) -> 
 
 def _sensors(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -> None:
     drive = draft.drive
-    if values.zero:
-        _shift_zero(draft, values.zero)
+    shift = values.zero - values_in(drive).zero
+    if shift:
+        _shift_zero(draft, shift)
     if values.rigid and values.late[0] and values.late[1]:
         raise InputError(f'{drive.path}: joint {names[0]}: two delays of its reading, expected '
                          'one where motor and arm are one joint')
-    for delay, name in zip(values.late, (names[0], names[1] or names[0])):
-        if not delay:
+    present = values_in(drive).late
+    for delay, was, name in zip(values.late, present, (names[0], names[1] or names[0])):
+        if not delay or _same(delay, was):
             continue
         where = f'{drive.path}: sensor of joint {name}'
         late = _delayed(drive, delay, where)
@@ -560,18 +777,16 @@ def _shift_zero(draft: _Draft, zero: float) -> None:
     if m.jnt_limited[joint.index]:
         values['range'] = number(*((m.jnt_range[joint.index] + zero) * unit))
     if joint.stiffness:
-        spring = float(m.qpos_spring[m.jnt_qposadr[joint.index]])
-        values['springref'] = number((spring + zero) * unit)
-    draft.put(joint.element, values)
+        values['springref'] = number((joint.springref + zero) * unit)
+    draft.put(joint.element, values, title=f'joint {joint.name}')
 
 
-def _verify(patch: Patch, drive: MjcfDrive, values: MjcfValues) -> None:
+def _verify(again: MjcfDrive, drive: MjcfDrive, values: MjcfValues) -> None:
     """Raise InputError unless MuJoCo compiles a patch to `values`, in the posture of `drive`."""
-    again = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
-                     drive.actuator.name or None if drive.actuator else None)
-    present: dict[str, complex] = {
-        'inertia': again.arm_joint.inertia + (again.arm.armature if again.arm else 0.0)}
-    wanted: dict[str, complex] = {'inertia': values.arm_inertia}
+    whole = values.arm_inertia + (values.motor_inertia if again.arm is None else 0.0)
+    present: dict[str, complex] = {'inertia': again.arm_joint.inertia
+                                   + again.arm_joint.armature}
+    wanted: dict[str, complex] = {'inertia': whole}
     if values.weight is not None:
         present['weight'] = weight(again) * cmath.rect(1.0, values.zero)
         wanted['weight'] = values.weight
@@ -584,9 +799,17 @@ def _verify(patch: Patch, drive: MjcfDrive, values: MjcfValues) -> None:
     for side, joint, damping, friction in sides:
         present |= {f'{side} damping': joint.damping, f'{side} friction': joint.frictionloss}
         wanted |= {f'{side} damping': damping, f'{side} friction': friction}
-    for name, right in wanted.items():
-        if not cmath.isclose(present[name], right, rel_tol=1e-5, abs_tol=1e-9):
+    if drive.actuator is not None and again.actuator is not None:
+        force = _forces(drive, values)[1]
+        for name, right, made in zip(
+                ('gain', 'bias', 'kp', 'kv'), (force.gain, *force.bias),
+                (again.actuator.gain, *again.actuator.bias)):
+            present[f'actuator {name}'] = complex(made)
+            wanted[f'actuator {name}'] = complex(right)
+    for name, target in wanted.items():
+        if not cmath.isclose(present[name], target, rel_tol=1e-5, abs_tol=1e-6 * abs(whole)
+                             if name in ('inertia', 'weight') else 1e-9):
             raise InputError(
-                f'{drive.path}: {name}: MuJoCo makes {present[name]:.6g} of {right:.6g}, expected '
-                'a file where the attributes of joint and inertial count (no springdamper, '
-                'compiler inertiafromgeom auto)')
+                f'{drive.path}: {name}: MuJoCo makes {present[name]:.6g} of {target:.6g}, '
+                'expected a file where the attributes of joint and inertial count (no '
+                'springdamper, compiler inertiafromgeom auto)')

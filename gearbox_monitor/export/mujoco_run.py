@@ -26,10 +26,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.mjcf_file import MjcfDrive, mujoco_module
+from gearbox_monitor.export.mjcf_file import MjcfDrive
 from gearbox_monitor.export.start_fit import fitted_start, STEPS
 from gearbox_monitor.identification.model_overlay import Overlay
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.robot.compiled_model import mujoco_module
 
 
 class Rig(NamedTuple):

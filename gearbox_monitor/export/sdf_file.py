@@ -62,13 +62,13 @@ def child_of(element: XmlElement, *path: str) -> XmlElement | None:
     return element
 
 
-def sdf_joint(document: XmlDocument, name: str) -> tuple[XmlElement, XmlElement]:
-    """Return the model of an SDF file and its joint `name`. Raises InputError."""
+def sdf_joint(document: XmlDocument, name: str | None) -> tuple[XmlElement, XmlElement]:
+    """Return the model of an SDF file and its joint `name`, None: first. Raises InputError."""
     names = []
     for model in document.root.walk():
         for joint in model.all('joint') if model.tag == 'model' else ():
             names.append(joint.attributes.get('name', ''))
-            if names[-1] == name:
+            if name in (None, names[-1]):
                 return model, joint
     raise InputError(f'{document.name}: joint: {name!r}, {unknown(name, names)}')
 
@@ -221,13 +221,13 @@ def _joint(name: str, kind: str, links: tuple[str, str], at: Frame, inner: str) 
             '</joint>')
 
 
-def urdf_of(document: XmlDocument, joint: str) -> str:
+def urdf_of(document: XmlDocument, joint: str | None) -> str:
     """
     Return the model with a joint in an SDF file as the text of a URDF file.
 
     Args:
         document: the SDF file.
-        joint: name of one of its joints.
+        joint: name of one of its joints, None for the first of the file.
 
     Returns:
         A URDF file without shapes.
@@ -238,22 +238,22 @@ def urdf_of(document: XmlDocument, joint: str) -> str:
     return _Sdf(document, sdf_joint(document, joint)[0]).urdf()
 
 
-def spring_of(document: XmlDocument, joint: str) -> float:
+def spring_of(document: XmlDocument, joint: str) -> tuple[float, float]:
     """
-    Return the stiffness (N m/rad) of a spring on a joint in an SDF file, 0 without one.
+    Return stiffness (N m/rad) and reference (rad) of a spring on a joint in an SDF file.
 
     Args:
         document: the SDF file.
         joint: name of the joint.
 
-    Raises:
-        InputError: the spring rests elsewhere than at 0.
+    Returns:
+        Both 0 without a spring.
     """
-    model, element = sdf_joint(document, joint)
+    try:
+        model, element = sdf_joint(document, joint)
+    except InputError:
+        return 0.0, 0.0  # a joint that urdf_of added
     reader, axis = _Sdf(document, model), child_of(element, 'axis')
     if axis is None or not (spring := reader.number(axis, 0.0, 'dynamics', 'spring_stiffness')):
-        return 0.0
-    if reader.number(axis, 0.0, 'dynamics', 'spring_reference'):
-        raise InputError(f'{document.name}: line {axis.line}: joint {joint}: spring_reference: '
-                         'expected 0')
-    return spring
+        return 0.0, 0.0
+    return spring, reader.number(axis, 0.0, 'dynamics', 'spring_reference')

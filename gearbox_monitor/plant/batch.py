@@ -92,7 +92,7 @@ def _no_memories(m: Any, x: Four, x3: float, x4: float, h: float, inputs: Any) -
 
 
 @jit_inline
-def _no_brake(h: float, inputs: Any) -> tuple[float, float]:
+def _no_brake(h: float, x: Four, m: Any, inputs: Any) -> tuple[float, float]:
     return 0.0, 0.0
 
 

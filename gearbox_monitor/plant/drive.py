@@ -307,12 +307,14 @@ class DriveModel:
     def pack_effects(self) -> Array:
         """Return effects and servo as the float64 array [N_EFFECTS] that kernels take."""
         servo = self.folded().controller
+        # A simulator with steps of its own takes what a filter has reached as it is in a step.
+        held = self.friction_law.kind == 'mujoco' and self.integrator != INTEGRATORS[RK4]
         if servo is None:
-            return packed(self.effects)
+            return packed(self.effects, held=held)
         limit = math.inf if servo.torque_limit is None else servo.torque_limit
         hold = 0.5 / servo.rate if servo.rate else 0.0
         return packed(self.effects, (servo.kp, servo.kd, limit, servo.ki, servo.delay + hold,
-                                     servo.feedforward, servo.feedforward_inertia))
+                                     servo.feedforward, servo.feedforward_inertia), held)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, as a model file holds them."""
@@ -669,6 +671,12 @@ def fastest_eigenvalue(model: DriveModel) -> float:
         spring += at_rest.spring
     if model.transmission.kind == 'rigid':
         inertia = model.motor_inertia + model.arm_inertia
+        if model.timestep is not None and model.integrator != INTEGRATORS[RK4]:
+            # Damping at the end of a step brakes it: what it does not take in acts as before.
+            kd = model.controller.kd if model.controller is not None else 0.0
+            share, _ = braked(model.timestep, kd, p)
+            implicit = (1.0 / share - 1.0) * inertia / model.timestep
+            slope, inertia = slope - min(implicit, slope + arm_slope), inertia / share
         return max((slope + arm_slope) / inertia, math.sqrt(spring / inertia))
     m1, m2, d = model.motor_inertia, model.arm_inertia, model.damping
     fastest = 0.0

@@ -39,7 +39,7 @@ def integrator(derivative: Callable[..., Four], memories: Callable[..., Any],
     Args:
         derivative: (t, x, m, inputs) -> (x1', x2', x3', x4') at time t (s), state x, memories m.
         memories: (m, x, x3, x4, h, inputs) -> m after h s from state x at the speeds x3, x4.
-        brake: (h, inputs) -> factors on the accelerations of motor and arm by damping in a
+        brake: (h, x, m, inputs) -> factors on the accelerations of motor and arm by damping in a
             semi-implicit step; 0.0 for the Runge-Kutta method.
 
     Returns:
@@ -49,7 +49,7 @@ def integrator(derivative: Callable[..., Four], memories: Callable[..., Any],
         x1, x2, x3, x4 = x
         half = 0.5 * h
         a1, a2, a3, a4 = derivative(t, x, m, inputs)
-        motor, arm = brake(h, inputs)
+        motor, arm = brake(h, x, m, inputs)
         if motor != 0.0:
             v1, v2 = x3 + h * motor * a3, x4 + h * arm * a4
             change = (h * v1, h * v2, h * motor * a3, h * arm * a4)

@@ -33,9 +33,9 @@ from gearbox_monitor.plant.effects import (
     arm_profile, Effect, MAX_SETPOINT_DELAY, quantised, Three, Torques)
 from gearbox_monitor.plant.effects.composition import (
     actuator, advanced_memories, arm_effects, DELAY, elastic_torque, friction_effects, LAG, lead,
-    motor_effects, reading, SERVO_DELAY, SERVO_LAG, stored_memories)
+    motor_effects, reading, SERVO_DELAY, SERVO_LAG, step_damper, stored_memories)
 from gearbox_monitor.plant.effects.effect import MotorFriction
-from gearbox_monitor.plant.effects.registry import in_slot, MEMORIES, PLACES, SERVO_KD
+from gearbox_monitor.plant.effects.registry import in_slot, MEMORIES, PLACES
 from gearbox_monitor.plant.friction_law import INTEGRATORS, RK4, TANH
 from gearbox_monitor.plant.runge_kutta import Four, integrator
 from gearbox_monitor.plant.transmission import RIGID, transmission_torque
@@ -217,8 +217,9 @@ def _memories(m: Any, x: Four, x3: float, x4: float, h: float, inputs: Inputs) -
 
 
 @jit_inline
-def _brake(h: float, inputs: Inputs) -> tuple[float, float]:
-    return braked(h, inputs[2].e[SERVO_KD], inputs[2].p)
+def _brake(h: float, x: Four, m: Any, inputs: Inputs) -> tuple[float, float]:
+    u, _, drive = inputs
+    return braked(h, step_damper(u, drive.e, x[0], x[2], m), drive.p)
 
 
 step = integrator(derivative, _memories, _brake)

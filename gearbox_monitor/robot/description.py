@@ -31,6 +31,7 @@ from gearbox_monitor.kernels.types import Array
 
 MOVABLE = ('revolute', 'continuous', 'prismatic')
 LONGEST = 4_000_000  # characters of a description
+PRINCIPAL = 1e-9     # of the largest: how far below 0 a principal inertia is by rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +172,8 @@ class _Parser:
             for name in ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz'))
         inertia = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
         least = float(np.linalg.eigvalsh(inertia)[0])
-        if mass < 0.0 or least < -1e-9 * float(np.abs(inertia).max()):
+        # A mass has a size of about a millimetre at least: less than that is rounding, too.
+        if mass < 0.0 or least < -PRINCIPAL * (float(np.abs(inertia).max()) + 1e-3 * mass):
             self._fail(where, f'mass {mass:g} kg, smallest principal inertia {least:.3g} kg m^2',
                        'none below 0')
         if mass == 0.0 and not inertia.any():

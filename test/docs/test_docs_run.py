@@ -39,7 +39,7 @@ ELSEWHERE = {
     'adapt': 'test_unit_adaptation', 'benchmark': 'each has a test of its own',
     'demo': 'test_demo', 'play': 'test_play',
     'tune': 'test_tune, and below', 'diagnose': 'test_diagnose',
-    'suggest': 'test_experiment_design',
+    'suggest': 'test_experiment_design', 'describe': 'test_describe',
     'export': 'test_mujoco_page', 'fit-nominal': 'test_real_drives', 'import': 'test_import',
     'fleet': 'test_fleet, and below', 'live': 'test_live'}
 # Pages whose commands go on with each other's files: each has a test of its own.

@@ -24,6 +24,7 @@ from gearbox_monitor.export.mjcf import EXPRESSIONS, REFUSED, values_of
 from gearbox_monitor.export.mjcf_file import (
     compiled_model, drive_of, model_of, read_mjcf, weight)
 from gearbox_monitor.export.mjcf_patch import patched
+from gearbox_monitor.export.mjcf_standalone import standalone
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
 
@@ -48,23 +49,27 @@ CASES = {
     'motor_encoder_delay': {'T': 0.0053}, 'arm_encoder_delay': {'T': 0.0028},
     'encoder_offset': {'c': 0.05}}
 
+SERVO_CASES = {
+    'servo_gain': {'kp': 30.0}, 'servo_limit': {'umax': 4.0}, 'setpoint_delay': {'T': 0.0053},
+    'setpoint_lag': {'T': 0.01}}
+
 
 def nominal(**changes):
     """Return the model of the drive in PAIR."""
     return model_of(read_mjcf(PAIR, 'motor', 'arm')).with_(**changes)
 
 
-def free_run(patch):
-    """Return what the joints of motor and arm read in MuJoCo [N, 2], rad."""
+def free_run(patch, u=U):
+    """Return what the joints of motor and arm read in MuJoCo [N, 2], rad, under controls `u`."""
     m = compiled_model(patch.data, PAIR)
     d = mujoco.MjData(m)
     joints = [mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_JOINT, name or patch.joints[0])
               for name in patch.joints]
     d.qpos[:] = m.qpos0
-    places, y = m.jnt_qposadr[joints], np.empty((len(U), 2))
+    places, y = m.jnt_qposadr[joints], np.empty((len(u), 2))
     # Those of a step are from before it.
     sensors = {m.sensor_objid[i]: m.sensor_adr[i] for i in range(m.nsensor)}
-    for k, torque in enumerate(U):
+    for k, torque in enumerate(u):
         if sensors:
             mujoco.mj_forward(m, d)
         y[k] = [d.sensordata[sensors[j]] if j in sensors else d.qpos[place]
@@ -81,7 +86,8 @@ def compared(model, path=PAIR, joints=('motor', 'arm')):
 
 
 def test_every_expressed_effect_has_a_case():
-    assert {name for name, e in EXPRESSIONS.items() if e.kind != REFUSED} == set(CASES)
+    assert {name for name, e in EXPRESSIONS.items() if e.kind != REFUSED} == {
+        *CASES, *SERVO_CASES}
 
 
 @pytest.mark.parametrize('name', CASES)
@@ -92,6 +98,65 @@ def test_free_run_with_an_effect(name):
     rms, patch = compared(model)
     assert not [row for row in patch.exported if row.kind == REFUSED]
     assert rms.max() < BOUND
+    assert_read_back(model, patch, U)
+
+
+@pytest.mark.parametrize('name', SERVO_CASES)
+def test_free_run_of_a_servo_with_an_effect(name):
+    model = nominal().with_(controller={'kp': 40.0, 'kd': 1.0, 'torque_limit': 8.0}, effects=[
+        *nominal().effects, {'id': name, **SERVO_CASES[name]}])
+    patch = patched(read_mjcf(PAIR, 'motor', 'arm'), *values_of(model))
+    assert not [row for row in patch.exported if row.kind == REFUSED]
+    setpoints = 0.15 * U
+    rms = free_run(patch, setpoints) - simulate(model, setpoints, DT).y
+    # a filter of MuJoCo begins at 0, ours at the first setpoint
+    assert np.abs(rms[200:]).max() < 5.0 * BOUND or name == 'setpoint_lag'
+    assert_read_back(model, patch, setpoints)
+
+
+def assert_read_back(model, patch, u):
+    """Assert that a file and one of its own are the model again, and need no further edit."""
+    alone = standalone(model, *values_of(model))
+    for one, path in ((patch, PAIR), (alone, Path('drive.xml'))):
+        drive = drive_of(one.data, path, one.joints)
+        again = model_of(drive)
+        factor = again.effort_scale / model.effort_scale if model.controller is None else 1.0
+        difference = simulate(again, factor * u, DT).y - simulate(model, u, DT).y
+        # coulomb_asymmetry comes back as its twin
+        same = BOUND if any(e['id'] == 'coulomb_asymmetry' for e in model.effects) else 1e-8
+        assert np.sqrt(np.mean(difference ** 2)) < same
+        assert not patched(drive, *values_of(again)).changes
+
+
+def test_a_rigid_model_in_a_file_of_its_own():
+    model = nominal().with_(kind='rigid', effects=[{'id': 'gravity', 'G': 1.5, 'phi': 0.4}])
+    patch = standalone(model, *values_of(model), joint='elbow')
+    again = model_of(drive_of(patch.data, Path('drive.xml'), ('elbow', None)))
+    assert (again.motor_inertia, again.arm_inertia) == pytest.approx(
+        (model.motor_inertia, model.arm_inertia), rel=1e-6)
+    assert again.effects[0]['phi'] == pytest.approx(0.4)
+    with pytest.raises(InputError, match='--model-arm-joint: the model is rigid'):
+        standalone(model, *values_of(model), 'elbow', 'wrist')
+
+
+@pytest.mark.parametrize('attributes', [
+    'inheritrange="0.9" kp="80" dampratio="1"', 'class="servo" kp="80"'])
+def test_a_servo_keeps_its_range_and_damping(attributes):
+    """A gearbox takes the actuator to a joint without range, and changes what dampratio means."""
+    data = ROBOT.read_bytes().replace(b'<motor name="elbow" joint="elbow" gear="50"/>',
+                                      f'<position name="elbow" joint="elbow" {attributes}/>'
+                                      .encode())
+    data = data.replace(b'axis="0 0 1"', b'axis="0 0 1" range="-90 60"')
+    data = data.replace(b'</default>', b'<default class="servo"><position dampratio="1" '
+                        b'inheritrange="0.9"/></default></default>')
+    drive = drive_of(data, ROBOT, ('elbow', None))
+    model = model_of(drive).with_(kind='dead_zone', stiffness=900.0, half_gap=0.005, damping=0.5,
+                                  arm_inertia=0.05)
+    patch = patched(drive, *values_of(model))
+    again = drive_of(patch.data, ROBOT, patch.joints)
+    assert again.actuator.law.control == pytest.approx(drive.actuator.law.control)
+    servos = [m.controller for m in (model_of(again), model)]
+    assert (servos[0].kp, servos[0].kd) == pytest.approx((servos[1].kp, servos[1].kd), rel=1e-6)
 
 
 def test_without_an_effect_the_file_stays():
@@ -248,8 +313,9 @@ def test_urdf_asks_for_what_it_lacks(tmp_path):
     path = tmp_path / 'arm.urdf'
     path.write_bytes(URDF)
     drive = read_mjcf(path, 'elbow')
+    assert model_of(drive).motor_inertia == pytest.approx(0.5 * (0.02 + 2.0 * 0.1 ** 2))
     with pytest.raises(InputError, match='armature: 0, expected .* or motor_inertia in a file'):
-        model_of(drive)
+        model_of(drive, {'damping': 0.2, 'transmission': {'stiffness': 900.0}})
     with pytest.raises(InputError, match='expected its damping beside transmission'):
         model_of(drive, {'motor_inertia': 0.01, 'transmission': {'stiffness': 900.0}})
     model = model_of(drive, {'motor_inertia': 0.01, 'damping': 0.2,
@@ -271,8 +337,13 @@ def test_included_files_lie_beside_the_file_and_are_not_edited(tmp_path):
     begin, end = text.index('<actuator>'), text.index('</actuator>') + len('</actuator>')
     (tmp_path / 'motors.xml').write_text(f'<mujocoinclude>{text[begin:end]}</mujocoinclude>')
     (tmp_path / 'robot.xml').write_text(text[:begin] + '<include file="motors.xml"/>' + text[end:])
-    with pytest.raises(InputError, match='actuator of joint elbow is not in this file itself'):
-        read_mjcf(tmp_path / 'robot.xml', 'elbow')
+    drive = read_mjcf(tmp_path / 'robot.xml', 'elbow')
+    model = model_of(drive)
+    assert model == model_of(read_mjcf(ROBOT, 'elbow'))
+    patched(drive, *values_of(model.with_(viscous_friction=0.3)))
+    gain = model.with_(effects=[*model.effects, {'id': 'torque_gain', 'g': 0.1}])
+    with pytest.raises(InputError, match='actuator elbow: is not in this file itself'):
+        patched(drive, *values_of(gain))
 
 
 def test_a_short_keyframe_is_filled_up():
@@ -297,11 +368,12 @@ def test_what_overrules_an_edit_is_one_line():
 def test_classes_frames_and_a_floating_base(joint):
     """The inertia about the hip depends on the knee: that of the keyframe counts."""
     drive = read_mjcf(LEG, joint, keyframe='stand')
-    nominal_model, upright = model_of(drive), model_of(read_mjcf(LEG, joint))
+    torque = {'controller': None}
+    nominal_model, upright = model_of(drive, torque), model_of(read_mjcf(LEG, joint), torque)
     assert (nominal_model.arm_inertia < 0.99 * upright.arm_inertia) == (joint == 'hip')
     assert nominal_model.motor_inertia == {'hip': 0.09, 'knee': 0.02}[joint]
     model = nominal_model.with_(arm_inertia=0.9 * nominal_model.arm_inertia, effects=[
-        *(e for e in nominal_model.effects if e['id'] != 'gravity'),
+        *(e for e in nominal_model.effects if e['id'] not in ('gravity', 'saturation')),
         {'id': 'torque_gain', 'g': -0.2}, {'id': 'saturation', 'umax': 30.0}])
     if joint == 'knee':
         model = model.with_(kind='dead_zone', stiffness=900.0, half_gap=0.005, damping=0.5)
@@ -313,7 +385,6 @@ def test_classes_frames_and_a_floating_base(joint):
     i = again.actuator.index
     if joint == 'hip':
         assert list(m.actuator_biasprm[i, :3]) == pytest.approx([0.0, -64.0, -2.4])
-        assert list(m.actuator_forcerange[i]) == [-24.0, 24.0]
     else:
         assert list(m.key_qpos[0][-2:]) == [-1.0, -1.0]
         assert m.actuator_gainprm[i, 0] == 0.8

@@ -33,8 +33,8 @@ from scipy.signal import savgol_filter
 
 from gearbox_monitor.benchmarks.blind import window_fit
 from gearbox_monitor.benchmarks.blind.mujoco_drives import ADDED, DT, INSIDE, Values, xml_of
-from gearbox_monitor.export.mjcf_file import mujoco_module
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.robot.compiled_model import mujoco_module
 
 LENGTH, GAP = 250, 50   # samples of a window, and between windows
 SMOOTH = 21             # samples over which readings are smoothed by a cubic

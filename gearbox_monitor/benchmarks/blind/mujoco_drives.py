@@ -27,8 +27,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearbox_monitor.benchmarks.blind.draw import log_uniform, OF_COULOMB, SMOOTH
-from gearbox_monitor.export.mjcf_file import mujoco_module
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.robot.compiled_model import mujoco_module
 
 DT, SECONDS = 2e-3, 10.0
 G = 9.81

@@ -26,8 +26,8 @@ import numpy as np
 from gearbox_monitor.benchmarks.blind import mujoco_baselines, mujoco_drives, plant, scorer
 from gearbox_monitor.benchmarks.blind.mujoco_drives import INSIDE, OUTSIDE, Values
 from gearbox_monitor.benchmarks.harness import bar_lines, BarTable
-from gearbox_monitor.export.mjcf_file import mujoco_module
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.robot.compiled_model import mujoco_module
 
 MODEL = ('robot.xml', '--joint', 'motor', '--model-arm-joint', 'arm')  # of each recording
 OURS = 'diagnose'

@@ -35,19 +35,21 @@ from gearbox_monitor.plant.effects.controller import (
     SERVO_DEADBAND, SERVO_LIMIT, SETPOINT_DELAY, SETPOINT_LAG)
 from gearbox_monitor.plant.effects.effect import Coefficients, Effect, Three
 from gearbox_monitor.plant.effects.encoder import ARM_ENCODER_DELAY, MOTOR_ENCODER_DELAY
+from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.plant.effects.registry import (
-    in_slot, INTEGRAL, LATE_A, LATE_B, LATE_C, MEMORIES, N_MEMORY, PLACES, SERVO_ACCELERATION,
-    SERVO_KD, SERVO_KI, SERVO_KP, SERVO_LATE, SERVO_SPEED, SERVO_TORQUE)
+    HELD, in_slot, INTEGRAL, LATE_A, LATE_B, LATE_C, MEMORIES, N_MEMORY, PLACES,
+    SERVO_ACCELERATION, SERVO_KD, SERVO_KI, SERVO_KP, SERVO_LATE, SERVO_SPEED, SERVO_TORQUE)
 from gearbox_monitor.plant.transmission import dead_zone, transmission_torque
 
 LAG, DELAY = PLACES[ACTUATOR_LAG.id], PLACES[ACTUATOR_DELAY.id]
 SERVO_LAG, SERVO_DELAY = PLACES[SETPOINT_LAG.id], PLACES[SETPOINT_DELAY.id]
 DEADBAND, LIMIT = PLACES[SERVO_DEADBAND.id], PLACES[SERVO_LIMIT.id]
+BRISTLES = PLACES[LUGRE.id]
 DELAY1, DELAY2 = PLACES[MOTOR_ENCODER_DELAY.id], PLACES[ARM_ENCODER_DELAY.id]
 # What happens between command and actuator, or setpoint and servo, depends on these alone.
 COMMAND_PLACES = [*(PLACES[effect.id] for effect in (
     *in_slot('command'), ACTUATOR_LAG, ACTUATOR_DELAY, SETPOINT_LAG, SETPOINT_DELAY)),
-    SERVO_KP, SERVO_KI, SERVO_SPEED, SERVO_ACCELERATION]
+    SERVO_KP, SERVO_KI, SERVO_SPEED, SERVO_ACCELERATION, HELD]
 # Where an effect with an equation in each step switches on.
 STEP_SLOTS = ('friction', 'arm_torque', 'twist', 'elastic', 'motor_torque')
 STEP_PLACES = (*sorted({PLACES[e.id] for slot in STEP_SLOTS for e in in_slot(slot)}), SERVO_KP)
@@ -295,6 +297,31 @@ def servo(r: float, e: Array, x1: float, x3: float, memory: Any) -> float:
 
 
 @jit_part
+def step_damper(r: float, e: Array, x1: float, x3: float, m: Any) -> float:
+    """
+    Return the damping that MuJoCo's implicitfast has at the end of a step beside the model's own.
+
+    That of bristles, and that of a servo whose torque is not at its limit.
+
+    Args:
+        r: setpoint, rad.
+        e: packed effects.
+        x1: position of the motor, rad.
+        x3: its speed, rad/s.
+        m: memories.
+
+    Returns:
+        N m s/rad.
+    """
+    bristles = e[BRISTLES + 1] if e[BRISTLES] != 0.0 else 0.0
+    if e[SERVO_KP] == 0.0 or e[SERVO_KD] == 0.0:
+        return bristles
+    limit = min(e[SERVO_TORQUE], e[LIMIT])
+    free = abs(_control_law(r, e, x1, x3, m[INTEGRAL])) < limit
+    return bristles + e[SERVO_KD] if free else bristles
+
+
+@jit_part
 def late_fade(h: float, e: Array) -> Any:
     """Return h / T of the servo's delay T, and exp(p h / T): real, imaginary part; real pole."""
     if e[SERVO_LATE] == 0.0:
@@ -484,7 +511,7 @@ def actuator(u: Array, past: int, act: float, dt: float, e: Array, out: Array) -
             if e[SERVO_KP] == 0.0:
                 command = command_effects(command, e)
             if lag > 0.0:
-                out[k, i] = command + (act - command) * share
+                out[k, i] = act if e[HELD] != 0.0 else command + (act - command) * share
                 act = command + (act - command) * fade
             else:
                 out[k, i] = act = command

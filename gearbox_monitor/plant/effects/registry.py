@@ -70,9 +70,9 @@ def _places() -> tuple[dict[str, int], int]:
 
 PLACES, _END = _places()
 # Behind them stands the servo: kp (0 without one), kd, limit of its torque, ki, delay, and its
-# feedforward of speed and acceleration.
-(SERVO_KP, SERVO_KD, SERVO_TORQUE, SERVO_KI, SERVO_LATE, SERVO_SPEED, SERVO_ACCELERATION,
- N_EFFECTS) = range(_END, _END + 8)
+# feedforward of speed and acceleration; then whether what a lag has reached is held for a step.
+(SERVO_KP, SERVO_KD, SERVO_TORQUE, SERVO_KI, SERVO_LATE, SERVO_SPEED, SERVO_ACCELERATION, HELD,
+ N_EFFECTS) = range(_END, _END + 9)
 NO_SERVO = (0.0, 0.0, math.inf, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -88,7 +88,8 @@ MEMORIES = {effect.id: place for place, effect in enumerate(in_slot('memory'), 1
 INTEGRAL, LATE_A, LATE_B, LATE_C, N_MEMORY = range(1 + len(MEMORIES), 6 + len(MEMORIES))
 
 
-def pack(effects: Sequence[Values], servo: Sequence[float] = NO_SERVO) -> Array:
+def pack(effects: Sequence[Values], servo: Sequence[float] = NO_SERVO, held: bool = False
+         ) -> Array:
     """
     Return effects as the float64 array [N_EFFECTS] of the kernels.
 
@@ -96,9 +97,11 @@ def pack(effects: Sequence[Values], servo: Sequence[float] = NO_SERVO) -> Array:
         effects: dicts of a model.
         servo: kp (N m/rad), kd (N m s/rad), limit (N m), ki (N m/rad/s), delay (s) and
             feedforward (N m s/rad, kg m^2) of the servo that takes a setpoint.
+        held: what a lag has reached at the begin of a step acts throughout, as in MuJoCo.
     """
     e = np.zeros(N_EFFECTS)
-    e[SERVO_KP:N_EFFECTS] = servo
+    e[SERVO_KP:HELD] = servo
+    e[HELD] = held
     for name, place in PLACES.items():
         e[place] = EFFECTS[name].off
     for values in effects:

@@ -1,0 +1,127 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+List the joints of a robot's file: what is read of each, what is refused and why.
+
+The first command to run on a new robot. ROBOT is an MJCF, URDF or SDF file. Each joint is read
+with all others at rest, in the posture of --keyframe: what acts on it in the simulation is a value
+in the table, or it is refused by name, with what to do. Joints that are read can be given to
+diagnose, simulate, fit-nominal, suggest and export as --model ROBOT --joint NAME.
+
+Files that ROBOT includes, and meshes that make an inertia, are read below its own folder, or below
+--root. Exit code 1: some joint is refused.
+
+usage examples:
+  gearbox_monitor describe robot.xml
+  gearbox_monitor describe robot.xml --keyframe home
+  gearbox_monitor describe robot.urdf --json - | jq '.joints[] | select(.read)'
+"""
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+import textwrap
+from typing import Any
+
+from gearbox_monitor.cli.drive_recordings import add_root_argument
+from gearbox_monitor.cli.options import dump, expect_new, JSON_FILE_HELP, plain
+from gearbox_monitor.export.joint_readings import (
+    joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE)
+from gearbox_monitor.export.mjcf_file import compiled_file, read_file, RobotFile
+from gearbox_monitor.files.yaml_files import expect_folder_of
+
+WIDTH = 100
+COLUMNS = ('inertia', 'armature', 'viscous_friction', 'coulomb_friction', 'weight', 'stiffness')
+TITLES = ('inertia', 'armature', 'viscous', 'Coulomb', 'weight', 'spring')
+UNIT_LINE = ('kg m^2', 'kg m^2', 'N m s/rad', 'N m', 'N m', 'N m/rad')
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    parser.add_argument('robot', metavar='ROBOT', help='MJCF, URDF or SDF file')
+    parser.add_argument('--keyframe', metavar='NAME',
+                        help='posture of the other joints, a key of the file')
+    add_root_argument(parser)
+    parser.add_argument('--json', metavar='FILE', nargs='?', const='-',
+                        help='write the table as JSON' + JSON_FILE_HELP)
+
+
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    if args.json and args.json != '-':
+        expect_new(args.json)
+        expect_folder_of(args.json)
+    path = Path(args.robot)
+    file = compiled_file(read_file(path), path, root=Path(args.root) if args.root else None)
+    readings = joint_readings(file, args.keyframe)
+    data = plain(as_data(file, readings))
+    if args.json and args.json != '-':
+        Path(args.json).write_text(dump(data) + '\n', encoding='utf-8')
+    print(dump(data) if args.json == '-' else text(file, readings))
+    return 0 if all(reading.read for reading in readings) else 1
+
+
+def as_data(file: RobotFile, readings: Sequence[JointReading]) -> dict[str, Any]:
+    """Return the table as plain data; `file` is the robot's, `readings` are of its joints."""
+    return {
+        'robot': str(file.path), 'timestep': float(file.compiled.opt.timestep),
+        'read': sum(reading.read for reading in readings), 'notes': list(file.notes),
+        'joints': [{
+            'joint': r.name, 'type': r.kind, 'read': r.read, 'control': r.control,
+            'values': r.values, 'units': r.units(), 'refused': list(r.refusals),
+            'notes': list(r.notes)} for r in readings]}
+
+
+def text(file: RobotFile, readings: Sequence[JointReading]) -> str:
+    """Return the table as lines for people; `file` is the robot's, `readings` of its joints."""
+    count = sum(reading.read for reading in readings)
+    name = max([5, *(len(r.name) for r in readings)])
+    head = [f'{file.path.name}: {count} of {len(readings)} joints are read '
+            '(diagnose --model ' f'{file.path} --joint NAME)', '',
+            f'{"joint":<{name}}' + ''.join(f'{title:>10}' for title in TITLES) + '  control',
+            f'{"":<{name}}' + ''.join(f'{unit:>10}' for unit in UNIT_LINE)]
+    lines = []
+    for reading in readings:
+        cells = ''.join(f'{_cell(reading.values.get(k)):>10}' for k in COLUMNS)
+        lines.append(f'{reading.name:<{name}}' + (
+            f'{cells}  {_drive(reading)}' if reading.read else '  refused'))
+        for refusal in reading.refusals:
+            lines += textwrap.wrap(refusal, WIDTH, initial_indent=' ' * (name + 2),
+                                   subsequent_indent=' ' * (name + 4), break_on_hyphens=False)
+    if any(r.kind == 'slide' for r in readings):
+        lines.append('(of a slide: kg, N s/m, N and N/m)')
+    notes = dict.fromkeys([*file.notes, *(note for r in readings for note in r.notes)])
+    for note in notes:
+        count = sum(note in r.notes for r in readings)
+        lines += textwrap.wrap(f'note: {note}' + (f' ({count} joints)' if count > 1 else ''),
+                               WIDTH, break_on_hyphens=False)
+    return '\n'.join([*head, *lines])
+
+
+def _cell(value: float | None) -> str:
+    return '-' if value is None else f'{value:.4g}'
+
+
+def _drive(reading: JointReading) -> str:
+    """Return words about what drives a joint."""
+    v = reading.values
+    parts = {
+        NONE: ['no actuator'], TORQUE: [f'torque, x {v.get("gear", 1.0) * v.get("gain", 1.0):g}'],
+        SPEED: [f'speed, x {v.get("gear", 1.0) * v.get("gain", 1.0):g}'],
+        SERVO: [f'position, kp {v.get("kp", 0.0):g} kd {v.get("kd", 0.0):g}']}[reading.control]
+    if 'limit' in v:
+        parts.append(f'+-{v["limit"]:g}')
+    parts += [f'{name} {1e3 * v[name]:g} ms' for name in ('lag', 'delay') if name in v]
+    if 'offset' in v:
+        parts.append(f'offset {v["offset"]:.4g}')
+    return ', '.join(parts)

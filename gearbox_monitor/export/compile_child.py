@@ -1,0 +1,176 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Compile a robot's file in a process of its own, which has limits: started by export.compiling.
+
+Reads a line of JSON {folder, root, cpu_seconds, memory} and the XML from the standard input;
+writes the compiled model. An error is one line on the standard error, with exit code 3, and 4
+where memory is short. Needs nothing of the package.
+"""
+import json
+import math
+import os
+from pathlib import Path
+import resource
+import stat
+import sys
+from typing import Any
+from xml.etree import ElementTree
+
+REFERENCES = ('include', 'model')  # elements that name a further XML file
+FAILED, TOO_LARGE = 3, 4
+SHORT = ('unknown exception', 'allocate', 'memory')  # what MuJoCo says where memory is short
+
+
+class Refused(Exception):
+    """The file refers to what it may not, or MuJoCo refuses it: the reason."""
+
+
+def checked(place: Path, root: Path, named: str) -> bool:
+    """
+    Return whether the file `place` exists. Raises Refused if it must not be opened.
+
+    Args:
+        place: where `named` may lie.
+        root: folder below which it has to lie, links resolved.
+        named: its name in the robot's file.
+    """
+    try:
+        mode = place.stat().st_mode
+    except OSError:
+        return False
+    if not place.resolve().is_relative_to(root):
+        raise Refused(f'{named}: lies outside of {root}, expected a file below it, or --root with '
+                      'a folder around both')
+    if not stat.S_ISREG(mode):
+        raise Refused(f'{named}: a pipe, device or folder, expected a file')
+    return True
+
+
+def check_references(text: str, folder: Path, root: Path, seen: set[Path]) -> None:
+    """
+    Look at all XML files that a file refers to, and that those refer to.
+
+    Args:
+        text: of the file.
+        folder: it lies in.
+        root: see checked.
+        seen: files that were looked at.
+
+    Raises:
+        Refused: one must not be opened, or is no XML.
+    """
+    try:
+        elements = list(ElementTree.fromstring(text).iter())
+    except ElementTree.ParseError as error:
+        raise Refused(f'{error}, expected XML') from None
+    for element in elements:
+        named = element.get('file', '') if element.tag in REFERENCES else ''
+        for base in dict.fromkeys((folder, Path.cwd())) if named else ():
+            place = base / named
+            if checked(place, root, named) and place.resolve() not in seen:
+                seen.add(place.resolve())
+                check_references(place.read_text(encoding='utf-8'), place.parent, root, seen)
+
+
+def without_shapes(spec: Any, mujoco: Any, root: Path) -> None:
+    """
+    Remove from a specification what moves no joint: meshes, pictures, sensors but of joints.
+
+    Meshes stay where they make the inertia of a body; they are looked at before they are opened.
+    """
+    automatic = spec.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    moving: set[str] = set()
+    for body in spec.bodies:  # a parent before its children
+        if len(body.joints) or (body.parent is not None and body.parent.name in moving
+                                and body.parent.name):
+            moving.add(body.name)
+    nameless = any(not body.name for body in spec.bodies)
+    needed: set[str] = set()
+    for geom in list(spec.geoms):
+        if not geom.meshname and geom.type != mujoco.mjtGeom.mjGEOM_HFIELD:
+            continue
+        body = geom.parent
+        own = body.explicitinertial and automatic
+        still = not nameless and body.name not in moving and automatic
+        light = geom.density == 0.0 if math.isnan(geom.mass) else geom.mass == 0.0
+        if own or still or light or geom.type == mujoco.mjtGeom.mjGEOM_HFIELD:
+            spec.delete(geom)
+        else:
+            needed.add(geom.meshname)
+    for kind in ('pairs', 'skins', 'hfields', 'tuples'):
+        for element in list(getattr(spec, kind)):
+            spec.delete(element)
+    for sensor in list(spec.sensors):
+        if sensor.type != mujoco.mjtSensor.mjSENS_JOINTPOS:
+            spec.delete(sensor)
+    for material in spec.materials:
+        material.textures = [''] * len(material.textures)
+    for texture in list(spec.textures):
+        spec.delete(texture)
+    for mesh in list(spec.meshes):
+        if mesh.name not in needed and Path(mesh.file).stem not in needed:
+            spec.delete(mesh)
+        elif mesh.file:
+            for base in ('', spec.meshdir):
+                checked(Path(base) / mesh.file, root, mesh.file)
+
+
+def compiled(text: str, folder: Path, root: Path) -> bytes:
+    """
+    Return the compiled model of an XML text in MuJoCo's binary format.
+
+    Args:
+        text: of the file.
+        folder: it lies in, the one that the process works in.
+        root: see checked.
+
+    Raises:
+        Refused: a file that it names, or MuJoCo's reason.
+    """
+    check_references(text, folder, root, set())
+    import mujoco
+    import numpy as np
+    try:
+        spec = mujoco.MjSpec.from_string(text)
+        without_shapes(spec, mujoco, root)
+        model = spec.compile()
+    except (ValueError, RuntimeError, MemoryError) as error:
+        raise Refused(f'{error}, expected a file that MuJoCo compiles') from None
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
+def main() -> int:
+    """Compile what the standard input holds."""
+    head, _, text = sys.stdin.buffer.read().partition(b'\n')
+    order = json.loads(head)
+    for limit, most in ((resource.RLIMIT_AS, order['memory']),
+                        (resource.RLIMIT_CPU, order['cpu_seconds'])):
+        resource.setrlimit(limit, (most, most))
+    os.chdir(order['folder'])
+    try:
+        data = compiled(text.decode('utf-8'), Path(order['folder']), Path(order['root']))
+    except (Refused, MemoryError, OSError, UnicodeDecodeError, RecursionError) as error:
+        words = ' '.join(str(error).split())
+        print(words or type(error).__name__, file=sys.stderr)
+        short = isinstance(error, MemoryError) or any(word in words for word in SHORT)
+        return TOO_LARGE if short else FAILED
+    sys.stdout.buffer.write(data)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

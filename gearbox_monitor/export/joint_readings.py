@@ -1,0 +1,147 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""What is read of each joint in a robot's file, and what is refused and why."""
+from dataclasses import dataclass
+import math
+from typing import Any
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.mjcf_file import (
+    drive_in, MjcfDrive, RobotFile, values_in)
+from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.robot.compiled_model import mujoco_module, name_of, scalar_joints
+
+NONE, TORQUE, SPEED, SERVO = ('none', 'torque', 'speed', 'position')  # what a control is
+# value of a JointReading -> its unit on a rotary axis
+UNITS = {
+    'inertia': 'kg m^2', 'armature': 'kg m^2', 'viscous_friction': 'N m s/rad',
+    'coulomb_friction': 'N m', 'weight': 'N m', 'stiffness': 'N m/rad', 'offset': 'N m',
+    'gear': '-', 'gain': 'N m per unit of control', 'kp': 'N m/rad', 'kd': 'N m s/rad',
+    'limit': 'N m', 'lag': 's', 'delay': 's', 'low': 'rad', 'high': 'rad'}
+
+
+@dataclass(frozen=True)
+class JointReading:
+    """
+    What is read of a joint: its values, SI units on the joint's side, or why it is refused.
+
+    kind: hinge, slide, ball or free; control: what its actuator takes, of NONE, TORQUE, SPEED,
+    SERVO; values {name of UNITS: number}, without those that are off; refusals: one line each;
+    notes: what was taken for granted.
+    """
+
+    name: str
+    kind: str
+    control: str
+    values: dict[str, float]
+    refusals: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def read(self) -> bool:
+        """Whether commands take the joint."""
+        return not self.refusals
+
+    def units(self) -> dict[str, str]:
+        """Return {name of a value: its unit}."""
+        axis = 'prismatic' if self.kind == 'slide' else 'rotary'
+        return {name: on_axis(UNITS[name], axis) for name in self.values}
+
+
+def joint_readings(file: RobotFile, keyframe: str | None = None) -> list[JointReading]:
+    """
+    Return what is read of each joint of a robot's file.
+
+    Args:
+        file: compiled.
+        keyframe: posture in which the others rest, None for that of the file.
+
+    Returns:
+        JointReadings, in the order of the file.
+
+    Raises:
+        InputError: no such keyframe.
+
+    """
+    m, mujoco = file.compiled, mujoco_module()
+    scalar, readings = scalar_joints(m), []
+    if keyframe is not None and scalar:
+        _expect_keyframe(file, keyframe)
+    for joint in range(m.njnt):
+        name = name_of(m, 'joint', joint)
+        kind = str(mujoco.mjtJoint(m.jnt_type[joint]).name).removeprefix('mjJNT_').lower()
+        own = mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_JOINT, joint)
+        if joint not in scalar:
+            readings.append(JointReading(name, kind, NONE, {}, (
+                f'type: {kind}, expected hinge or slide',), ()))
+        elif not own:
+            readings.append(JointReading(name, kind, NONE, {}, (
+                'name: has none, expected one for --joint',), ()))
+        else:
+            readings.append(_reading(file, name, kind, keyframe))
+    return readings
+
+
+def _expect_keyframe(file: RobotFile, keyframe: str) -> None:
+    """Raise InputError unless the file has a `keyframe`."""
+    m = file.compiled
+    names = [name_of(m, 'key', k) for k in range(m.nkey)]
+    if keyframe not in names:
+        raise InputError(f'{file.path}: keyframe: {keyframe!r} is not in the file, expected one '
+                         f'of {", ".join(names) or "none: leave the option out"}')
+
+
+def _reading(file: RobotFile, name: str, kind: str, keyframe: str | None) -> JointReading:
+    try:
+        drive = drive_in(file, (name, None), keyframe)
+    except InputError as error:
+        return JointReading(name, kind, NONE, {}, tuple(
+            problem.removeprefix(f'{file.path}: ').removeprefix(f'joint {name}: ')
+            for problem in error.args), ())
+    refusals = tuple(map(str, drive.refusals()))
+    notes = tuple(note.partition(f'joint {name}: ')[2] for note in drive.notes
+                  if f'joint {name}: ' in note)
+    return JointReading(name, kind, _control(drive), _values(drive), refusals, notes)
+
+
+def _control(drive: MjcfDrive) -> str:
+    own = drive.actuator
+    if own is None:
+        return NONE
+    if own.law is None:
+        return TORQUE
+    return SERVO if own.law.setpoint else SPEED if own.law.speed else TORQUE
+
+
+def _values(drive: MjcfDrive) -> dict[str, float]:
+    """Return the values of a drive that are not off."""
+    values, joint, own = values_in(drive), drive.motor, drive.actuator
+    found = {
+        'inertia': joint.inertia, 'armature': joint.armature,
+        'viscous_friction': values.motor_damping, 'coulomb_friction': values.motor_friction,
+        'weight': abs(values.weight or 0.0), 'stiffness': values.motor_stiffness,
+        'offset': values.offset, 'lag': values.lag, 'delay': values.delay,
+        'limit': values.servo.limit if values.servo else values.limit}
+    if own is not None:
+        found['gear'] = own.gear
+        if own.law is not None and not own.law.setpoint:
+            found['gain'] = own.law.gain
+    if values.servo is not None:
+        found |= {'kp': values.servo.kp, 'kd': values.servo.kd}
+    low, high = joint.travel
+    kept: dict[str, Any] = {name: float(v) for name, v in found.items()
+                            if math.isfinite(v) and abs(v) > 1e-12}
+    if math.isfinite(low) and math.isfinite(high):
+        kept |= {'low': low, 'high': high}
+    return kept

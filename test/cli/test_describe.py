@@ -1,0 +1,135 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The table of all joints of a robot, and options that name joints."""
+import json
+from pathlib import Path
+
+import pytest
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
+
+pytest.importorskip('mujoco')
+SHARED = Path(__file__).resolve().parents[3] / 'shared' / 'data'
+ROBOT = """<mujoco>
+  <worldbody><body name="trunk"><freejoint name="base"/><geom size="0.1"/>
+    <body name="thigh"><joint name="hip" armature="0.02" damping="0.4" range="-60 60"/>
+      <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.03"/>
+      <body name="shank" pos="0.3 0 0"><joint name="knee" axis="0 1 0"/>
+        <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.03"/></body></body></body>
+  </worldbody>
+  <tendon><fixed name="belt" stiffness="3"><joint joint="knee" coef="1"/></fixed></tendon>
+  <actuator><position name="hip" joint="hip" kp="80" kv="3" forcerange="-9 9"/></actuator>
+  <keyframe><key name="bent" qpos="0 0 0 1 0 0 0 0 1.2"/></keyframe>
+</mujoco>"""
+
+
+def test_what_is_read_and_what_is_refused(tmp_path, capsys):
+    (tmp_path / 'robot.xml').write_text(ROBOT)
+    words = ['describe', str(tmp_path / 'robot.xml')]
+    assert main([*words, '--json']) == 1
+    data = json.loads(capsys.readouterr().out)
+    base, hip, knee = data['joints']
+    assert (data['read'], base['read'], hip['read'], knee['read']) == (1, False, True, False)
+    assert base['refused'] == ['type: free, expected hinge or slide']
+    assert hip['control'] == 'position' and hip['units']['kp'] == 'N m/rad'
+    assert (hip['values']['kp'], hip['values']['limit']) == (80.0, 9.0)
+    assert hip['values']['high'] == pytest.approx(1.0472, rel=1e-4)
+    assert 'tendon belt: stiffness: acts on it' in knee['refused'][0]
+    assert main([*words, '--keyframe', 'bent']) == 1
+    out = capsys.readouterr().out
+    assert '1 of 3 joints are read' in out and 'position, kp 80 kd 3, +-9' in out
+    assert main([*words, '--keyframe', 'up']) == 2
+    assert "keyframe: 'up' is not in the file, expected one of bent" in capsys.readouterr().err
+
+
+def test_a_file_without_problems(tmp_path, capsys):
+    (tmp_path / 'robot.xml').write_text(ROBOT.replace('<freejoint name="base"/>', '').replace(
+        ' stiffness="3"', '').replace('0 0 0 1 0 0 0 0 1.2', '0 1.2'))
+    target = tmp_path / 'table.json'
+    assert main(['describe', str(tmp_path / 'robot.xml'), '--json', str(target)]) == 0
+    assert json.loads(target.read_text())['read'] == 2
+    assert 'no actuator' in capsys.readouterr().out
+
+
+URDF = """<robot name="arm"><link name="base"/>
+  <link name="arm"><visual><geometry><mesh filename="package://absent/a.dae"/></geometry></visual>
+    <inertial><mass value="2"/><origin xyz="0 0 -0.1"/>
+    <inertia ixx="0.01" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="tip"><inertial><mass value="0.2"/>
+    <inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="1e-20" iyz="0"/></inertial></link>
+  <joint name="elbow" type="revolute"><origin xyz="0 0 1"/><origin xyz="0 5 1" rpy="1 0 0"/>
+    <parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="12" velocity="3"/>
+    <dynamics damping="0.3" friction="0.2"/></joint>
+  <joint name="wrist" type="continuous"><origin xyz="0 0 -0.3"/><parent link="arm"/>
+    <child link="tip"/><axis xyz="1 0 0"/>{mimic}</joint>
+</robot>"""
+
+
+def test_a_urdf_is_read_as_ros_does(tmp_path, capsys):
+    """Meshes that are absent, a second origin, a tensor that is none by rounding, limits."""
+    path = tmp_path / 'arm.urdf'
+    path.write_text(URDF.format(mimic=''))
+    model = model_of(read_mjcf(path, 'elbow'))
+    assert model.arm_inertia + model.motor_inertia == pytest.approx(
+        0.02 + 2.0 * 0.1 ** 2 + 0.2 * 0.3 ** 2)
+    assert {e['id'] for e in model.effects} == {'gravity', 'saturation'}
+    assert main(['describe', str(path)]) == 1
+    out = ' '.join(capsys.readouterr().out.split())
+    assert '1 of 2 joints are read' in out and '<origin> appears twice: the first counts' in out
+    assert 'taken for rounding' in out and 'it moves nothing' in out
+    path.write_text(URDF.format(mimic='<mimic joint="elbow" multiplier="2"/>'))
+    assert main(['describe', str(path)]) == 1
+    assert '0 of 2 joints are read' in capsys.readouterr().out
+
+
+@pytest.mark.skipif(not (SHARED / 'lwr4').is_dir(), reason='recordings of others are not here')
+def test_the_urdf_of_a_real_arm(capsys):
+    assert main(['describe', str(SHARED / 'lwr4/kuka_lwr4.urdf')]) == 0
+    assert '7 of 7 joints are read' in capsys.readouterr().out
+
+
+def test_names_of_options_before_are_taken_with_a_note(tmp_path, capsys):
+    (tmp_path / 'robot.xml').write_text(ROBOT)
+    words = ['--model', str(tmp_path / 'robot.xml'), '--joint', 'hip', '--against',
+             str(tmp_path / 'absent')]
+    assert main(['simulate', *words, '--arm-joint', '']) == 2
+    err = capsys.readouterr().err
+    assert 'note: --arm-joint is called --recorded-arm now' in err and 'absent' in err
+    assert main(['simulate', *words, '--recorded-arm', '']) == 2
+    assert 'is called' not in capsys.readouterr().err
+    (tmp_path / 'm.yaml').write_text('transmission: {kind: rigid}\n')
+    assert main(['export', str(tmp_path / 'm.yaml'), '--to', 'mjcf', '--into',
+                 str(tmp_path / 'robot.xml'), '--joint', 'hip', '--arm-joint', 'knee']) == 2
+    assert '--arm-joint is called --model-arm-joint now' in capsys.readouterr().err
+
+
+def test_export_without_a_file_writes_one(tmp_path, capsys):
+    (tmp_path / 'm.yaml').write_text('effects: [{id: torque_gain, g: 0.1}]\n')
+    words = ['export', str(tmp_path / 'm.yaml'), '--to', 'mjcf']
+    assert main([*words, '--out', str(tmp_path / 'drive.xml')]) == 0
+    assert 'torque_gain: native' in capsys.readouterr().out
+    assert model_of(read_mjcf(tmp_path / 'drive.xml', 'motor', 'arm')).torque_constant == 1.1
+    assert main(words) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith('<mujoco') and 'note: friction follows an arctangent' in err
+    assert main([*words, '--keyframe', 'home']) == 2
+
+
+def test_suggest_reads_a_simulators_file(tmp_path, capsys):
+    (tmp_path / 'robot.xml').write_text(ROBOT)
+    assert main(['suggest', '--pair', 'motor_viscous', 'motor_coulomb', '--model',
+                 str(tmp_path / 'robot.xml'), '--joint', 'hip', '--max-torque', '4']) == 2
+    assert 'controller: takes a setpoint' in capsys.readouterr().err
