@@ -169,7 +169,7 @@ def _described(tracker: 'Tracker', test: ChangeTest, values: dict[str, Any]) -> 
     sign = '+' if test.sign > 0 else ''  # "dropped by" says the sign itself
     text = f'{test.words} {_percent(change.growth, std, sign)} since {when(change.since_ns)}'
     if test.column == FRICTION and tracker.temperature is None:
-        text += ' (warm-up or lubrication?)'
+        text += ' (warm-up?)'
     _, _, error = tracker.limits(test)
     trend = tracker.trend(test.column)
     if test.key in ('gap', 'lost_motion') and change.stage < GROSS:
