@@ -429,9 +429,10 @@ class Tracker:
                 raw = scores[GAP][0 if test.sign > 0 else 1][k]
                 if not (self._stayed(scores, results, k) and raw > AGREES):
                     continue
-                size = test.sign * min(test.sign * size,
-                                       test.sign * float(results[GAP][1].size[k]))
-            if score[k] > self.settings.threshold(test) and test.sign * size - std >= notice:
+                least = min(test.sign * size - std, test.sign * float(results[GAP][1].size[k]))
+            else:
+                least = test.sign * size - std
+            if score[k] > self.settings.threshold(test) and least >= notice:
                 detected.append((float(score[k]) - self.settings.threshold(test), k))
         if detected:
             _, k = max(detected)
