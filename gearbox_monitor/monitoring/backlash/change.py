@@ -44,8 +44,8 @@ STATED_RATIO, PRECISE = 3.0, 0.1
 # A stage is left when the change is below this share of its limit.
 RELEASE = 0.9
 # A change is over when it is below half of what is reported, or nothing within two deviations
-# where these are a quarter of it; not before this many windows.
-OVER, OVER_STD, OVER_SHARE, OVER_WINDOWS = 0.5, 2.0, 0.25, 4
+# where these are a quarter of it, for this many windows in a row.
+OVER, OVER_STD, OVER_SHARE, OVER_WINDOWS = 0.5, 2.0, 0.25, 3
 FOUND, WARNED, GROSS = 1, 2, 3  # stages of an alarm
 # All else has stayed: its stretch scores less than this either way; and the gap as it was measured
 # must speak for the change, too.
@@ -150,7 +150,8 @@ class FeatureWear:
     steps, pending: stamps (ns) of its steps, and of motions with which one may have come. value,
     std: logarithm of the wear, or of the newest windows while there is no change; compared_ns:
     newest window that told it. slope, slope_std: per window; moving: probability of a slope.
-    suspected: windows in a row in which one that is pending seems to be a step.
+    suspected, gone, lower: windows in a row in which one that is pending seems to be a step, a
+    change seems to be over, or its stage to be left.
     """
 
     steps: list[int] = field(default_factory=list)
@@ -162,6 +163,8 @@ class FeatureWear:
     slope_std: float = 0.0
     moving: float = 0.0
     suspected: int = 0
+    gone: int = 0
+    lower: int = 0
 
 
 class Tracker:
@@ -432,6 +435,7 @@ class Tracker:
                 least = min(test.sign * size - std, test.sign * float(results[GAP][1].size[k]))
             else:
                 least = test.sign * size - std
+            least -= PRIORS[column].crosstalk * self._moves(column, results, scores)
             if score[k] > self.settings.threshold(test) and least >= notice:
                 detected.append((float(score[k]) - self.settings.threshold(test), k))
         if detected:
@@ -439,6 +443,21 @@ class Tracker:
             self._add_step(column, data.stamps[k - 1] if k else data.stamps[0] - 1)
             return True
         return self._suspected(column, results)
+
+    def _moves(self, column: int, results: dict[int, tuple[wear.Wear, wear.Scan]],
+               scores: dict[int, tuple[Array, Array]]) -> float:
+        """Return the largest change of other features, known or only suspected."""
+        largest = 0.0
+        for c, (found, scanned) in results.items():
+            if c in (column, SHARP):
+                continue
+            if self.wear[c].steps:
+                largest = max(largest, abs(found.value))
+            for side in scores[c]:
+                k = int(np.argmax(side))
+                if side[k] > STAYED:
+                    largest = max(largest, abs(float(scanned.size[k])))
+        return largest
 
     def _stayed(self, scores: dict[int, tuple[Array, Array]],
                 results: dict[int, tuple[wear.Wear, wear.Scan]], k: int) -> bool:
@@ -572,7 +591,10 @@ class Tracker:
             for test in (up, down):
                 self.changes.pop(test.key, None)
             return
+        standing = next((t for t in (up, down) if t.key in self.changes), None)
         test, other = (up, down) if feature.value > 0.0 else (down, up)
+        if standing is other and abs(feature.value) < OVER_STD * feature.std:
+            test, other = other, test  # nothing yet says that it goes the other way
         growth, std = self.relative(column, feature.value, feature.std)
         old = self.changes.get(test.key) or self.changes.get(other.key)
         if self._over(column, old):
@@ -597,16 +619,19 @@ class Tracker:
         for at, limit in ((WARNED, warn), (GROSS, error)):
             if change.growth >= (limit if change.stage < at else RELEASE * limit):
                 stage = at
-        change.stage = stage
+        # Not from one window alone, and not twice for one that wavers.
+        feature.lower = feature.lower + 1 if stage < change.stage else 0
+        if stage > change.stage or feature.lower >= OVER_WINDOWS:
+            change.stage, feature.lower = stage, 0
 
     def _over(self, column: int, change: Change | None) -> bool:
+        """Return whether a change has gone, for some windows in a row by now."""
         feature, notice = self.wear[column], self.settings.notice(column)
-        since = np.array(self.data.stamps, np.int64) > feature.steps[-1]
-        windows = int((since & np.isfinite(self.data.values[:, column])).sum())
         found = abs(change.found) if change else 0.0
-        return (windows >= OVER_WINDOWS
-                and abs(feature.value) < max(OVER * notice, OVER_STD * feature.std)
+        gone = (abs(feature.value) < max(OVER * notice, OVER_STD * feature.std)
                 and feature.std <= max(OVER * notice, OVER_SHARE * found))
+        feature.gone = feature.gone + 1 if gone else 0
+        return feature.gone >= OVER_WINDOWS
 
     def _end(self, column: int) -> None:
         """Forget a change that is over, and the windows in which it lasted."""
@@ -614,7 +639,7 @@ class Tracker:
         end = feature.steps[-1] if len(feature.steps) > 1 else \
             self.data.stamps[max(len(self.data) - RECENT, 0)] - 1
         self.data.drop(column, feature.steps[0], end)
-        feature.steps, feature.pending = [], []
+        feature.steps, feature.pending, feature.gone = [], [], 0
         for test in TESTS:
             if test.column == column:
                 self.changes.pop(test.key, None)
@@ -623,9 +648,13 @@ class Tracker:
 
     def relative(self, column: int, value: float, std: float) -> tuple[float, float]:
         """Return (growth, deviation) of a feature: of logarithms, relative; else as they are."""
-        if not PRIORS[column].logarithmic:
-            return value, std
-        return math.expm1(value), math.exp(value) * std
+        prior = PRIORS[column]
+        missed = prior.crosstalk * max((abs(feature.value) for c, feature in enumerate(self.wear)
+                                        if c != column and feature.steps), default=0.0)
+        if not prior.logarithmic:
+            return value, math.hypot(std, prior.scale * value, missed)
+        growth = math.expm1(value)
+        return growth, math.hypot((1.0 + growth) * std, prior.scale * growth, missed)
 
     def limits(self, test: ChangeTest) -> tuple[float, float, float]:
         """Return the sizes from which on a change is noticed, a warning, an error."""

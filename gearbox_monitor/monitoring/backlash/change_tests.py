@@ -37,19 +37,24 @@ class FeaturePrior:
 
     offset: between operating points, before some are known. distrust: of windows in which the
     filter is at odds with the drive, all of them together. temperature: of the coefficient, per K.
+    scale, crosstalk: what the regression of a window misses of a change, over the change; what
+    changes of other features seem to be one of this (test/system/wear.py measures both).
     logarithmic: whether the feature is positive, and its changes relative to it; else to the load.
     """
 
     offset: float
     distrust: float
     temperature: float
+    scale: float
+    crosstalk: float
     logarithmic: bool = True
 
 
 PRIORS = (
-    FeaturePrior(0.015, 0.015, 0.0005), FeaturePrior(0.015, 0.015, 0.0005),
-    FeaturePrior(0.02, 0.02, 0.0005), FeaturePrior(0.02, 0.02, 0.0005, False),
-    FeaturePrior(0.05, 0.04, 0.01), FeaturePrior(0.01, 0.01, 0.0005))
+    FeaturePrior(0.015, 0.015, 0.0005, 0.02, 0.03), FeaturePrior(0.015, 0.015, 0.0005, 0.02, 0.03),
+    FeaturePrior(0.02, 0.02, 0.0005, 0.06, 0.05),
+    FeaturePrior(0.02, 0.02, 0.0005, 0.06, 0.05, False),
+    FeaturePrior(0.05, 0.04, 0.01, 0.06, 0.05), FeaturePrior(0.01, 0.01, 0.0005, 0.05, 0.08))
 
 
 @dataclass(frozen=True)
