@@ -36,7 +36,7 @@ from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 
 FORMAT = 2
-STATE_FORMATS = 2, 3  # that can be read; the last one, with the adaptation, is written
+STATE_FORMATS = 2, 3, 4  # that can be read; the last one, with the wear as a state, is written
 
 
 class Damaged(InputError):
@@ -119,7 +119,7 @@ def save_baseline(path: str | Path, points: list[dict[str, Any]], gearbox_serial
         yaml.safe_dump({
             'format': FORMAT, 'gearbox_monitor': __version__, 'gearbox_serial': gearbox_serial,
             'date': _now(), 'baseline': points, 'parameters': parameters}, sort_keys=False)
-    _write(Path(path), text)
+    write_whole(Path(path), text)
 
 
 def save_state(path: str | Path, tracker: Tracker, gearbox_serial: str,
@@ -137,10 +137,15 @@ def save_state(path: str | Path, tracker: Tracker, gearbox_serial: str,
         InputError: if the file cannot be written.
 
     """
-    _write(Path(path), json.dumps({
+    write_whole(Path(path), state_text(tracker, gearbox_serial, adaptation))
+
+
+def state_text(tracker: Tracker, gearbox_serial: str, adaptation: Values | None = None) -> str:
+    """Return what save_state writes; arguments as there."""
+    return json.dumps({
         'format': STATE_FORMATS[-1], 'gearbox_monitor': __version__,
         'gearbox_serial': gearbox_serial, 'date': _now(), 'drift': tracker.to_dict(),
-        'adaptation': adaptation or {}}))
+        'adaptation': adaptation or {}})
 
 
 def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | None, str]:
@@ -194,7 +199,7 @@ def _now() -> str:
     return time.strftime('%Y-%m-%dT%H:%M:%S%z')
 
 
-def _write(path: Path, text: str) -> None:
+def write_whole(path: Path, text: str) -> None:
     """Replace the file `path` by `text` at once. Raises InputError."""
     temporary = path.with_name(path.name + '.tmp')
     try:

@@ -57,7 +57,7 @@ NO_DATA = Outcome(Level.WARN, 'no data yet')
 NOT_EVALUATED = Outcome(Level.WARN, 'not evaluated: filter restarted or data missing within the '
                         f'last {SETTLE + 1.0:g} s')
 NO_ESTIMATES = Outcome(Level.WARN, 'no estimates')
-# Components that a change of the gearbox affects where the filter expects the old curve.
+# Components that a change of the gearbox or of its friction affects.
 DRIFT_SHOWS = {'prediction error', 'model'}
 CHANCE = 2  # a level takes some evaluations to rise, and single flags are chance
 JUDGED = COMPONENTS[:4]  # once per second, from the newest estimates
@@ -516,9 +516,10 @@ class Monitor:
         """
         Return whether the window that ends here may be compared with the baseline.
 
-        Where tau_K follows a curve, a drift of the gearbox shows in the prediction errors, too.
+        A change of friction or of the gearbox shows in the prediction errors, too; it must not
+        hide behind them.
         """
-        return (self.parameters.tau_k_model in CURVES and self._window_broken <= CHANCE
+        return (self._hidden_arm is None and self._window_broken <= CHANCE
                 and not self._alarmed(set(COMPONENTS[:3]) - DRIFT_SHOWS | {'input'}))
 
     def _alarmed(self, names: Iterable[str]) -> bool:

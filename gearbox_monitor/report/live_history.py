@@ -37,6 +37,11 @@ MAX_WINDOWS, MAX_ALERTS = 300, 20
 SILENT_SECONDS = 3.0    # without diagnostics: what they said last counts no more
 
 
+def is_wear(component: str, message: str) -> bool:
+    """Return whether a `message` of a `component` says that something has changed for good."""
+    return component in ('backlash', 'friction') and ' has ' in message.split(' since ')[0]
+
+
 @dataclass(frozen=True)
 class RecentMotion:
     """Torque and twist: t [N] s before the newest sample, twist [N] rad, tau_k [N] N m."""
@@ -122,10 +127,15 @@ class GearboxHistory:
         self.changes += 1
 
     def worst(self) -> tuple[int, str, str]:
-        """Return level, component and message of the worst component; (0, '', '') without any."""
+        """
+        Return level, component and message of the worst component; (0, '', '') without any.
+
+        Wear comes before its symptoms: prediction errors that a grown gap causes, for example.
+        """
         states = [(spans.levels[-1], name, spans.messages[-1])
                   for name, spans in self.levels.items()]
-        return max(states, key=lambda state: state[0], default=(0, '', ''))
+        worn = [state for state in states if state[0] and is_wear(*state[1:])]
+        return max(worn or states, key=lambda state: state[0], default=(0, '', ''))
 
     def rate(self) -> float:
         """Return samples per second of stamps over the motion, 0 for fewer than two."""

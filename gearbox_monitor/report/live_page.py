@@ -26,7 +26,7 @@ from gearbox_monitor.report.builder import (
 from gearbox_monitor.report.figures import (
     chart, ChartView, Lane, loop_plane, LoopSlice, PageTable, Panel, PlaneView, round_span, Trace)
 from gearbox_monitor.report.live_history import (
-    GearboxHistory, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS)
+    GearboxHistory, is_wear, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS)
 from gearbox_monitor.report.recording_page import backlash_panel, drawn_windows, ROLES
 from gearbox_monitor.report.robot_page import JointTable, live_row
 from gearbox_monitor.report.timeline import LEVELS
@@ -103,13 +103,13 @@ class LiveSummary(Section):
         if time_s - max(heard) > SILENT_SECONDS:
             return cls('error', f'{source} has been silent for {time_s - max(heard):.0f} s.')
         raised = sorted(((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes),
-                        key=lambda state: -state[0])
+                        key=lambda state: (not is_wear(*state[1:3]), -state[0]))
         raised = [state for state in raised if state[0]]
         if not raised:
-            return cls('good', 'The estimates are trusted, and nothing has worn.')
+            return cls('good', 'The estimates are trusted, no wear detected so far.')
         level, component, message, name = raised[0]
         more = f' ({len(raised) - 1} more)' if raised[1:] else ''
-        return cls(ROLES[level], f'{name}: {component}: {message}{more}')
+        return cls(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{more}')
 
 
 def title(gearbox: GearboxHistory) -> str:
@@ -147,7 +147,9 @@ class MotionSection(Section):
                 'signal', band=(motion.tau_k - std, motion.tau_k + std))],
             height=420, limits=limits)],
             'time before the newest sample (s)', 't (s)', False, span=(-MOTION_SECONDS, 0.0))
-        facts = [('torque', label(f'{motion.tau_k[-1]:.2f} N m'))]
+        facts = [(name, label(f'{values[-1]:{width}} {unit}')) for name, values, width, unit in (
+            ('torque', motion.tau_k[np.isfinite(motion.tau_k)], '.2f', 'N m'),
+            ('twist', motion.twist[np.isfinite(motion.twist)], '.4f', 'rad')) if len(values)]
         plane = None
         if np.isfinite(loop.twist).any():
             edges = np.linspace(-MOTION_SECONDS, 0.0, LOOP_SLICES + 1)
@@ -159,7 +161,6 @@ class MotionSection(Section):
             plane = loop_plane(
                 'Torque over twist', slices, label('twist, motor - arm (rad)'),
                 label('torque (N m)'), limits=(round_span(loop.twist), limits))
-            facts.append(('twist', label(f'{motion.twist[-1]:.4f} rad')))
         if gearbox.windows:
             window = gearbox.windows[-1]
             facts.append(('backlash', width_and_std(window.gap, window.gap_std, label('rad')))

@@ -24,7 +24,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
-from gearbox_monitor.report.live_history import GearboxHistory, MOTION_ROWS
+from gearbox_monitor.report.live_history import GearboxHistory, is_wear, MOTION_ROWS
 from gearbox_monitor.report.recording_page import (
     headline, next_steps, ROLES, trusted_share, wear)
 from gearbox_monitor.report.timeline import LEVELS, Timeline, WindowBacklash
@@ -125,8 +125,9 @@ def live_row(gearbox: GearboxHistory, name: str) -> JointRow:
     tau_k = gearbox.motion(MOTION_ROWS).tau_k
     tau_k = tau_k[np.isfinite(tau_k)]
     span = (float(tau_k.min()), float(tau_k.max())) if len(tau_k) else (math.nan, math.nan)
-    return JointRow(name, kind, f'{component}: {message}' if level else '', span,
-                    list(gearbox.windows), trusted_share(gearbox.levels))
+    return JointRow(name, kind, f'{component}: {message.split("; ")[0]}' if level else '', span,
+                    list(gearbox.windows), trusted_share(gearbox.levels),
+                    worn=is_wear(component, message))
 
 
 def recorded_row(timeline: Timeline, name: str, link: str) -> JointRow:

@@ -145,11 +145,17 @@ class BlackBox:
         except Exception as error:  # whatever it is, the estimates must go on
             return False, str(error) or type(error).__name__
 
+    def _written(self, good: bool) -> None:
+        """End a recording; one that failed does not count in keep_per_hour."""
+        self._writer = None
+        if not good:
+            self._quota.give_back()
+
     async def _finish(self, schedule: RecordingSchedule, components: Sequence[str],
                       future: Future) -> None:
         """Tell what became of the recording of the alerts of `components`."""
         good, text = await future
-        self._writer = None
+        self._written(good)
         logger, names = self._node.get_logger(), ', '.join(components)
         schedule.tell(components, text if good else f'failed: {text}')
         if good:
@@ -169,7 +175,7 @@ class BlackBox:
         if not self._buffer:
             return False, f'no samples yet on {self._topic}'
         success, message = await self._start()
-        self._writer = None
+        self._written(success)
         if success:
             self._node.get_logger().info(message)
         else:

@@ -21,6 +21,7 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import numpy as np
 from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
@@ -67,9 +68,12 @@ class LiveNode(Node):
         if name not in self._gearboxes and len(self._gearboxes) < MAX_GEARBOXES:
             self._gearboxes[name] = gearbox = GearboxHistory(name)
             path = self._source if name == TRANSMISSION else f'{self._source}/{name}'
-            self.create_subscription(
-                DiagnosticArray, f'{path}/{SNAPSHOT}',
-                lambda message: _read_axis(gearbox, message), latched())
+            try:
+                self.create_subscription(
+                    DiagnosticArray, f'{path}/{SNAPSHOT}',
+                    lambda message: _read_axis(gearbox, message), latched())
+            except InvalidTopicNameException:
+                pass  # anybody can publish any name: it is shown, in the units of a rotary axis
         return self._gearboxes.get(name)
 
     def _draw(self) -> None:

@@ -29,7 +29,8 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.files.baselines import (
-    Damaged, load_baseline, load_state, save_baseline, save_state, set_aside)
+    Damaged, load_baseline, load_state, save_baseline, set_aside, state_text)
+from gearbox_monitor.files.state_file import StateFile
 from gearbox_monitor.interfaces.signals import ARM, MOTOR, SNAPSHOT, TRANSMISSION
 from gearbox_monitor.kernels.jit import COMPILED, KERNELS
 from gearbox_monitor.monitoring.backlash import shape
@@ -68,6 +69,10 @@ class MonitoredGearbox:
         self._node, self.name, self._alert_output = node, settings.name, alerts
         self._says = f'{self.name}: ' if self.name else ''  # in front of what is logged
         values, model = settings.parameters, settings.model
+        self._component = node.get_fully_qualified_name().lstrip('/') + (
+            f'/{self.name}' if self.name else '')
+        self._state_file = StateFile(values.drift_state_file, self._component) \
+            if values.drift_state_file else None
         drift, adaptation = self._state_at_start(values)
         self.monitor = Monitor(model, values, drift, settings.robot, phase_ns)
         self._recall(adaptation)
@@ -84,8 +89,6 @@ class MonitoredGearbox:
         self._alerted: dict[str, Any] = {}  # {component: stages} of the drift alert in force
         self._state_stamp = self.monitor.tracker.stamp_ns
         self._state_error = ''
-        self._component = node.get_fully_qualified_name().lstrip('/') + (
-            f'/{self.name}' if self.name else '')
         self._topics = ''
         self._snapshot_stamp = 0
         self._snapshots = advertise(node, DiagnosticArray, self.private(SNAPSHOT), latched())
@@ -115,6 +118,8 @@ class MonitoredGearbox:
         """Write the state; let a recording that is being written come to its end."""
         if self.monitor.input_count:
             self._keep_state()
+        if self._state_file is not None:
+            self._state_file.close()
         self._black_box.close()
 
     def _warn(self, logged: Container[str]) -> None:
@@ -125,7 +130,7 @@ class MonitoredGearbox:
 
     def _state_at_start(self, values: EstimatorParameters) -> tuple[Any, dict[str, Any]]:
         """Return (state of drift, adapted values) of the state file, else of the baselines."""
-        if values.drift_state_file:
+        if self._state_file is not None and self._state_file.held:
             state, problem = load_state(values.drift_state_file, values.gearbox_serial)
             if problem:
                 self._node.get_logger().error(self._says + problem)
@@ -203,19 +208,25 @@ class MonitoredGearbox:
             self.monitor.temperature = message.temperature
 
     def _keep_state(self) -> None:
-        """Write the state: after each window, and at the end."""
-        tracker, p = self.monitor.tracker, self.monitor.parameters
+        """Let the state be written: after each window, and at the end."""
+        tracker = self.monitor.tracker
         self._state_stamp = tracker.stamp_ns
-        if not p.drift_state_file:
-            return
-        try:
-            save_state(p.drift_state_file, tracker, p.gearbox_serial,
-                       self.monitor.estimator.learnt())
-            self._state_error = ''
-        except InputError as error:  # a full disk must not stop the estimates
-            if str(error) != self._state_error:
-                self._node.get_logger().error(f'{self._says}{error}')
-            self._state_error = str(error)
+        if self._state_file is not None:
+            self._state_file.keep(state_text(
+                tracker, self.monitor.parameters.gearbox_serial,
+                self.monitor.estimator.learnt()))
+
+    def _kept(self, outcome: Outcome) -> Outcome:
+        """Return the `outcome` of backlash, a warning where the state cannot be kept."""
+        problem = self._state_file.problem if self._state_file is not None else ''
+        if problem != self._state_error:
+            self._state_error = problem
+            if problem:
+                self._node.get_logger().error(f'{self._says}{problem}')
+        if not problem:
+            return outcome
+        return replace(outcome, level=max(outcome.level, Level.WARN),
+                       message=f'{outcome.message}; the state of drift is not kept: {problem}')
 
     def _publish_snapshot(self, reason: str) -> None:
         self._snapshot_stamp = self.monitor.stamp_ns
@@ -259,6 +270,7 @@ class MonitoredGearbox:
     def look(self, clock_ns: int) -> list[DiagnosticStatus]:
         """Return the diagnostics at `clock_ns` of a steady clock; log and alert what changed."""
         outcomes = self._outcomes(clock_ns)
+        outcomes['backlash'] = self._kept(outcomes['backlash'])
         model = outcomes['model']
         if model.level and model.values:
             outcomes['model'] = replace(model, values={
@@ -360,6 +372,8 @@ class MonitoredGearbox:
         except InputError as error:
             return False, str(error)
         monitor.tracker = tracker
+        monitor.outcomes = {**monitor.outcomes, **tracker.outcomes()}
+        self._alert(monitor.outcomes)
         self._keep_state()
         self._publish_snapshot('baseline')
         return True, (f'{path}: {windows} windows at {len(points)} operating '

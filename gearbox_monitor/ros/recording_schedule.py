@@ -36,6 +36,11 @@ class RecordingQuota:
         """Count the recording kept at `time_s`."""
         self._times.append(time_s)
 
+    def give_back(self) -> None:
+        """Count the newest recording no more: it was not written."""
+        if self._times:
+            self._times.pop()
+
 
 class RecordingSchedule:
     """

@@ -91,20 +91,20 @@ def test_threshold_gives_the_stated_false_alarm_rate(windows):
 
 
 def test_no_alarm_without_growth():
-    """Two joints for 2.5 h each, learning included; odds of an alarm: 1800 / 3.15e6."""
+    """Two joints for 1.4 h each, learning included; odds of an alarm: 1000 / 3.15e6."""
     for seed, case in enumerate('AB'):
-        assert not alarmed(Gearbox(seed, case).go(900))
+        assert not alarmed(Gearbox(seed, case).go(500))
 
 
 def test_one_percent_is_found():
     """Mean delay of 12 jumps of +1 % at the default setting; the bar is 180 s."""
     gearbox, delays = Gearbox(7, 'A'), []
-    gearbox.go(720)
+    gearbox.go(360)
     healthy, stamp = json.dumps(gearbox.tracker.to_dict()), gearbox.stamp
     for _ in range(12):
         gearbox.tracker = Tracker(gearbox.tracker.settings, json.loads(healthy))
         gearbox.stamp = stamp
-        found = alarmed(gearbox.go(60, 0.01))
+        found = alarmed(gearbox.go(20, 0.01))
         change = gearbox.tracker.changes['gap']
         assert found and change.growth == pytest.approx(0.01, abs=5 * change.std + 1e-3)
         assert abs(change.since_ns - stamp) <= 12 * WINDOW
@@ -160,14 +160,14 @@ def test_a_cold_start_is_not_wear():
             found += gearbox.go(1, -0.002 * (kelvin - 15.0), temperature=kelvin)
         return found
 
-    first = day(300)
-    assert not alarmed(first)
-    assert 'no baseline at this operating point' in first[0]['backlash'].message
-    assert not alarmed(day(300)) and len(gearbox.tracker.points) > 5
-    # Colder than ever: said so, not alarmed, though the gap is larger than any before.
+    first = day(150)
+    assert not alarmed(first) and 'learning the baseline' in first[0]['backlash'].message
+    assert not alarmed(day(150)) and len(gearbox.tracker.points) > 5
+    # Colder than ever: the gap is as large as the coefficient says.
     cold = gearbox.go(2, 0.04, temperature=-5.0)
     assert not alarmed(cold)
-    assert all('no baseline at this operating point' in f['backlash'].message for f in cold)
+    assert abs(cold[-1]['backlash'].values['growth']) < 3 * cold[-1]['backlash'].values[
+        'growth_std']
     # Growth is found across temperatures, and at the new point too once it was learnt.
     kelvins = np.tile(np.linspace(15.0, 45.0, 12), 5)
     found = []
@@ -178,34 +178,40 @@ def test_a_cold_start_is_not_wear():
 
 def test_points_are_kept_apart_and_found_again():
     gearbox = Gearbox(8)
-    gearbox.go(30)
+    gearbox.go(40)
     gearbox.state['load'] = 1.0  # far less load: the fitted gap is smaller there
-    assert not alarmed(gearbox.go(30, -0.05))
+    found = gearbox.go(30, -0.03)
+    # It may be the motion or the gearbox: no change is found, and the deviation says so.
+    assert not gearbox.tracker.changes and found[-1]['backlash'].values['growth_std'] > 0.01
     gearbox.state['load'] = 3.9  # within the bin of the first
-    assert not alarmed(gearbox.go(30))
-    assert [p.sums.count[0] for p in gearbox.tracker.points] == [60, 30]
-    # During an alarm no point learns: it would take the worn state for healthy.
-    assert alarmed(gearbox.go(8, 0.1))
-    gearbox.state['speed'] = 90.0
-    message = gearbox.go(5, 0.1)[-1]['backlash'].message
-    assert 'none is learnt during an alarm' in message and 'gap has grown' in message
-    assert [p.sums.count[0] for p in gearbox.tracker.points] == [60, 30, 0]
+    found = gearbox.go(30)
+    assert not alarmed(found) and found[-1]['backlash'].values['growth_std'] < 0.005
+    assert [gearbox.tracker.data.count(k) for k in range(2)] == [70, 30]
+    # Back in the other motion, which is known now.
+    gearbox.state['load'] = 1.0
+    assert not alarmed(gearbox.go(3, -0.03)) and alarmed(gearbox.go(6, 0.02))
 
 
-def test_learns_from_trusted_windows_only():
+def test_what_is_not_compared_is_never_ok():
     gearbox = Gearbox(9)
     found = gearbox.go(20, 0.3, trusted=False)
-    assert not alarmed(found) and 'not trusted' in found[-1]['backlash'].message
+    assert {f['backlash'].level for f in found} == {Level.WARN}
+    assert 'not compared yet: the estimates are not trusted' in found[-1]['backlash'].message
     assert gearbox.tracker.baseline is None
     gearbox.go(20)
     assert gearbox.tracker.baseline.gap == pytest.approx(1.2, rel=0.02)
-    # What is not trusted raises no alert, and is said not to be compared.
     found = gearbox.go(10, 0.1, trusted=False)
-    assert not alarmed(found) and 'not compared' in found[-1]['backlash'].message
-    assert alarmed(gearbox.go(10, 0.1))
-    # A pause is no news.
-    pause = gearbox.tracker.update(NotExcited(gearbox.stamp + 1, 'only one flank is reached'))
+    assert not gearbox.tracker.changes
+    assert not alarmed(found[:3]) and len(alarmed(found)) == 7
+    assert 'gap not compared since 2001-09-09' in found[-1]['backlash'].message
+    # Nothing is known of that time.
+    assert found[-1]['backlash'].values['growth_std'] > found[0]['backlash'].values['growth_std']
+    assert alarmed(gearbox.go(10, 0.1)) and 'gap' in gearbox.tracker.changes
+    for _ in range(5):
+        gearbox.stamp += WINDOW
+        pause = gearbox.tracker.update(NotExcited(gearbox.stamp, 'only one flank is reached'))
     assert pause['backlash'].level == Level.WARN
+    assert pause['backlash'].message.startswith('gap has grown')
     assert 'only one flank' in pause['backlash'].message
     nothing = Tracker(settings()).update(NotExcited(1, 'only one flank is reached'))
     assert nothing['backlash'].level == Level.WARN and 'only one' in nothing['backlash'].message
@@ -214,19 +220,22 @@ def test_learns_from_trusted_windows_only():
 def test_a_good_fit_is_compared_where_the_filter_is_at_odds_with_the_drive():
     gearbox = Gearbox(9)
     gearbox.go(20)
-    learnt = gearbox.tracker.points[0].sums.count.copy()
 
     def go(windows, growth, **changes):
         return [gearbox.tracker.update(gearbox.window(growth, **changes), False, comparable=True)
                 for _ in range(windows)]
 
-    assert not alarmed(go(5, 0.3, gap_std=1.0))  # a poor fit of the gap
+    go(5, 0.3, gap_std=1.0)  # a poor fit of the gap
+    assert not gearbox.tracker.changes
     found = go(10, 0.1)
     assert alarmed(found) and 'gap has grown' in found[-1]['backlash'].message
-    assert gearbox.tracker.changes['gap'].growth == pytest.approx(0.1, abs=0.02)
-    np.testing.assert_array_equal(gearbox.tracker.points[0].sums.count, learnt)
+    # How far the filter's doubt moves the gap is not known, and stated.
+    change = gearbox.tracker.changes['gap']
+    assert change.growth == pytest.approx(0.1, abs=2 * change.std) and 0.01 < change.std < 0.03
     # Before there is a baseline, nothing is compared.
-    assert not alarmed([Gearbox(9).tracker.update(gearbox.window(0.3), False, comparable=True)])
+    fresh = Gearbox(9).tracker
+    outcome = fresh.update(gearbox.window(0.3), False, comparable=True)['backlash']
+    assert not fresh.changes and 'not compared yet' in outcome.message
 
 
 def test_friction_is_followed_on_one_flank():
@@ -263,8 +272,9 @@ def test_windows_that_do_not_know_all():
     sizes = gearbox.random.normal(0.03, 1e-4, 40)
     for size in sizes:
         found = gearbox.go(1, separable=False, lost_motion=size, lost_motion_std=1e-4, **nan)
-    assert not alarmed(found) and 'lost motion' in found[-1]['backlash'].message
-    assert 'not identifiable' in found[-1]['friction'].message
+    assert found[-1]['backlash'].level == Level.OK
+    assert 'lost motion' in found[-1]['backlash'].message
+    assert 'friction not compared yet: not identifiable' in found[-1]['friction'].message
     found = gearbox.go(6, separable=False, lost_motion=0.0315, lost_motion_std=1e-4, **nan)
     assert 'lost motion has grown by +5' in found[-1]['backlash'].message
 
@@ -313,7 +323,7 @@ def test_baseline_file(tmp_path):
     file = tmp_path / 'baseline.yaml'
     save_baseline(file, gearbox.tracker.baseline_points(), 'g7', {'drift_window': 10.0})
     again = Tracker(gearbox.tracker.settings, load_baseline(file, 'g7'))
-    assert again.points[0].sums.count[0] == 100
+    assert again.data.count(0) == 100
     for _ in range(30):
         window = gearbox.window(0.02)
         a, b = again.update(window), gearbox.tracker.update(window)
@@ -371,7 +381,8 @@ def test_real_recordings_do_not_drift_unless_widened():
                 found.append(run)
         assert bool(found) == bool(wider)
     assert found[0] in (10, 11)
-    assert tracker.changes['lost_motion'].growth == pytest.approx(0.05, abs=0.01)
+    change = tracker.changes['lost_motion']  # at the end in a motion that was not driven before
+    assert change.growth == pytest.approx(0.05, abs=change.std) and change.std < 0.04
 
 
 def test_history_stays_small_and_keeps_the_slope():

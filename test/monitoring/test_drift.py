@@ -210,4 +210,4 @@ def test_warm_up_raises_one_alert_at_most_and_says_so(factor):
     for key in changes:
         assert key == ('friction' if factor > 1.0 else 'friction_loss')
         message = source.monitor.outcomes['friction'].message
-        assert 'warm-up or lubrication' in message and 'by -' not in message
+        assert 'warm-up?' in message and 'by -' not in message

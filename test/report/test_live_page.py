@@ -120,6 +120,24 @@ def test_the_headline_is_the_worst_of_all_and_silence_is_an_error():
     assert 'silent for 21 s' in parts(judged(gearbox()), time_s=720.0)['summary']
 
 
+def test_wear_comes_before_its_symptoms():
+    history = judged(gearbox(), 2, 'prediction error')
+    grown = 'gap has grown by +41.0 % +- 0.3 % since 10:00: service the gearbox'
+    history.add_status(700.0, 'backlash', 1, grown + '; gap not compared since 10:05: still', {})
+    other = judged(gearbox('wrist'), 2, 'model')
+    html = parts(other, history)
+    assert f'elbow: backlash: {grown} (1 more)' in html['summary']
+    history.add_status(701.0, 'backlash', 1, 'gap not compared since 10:05: standing still', {})
+    assert 'prediction error: so it is' in parts(history)['summary']
+
+
+def test_a_sample_that_is_lost_is_no_number():
+    history = gearbox(seconds=4)
+    history.add_motion(T0 + np.array([4500]) * MS, np.full((1, 2), np.nan))
+    html = parts(history)['motion0'].partition('<svg')[0]
+    assert 'N m' in html and 'nan' not in html
+
+
 def test_what_only_diagnostics_change_is_drawn_when_they_do():
     history, page = judged(gearbox()), LivePage()
     first, second = (page.parts([history], '', 700.0)['condition0'] for _ in range(2))

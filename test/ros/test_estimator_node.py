@@ -288,9 +288,10 @@ def test_baseline_is_saved_and_loaded(graph, drive, tmp_path):
     graph.node.create_subscription(DiagnosticArray, 'estimator/snapshot', latched.append, LATCHED)
     graph.until(lambda: latched, 'snapshot')
     content = {v.key: v.value for v in latched[0].status[0].values}
-    points = json.loads(content['drift'])['points']
-    assert len(points) == len(saved['baseline'])
-    assert points[0]['count'][0] == saved['baseline'][0]['features']['gap']['windows']
+    drift = json.loads(content['drift'])
+    assert len(drift['points']) == len(saved['baseline'])
+    counts = drift['blocks'][0][3][0][2:]
+    assert counts[0] == saved['baseline'][0]['features']['gap']['windows']
 
 
 def test_drift_state_survives_a_restart(graph, drive, tmp_path):

@@ -237,6 +237,8 @@ def test_kept_recordings_are_few_and_leave_room(tmp_path, monkeypatch):
             kept.append(t)
     assert kept[:7] == [0, 100, 200, 3600, 3700, 3800, 7200]
     assert quota.wait(20_000.0) == kept[-3] + 3600 - 20_000
+    quota.give_back()  # it was not written
+    assert quota.wait(20_000.0) == 0.0
     (tmp_path / 'kept_old' / 'all').mkdir(parents=True)
     (tmp_path / 'kept_old' / 'all' / 'x.mcap').write_bytes(bytes(400_000))
     small = about(parameters={'keep_space': 1})

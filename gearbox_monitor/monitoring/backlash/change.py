@@ -13,50 +13,57 @@
 # limitations under the License.
 
 """
-Follow the features of backlash and friction window by window: what has changed for good.
+Follow the wear of a gearbox window by window: what has changed for good.
 
-`Tracker` holds a baseline per operating point, tests every window against it (scan.Stretches) and
-says what grew, by how much, since when, and when a limit will be reached.
+`Tracker` holds the wear of each feature as a state (wear), finds its steps (wear.scan), and says
+how large the wear is, since when, and when a limit will be reached (drift_words).
 """
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 import math
 from typing import Any, Self
 
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Flags
-from gearbox_monitor.monitoring.backlash import forecast, scan
+from gearbox_monitor.monitoring.backlash import drift_words, old_state, scan, wear
 from gearbox_monitor.monitoring.backlash.change_tests import (
-    ADVICE, ALONE, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name,
-    STIFFNESS, TESTS)
+    ALONE, ALONE_LOSS, ChangeTest, COMPONENTS, FEATURES, GAP, PRIORS, SHARP, STIFFNESS,
+    TESTS)
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction, NotExcited
-from gearbox_monitor.monitoring.backlash.forecast import span, when
-from gearbox_monitor.monitoring.backlash.operating_point import (
-    numbers, OperatingPoint, OperatingPoints, Sums)
-from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
+from gearbox_monitor.monitoring.backlash.forecast import Trend
+from gearbox_monitor.monitoring.backlash.operating_point import Bins, OperatingPoint
+from gearbox_monitor.monitoring.backlash.wear_data import MIN_COMPLETE, OTHERS, WearData
+from gearbox_monitor.monitoring.checks.outcome import Outcome
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
-# A change is over when the newest so many windows show less than half of what was found.
-RELEASE_WINDOWS = 12
-# The size of a change is that of the newest so many windows where these differ from all since the
-# change by so many standard deviations.
-RECENT, DIFFERENT = (3, 12), 4.0
 # A feature of a window whose estimates are not trusted is compared where its stated deviation is
 # at most so many times that of the baseline, or this share of the change that requires a service:
 # the fit holds then, whatever the filter expected.
 STATED_RATIO, PRECISE = 3.0, 0.1
 # A stage is left when the change is below this share of its limit.
 RELEASE = 0.9
+# A change is over when it is below half of what is reported, or nothing within two deviations
+# where these are a quarter of it, for this many windows in a row.
+OVER, OVER_STD, OVER_SHARE, OVER_WINDOWS = 0.5, 2.0, 0.25, 3
 FOUND, WARNED, GROSS = 1, 2, 3  # stages of an alarm
 # All else has stayed: its stretch scores less than this either way; and the gap as it was measured
-# must speak for growth, too.
+# must speak for the change, too.
 STAYED, AGREES = 3.5, 1.5
-
-_COLUMNS = (np.array([t.column for t in TESTS]), np.array([t.sign for t in TESTS]),
-            np.array([t.relative for t in TESTS]))
-RAW, SHARP, *ELSE = (next(i for i, t in enumerate(TESTS) if t.key == key) for key in (
-    'gap', ALONE, 'stiffness_loss', 'hysteresis', 'friction', 'torque_gain'))
+RECENT = 12         # windows whose mean is shown while there is no change
+LEARNT = 30         # windows, after which a new motion may come with a change
+# The place of a step is searched again while it is younger than this (windows).
+SETTLE = 12
+MAX_STEPS, MAX_PENDING = 6, 4
+# A motion is known again, and what may have come with it resolved, after so many windows of
+# others, or when the wear is known to half of what is reported.
+RESOLVED = 12
+COUPLED = 0.05      # relative deviation of the couplings
+OFFSET_WINDOWS = 5.0  # points that the stated spread of offsets counts as
+MOVING = 0.9        # probability from which on a slope is one
+SIGNIFICANT_SLOPE = 3.0
+HOUR = 3600e9       # ns
+FLOOR = 4.0         # logarithm below the first value that counts as nothing
 
 
 @dataclass(frozen=True)
@@ -65,18 +72,20 @@ class TrackerSettings:
     What a Tracker goes by.
 
     windows_per_false_alarm: mean number of windows between two false alarms, of all tests
-    together. baseline_windows: how many a point learns. bins: see OperatingPoints.find.
+    together. baseline_windows: how many a point learns. bins: of operating points.
     limits {test: (notice, warn, error)}: relative changes; below `notice` nothing is reported.
-    gap_limit: rad, 0 = none. viscous (N m s/rad), coulomb (N m): friction of the model.
+    gap_limit: rad, 0 = none. viscous (N m s/rad), coulomb (N m): friction of the model. window:
+    s.
     """
 
     windows_per_false_alarm: float = 3.15e6
     baseline_windows: int = 720
-    bins: tuple[float, float, float, float] = (3.2, 2.0, 2.0, 5.0)
+    bins: Bins = field(default_factory=Bins)
     limits: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     gap_limit: float = 0.0
     viscous: float = 0.0
     coulomb: float = 0.0
+    window: float = 10.0
 
     @classmethod
     def of(cls, parameters: EstimatorParameters, model: DriveModel) -> Self:
@@ -87,16 +96,22 @@ class TrackerSettings:
         stiffness = 0.2 * p.stiffness_warn, p.stiffness_warn, p.stiffness_error
         return cls(
             max(p.false_alarm_interval / p.drift_window, 20.0), p.baseline_windows,
-            (p.angle_bin, p.speed_bin, p.load_bin, p.temperature_bin),
-            {'gap': width, 'lost_motion': width, 'stiffness_loss': stiffness,
+            Bins(p.angle_bin, p.speed_bin, p.load_bin, p.temperature_bin, model.axis == 'rotary'),
+            {'gap': width, 'gap_loss': width, 'lost_motion': width, 'lost_motion_loss': width,
+             'stiffness_loss': stiffness, 'stiffness_growth': stiffness,
              'hysteresis': stiffness, 'hysteresis_down': stiffness,
              'friction': friction, 'friction_loss': friction,
              'torque_gain': stiffness, 'torque_gain_loss': stiffness},
-            p.gap_limit, model.viscous_friction, model.coulomb_friction)
+            p.gap_limit, model.viscous_friction, model.coulomb_friction, p.drift_window)
 
     def threshold(self, test: ChangeTest) -> float:
         """Return the normal score at which `test` fires."""
         return scan.threshold(self.windows_per_false_alarm / test.share)
+
+    def notice(self, column: int) -> float:
+        """Return the change (logarithm) of a feature below which nothing is reported."""
+        key = next(t.key for t in TESTS if t.column == column)
+        return math.log1p(self.limits.get(key, (0.0,))[0])
 
 
 @dataclass
@@ -127,31 +142,55 @@ class Baseline:
     windows: int
 
 
+@dataclass
+class FeatureWear:
+    """
+    The wear of a feature as it is known.
+
+    steps, pending: stamps (ns) of its steps, and of motions with which one may have come. value,
+    std: logarithm of the wear, or of the newest windows while there is no change; compared_ns:
+    newest window that told it. slope, slope_std: per window; moving: probability of a slope.
+    suspected, gone, lower: windows in a row in which one that is pending seems to be a step, a
+    change seems to be over, or its stage to be left.
+    """
+
+    steps: list[int] = field(default_factory=list)
+    pending: list[int] = field(default_factory=list)
+    value: float = math.nan
+    std: float = math.nan
+    compared_ns: int = 0
+    slope: float = 0.0
+    slope_std: float = 0.0
+    moving: float = 0.0
+    suspected: int = 0
+    gone: int = 0
+    lower: int = 0
+
+
 class Tracker:
     """
-    Baselines, sequential test, forecast and alarms of one gearbox; one `update` per window.
+    The wear of one gearbox, its sequential test, forecast and alarms; one `update` per window.
 
-    settings: TrackerSettings. state: what to_dict or baseline gave, or None. Raises ValueError,
-    KeyError or TypeError for a state that is none.
+    settings: TrackerSettings. state: what to_dict or baseline_points gave, or None. Raises
+    ValueError, KeyError or TypeError for a state that is none.
     """
 
     def __init__(self, settings: TrackerSettings, state: Any = None) -> None:
         self.settings = settings
-        self._points = OperatingPoints(len(FEATURES))
-        self._stamps: list[int] = []
-        self._where: list[int] = []
-        self._learned: list[bool] = []
-        self._values: Array = np.empty((0, len(FEATURES)))
-        self._scores = {test.key: 0.0 for test in TESTS}
+        self.data = WearData()
+        self.wear = [FeatureWear() for _ in FEATURES]
+        self.scores = {test.key: 0.0 for test in TESTS}
         self.changes: dict[str, Change] = {}  # by test
-        self._history = forecast.GrowthHistory()
-        self._window: Backlash | None = None
-        self._friction: Backlash | Friction | None = None
-        self._point, self._trusted, self._compared = -1, False, False
-        self._temperature: float | None = None  # of the newest window
-        self._growth = math.nan  # of the newest window
-        self._pause: NotExcited | None = None  # when the newest window was none
+        self.ended: dict[str, str] = {}  # by component: what was over with the newest window
+        self.window: Backlash | None = None
+        self.friction: Backlash | Friction | None = None
+        self.point, self.trusted, self.compared = -1, False, False
+        self.temperature: float | None = None  # of the newest window
+        self.pause: NotExcited | None = None  # when the newest window was none
         self.stamp_ns = 0
+        self._counted = (0, -1), 0  # windows at a point, at a stamp
+        self._levels: Array = np.full(len(FEATURES), np.nan)  # healthy, at the newest point
+        self._level_stds: Array = np.full(len(FEATURES), np.nan)
         if state is not None:
             self._load(state)
 
@@ -161,14 +200,14 @@ class Tracker:
                temperature: float | None = None, comparable: bool = False
                ) -> dict[str, Outcome]:
         """
-        Take a window of the sequential test.
+        Take a window.
 
         Args:
             window: features of the newest window, or why there are none.
-            trusted: whether the estimates of the window were; if not, no baseline learns it.
+            trusted: whether the estimates of the window were; if not, they may be off together.
             temperature: of the gearbox (deg C), None if unknown.
-            comparable: whether a window that is not trusted is compared with the baseline where
-                its fit is as good as those of the baseline; else it is only shown.
+            comparable: whether a window that is not trusted is compared where its fit is as good
+                as those of the baseline; else it is only shown.
 
         Returns:
             {component: Outcome} in force.
@@ -176,43 +215,68 @@ class Tracker:
         """
         if window.stamp_ns == self.stamp_ns:
             return self.outcomes()  # it has been taken before
-        self.stamp_ns, self._temperature = window.stamp_ns, temperature
+        self.stamp_ns, self.temperature = window.stamp_ns, temperature
+        self.ended = {}
         features: Backlash | Friction
         if not isinstance(window, NotExcited):
-            self._pause, self._window, features = None, window, window
+            self.pause, self.window, features = None, window, window
         else:
-            self._pause = window
+            self.pause = window
             if window.friction is None:
+                self.compared = False
                 return self.outcomes()
             features = window.friction
-        self._friction, self._trusted = features, bool(trusted)
-        self._point = self._points.find(features, temperature, self.settings.bins)
-        self._growth, self._compared = math.nan, False
-        if self._point >= 0 and (trusted or comparable):
-            values, variances = self._measure(features)
-            if not trusted:
-                values = np.where(self._fits(variances), values, math.nan)
-            self._compared = bool(np.isfinite(values).any())
-            if self._compared:
-                self._take(values, variances, trusted)
+        self.friction, self.trusted, self.compared = features, bool(trusted), False
+        if trusted or comparable:
+            self._take(features, trusted)
         return self.outcomes()
 
-    def _fits(self, variances: Array) -> Flags:
+    def _take(self, features: Backlash | Friction, trusted: bool) -> None:
+        data, settings = self.data, self.settings
+        known = len(data.points)
+        point = data.points.find(features, self.temperature, settings.bins)
+        place = data.points[point]
+        values, variances = self._measure(features, place)
+        if not trusted:
+            values = np.where(self._fits(variances, place), values, math.nan)
+        place.state(np.where(np.isfinite(values), variances, math.nan))
+        self.point = point
+        self.compared = bool(np.isfinite(values).any())
+        if not self.compared:
+            return
+        if len(data.points) > known and self._windows() >= LEARNT:
+            before = data.stamps[-1] if data.stamps else self.stamp_ns - 1
+            for column, feature in enumerate(self.wear):
+                if np.isfinite(values[column]):
+                    feature.pending = [*feature.pending, before][-MAX_PENDING:]
+        data.add(self.stamp_ns, point, trusted, data.warmth(self.temperature),
+                 data.relative(values))
+        marks = self._marks()
+        data.couple(marks)
+        data.absorb(marks, settings.baseline_windows)
+        self._judge()
+
+    def _windows(self) -> int:
+        return len(self.data) + sum(block.windows for block in self.data.blocks)
+
+    def _marks(self) -> list[int]:
+        return sorted({stamp for feature in self.wear
+                       for stamp in (*feature.steps, *feature.pending)})
+
+    def _fits(self, variances: Array, place: OperatingPoint) -> Flags:
         """Return which features [F] of a window are as certain as comparing them requires."""
-        sums = self._points[self._point].sums
-        change = np.zeros(len(FEATURES))
+        warn = np.zeros(len(FEATURES))
         for test in TESTS:
             if test.column < len(FEATURES) and test.key in self.settings.limits:
-                unit = abs(sums.mean()[test.column]) if test.relative else sums.scale
-                change[test.column] = unit * self.settings.limits[test.key][1]
+                warn[test.column] = self.settings.limits[test.key][1]
         with np.errstate(invalid='ignore'):
-            certain = (variances <= STATED_RATIO ** 2 * sums.stated) \
-                | (variances <= (PRECISE * change) ** 2)
-            result: Flags = certain & (sums.count >= scan.MIN_BASELINE)
-        return result
+            result: Flags = (variances <= STATED_RATIO ** 2 * place.stated) \
+                | (variances <= (PRECISE * warn) ** 2)
+        return result & (self._windows() >= scan.MIN_BASELINE)
 
-    def _measure(self, window: Backlash | Friction) -> tuple[Array, Array]:
-        """Return (values [F], variances [F]) of a window's features."""
+    def _measure(self, window: Backlash | Friction, place: OperatingPoint
+                 ) -> tuple[Array, Array]:
+        """Return (values [F], variances [F]) of a window's features, as WearData takes them."""
         w, nan = window, (math.nan, math.nan)
         gap, lost_motion, stiffness, hysteresis = (nan,) * 4
         if isinstance(w, Backlash):
@@ -221,157 +285,437 @@ class Tracker:
             lost_motion = nan if w.separable else (w.lost_motion, w.lost_motion_std)
             stiffness = w.stiffness, w.stiffness_std
             hysteresis = w.hysteresis, w.hysteresis_std
-        s = self.settings
-        friction = s.viscous * w.speed + s.coulomb
-        if not friction > 0.0:
-            friction = w.load
+        friction = self.healthy_friction(w)
         change = w.viscous * w.speed + w.coulomb
         rows = (gap, lost_motion, stiffness, hysteresis,
                 (1.0 + change / friction if friction > 0.0 else math.nan,
                  math.hypot(w.viscous_std * w.speed, w.coulomb_std) / friction
                  if friction > 0.0 else math.nan),
                 (1.0 + w.gain, w.gain_std))
-        # Seven digits keep the state small, and say more than any measurement.
-        values, std = (np.array([float(f'{v:.7g}') for v in column]) for column in zip(*rows))
+        values, std = np.full(len(FEATURES), np.nan), np.full(len(FEATURES), np.nan)
+        for column, ((value, deviation), prior) in enumerate(zip(rows, PRIORS)):
+            if not (math.isfinite(value) and math.isfinite(deviation)):
+                continue
+            if not prior.logarithmic:
+                values[column], std[column] = value / place.scale, deviation / place.scale
+                continue
+            reference = self.data.reference[column]
+            least = math.exp(reference - FLOOR) if math.isfinite(reference) else 1e-12
+            value = max(value, least)
+            values[column], std[column] = math.log(value), deviation / value
         return values, std ** 2
 
-    def _take(self, values: Array, variances: Array, trusted: bool) -> None:
-        sums = self._points[self._point].sums
-        sums.refer(values)
-        learn = (trusted and not self.changes
-                 and sums.count.max() < self.settings.baseline_windows)
-        if learn:
-            sums.add(values, variances)
-        drop = max(len(self._stamps) + 1 - scan.HORIZON, 0)
-        self._stamps = [*self._stamps, self.stamp_ns][drop:]
-        self._where = [*self._where, self._point][drop:]
-        self._learned = [*self._learned, learn][drop:]
-        self._values = np.vstack([self._values, values])[drop:]
-        self._note(values, variances)
-        self._judge(self._stretches())
+    def healthy_friction(self, window: Backlash | Friction) -> float:
+        """Return the friction of the model (N m) at the speed of a window, or its load."""
+        friction = self.settings.viscous * window.speed + self.settings.coulomb
+        return friction if friction > 0.0 else window.load
 
-    def _note(self, values: Array, variances: Array) -> None:
-        """Keep the growth of the width for the forecast."""
-        sums = self._points[self._point].sums
-        column = GAP if math.isfinite(values[GAP]) else LOST_MOTION
-        base = sums.mean()[column]
-        if sums.count[column] >= scan.MIN_BASELINE and base > 0.0:
-            self._growth = float(f'{values[column] / base - 1.0:.7g}')
-            variance = max(variances[column], sums.std()[column] ** 2) / base ** 2
-            if math.isfinite(self._growth) and variance > 0.0:
-                self._history.add(self.stamp_ns, self._growth, float(f'{variance:.6g}'))
+    # ------------------------------------------------------------------ inference
 
-    def _stretches(self) -> scan.Stretches:
-        points = np.array(self._where)
-        return scan.Stretches(
-            self._values, points, np.array(self._learned, bool),
-            {point: self._points[point].sums for point in set(self._where)}, _COLUMNS)
+    def _prior(self, column: int, points: int) -> Array:
+        prior = PRIORS[min(column, len(PRIORS) - 1) if column != SHARP else GAP]
+        spread = self.data.spread[column]
+        offset = prior.offset ** 2 if not math.isfinite(spread) else spread
+        common = (wear.LEVEL_STD ** 2, prior.temperature ** 2, prior.distrust ** 2,
+                  self.data.shift[column])
+        return np.concatenate([common, np.full(points, offset)])
 
-    def _judge(self, stretches: scan.Stretches) -> None:
-        detected = {}
-        for t, test in enumerate(TESTS):
-            k = int(np.argmax(stretches.score[:, t]))
-            score = self._scores[test.key] = float(stretches.score[k, t])
-            if test.key == ALONE:
-                if not self._all_else_equal(stretches, k):
+    def _course(self, column: int) -> wear.Course:
+        feature = self.wear[GAP if column == SHARP else column]
+        length = self.settings.window * 1e9
+        return wear.Course(*(tuple(wear.ages(stamps, self.stamp_ns, length).tolist())
+                             for stamps in (feature.steps, feature.pending)))
+
+    def _judge(self) -> None:
+        """Find new steps, and bring the wear of all features up to date."""
+        data = self.data
+        observed, points = data.observations(self.stamp_ns, self.settings.window * 1e9)
+        here = points.index(self.point)
+        results: dict[int, tuple[wear.Wear, wear.Scan]] = {}
+        for column in range(SHARP + 1):
+            if column == SHARP:
+                observed[SHARP] = self._without_others(observed[SHARP], results)
+            o = observed[column] = self._widened(column, observed[column])
+            if not o.weight.any() or (column == SHARP and o.count.sum() < MIN_COMPLETE):
+                continue
+            results[column] = self._estimated(column, o, len(points))
+            self._learn(column, results[column][0].fit, points, here)
+        scores = {column: self._scored(column, observed[column], result[1])
+                  for column, result in results.items()}
+        for column in range(len(FEATURES)):
+            if column not in results:
+                continue
+            source = SHARP if column == GAP and SHARP in results \
+                and self._all_else_equal(scores, results) else column
+            if self._step(column, results, scores) or self._moved(
+                    column, source, observed[source], len(points)):
+                for c in {column, source}:
+                    results[c] = self._estimated(c, observed[c], len(points))
+            others = math.hypot(*(
+                self.data.couplings[c] * math.hypot(w.std, COUPLED * w.value)
+                for c, (w, _) in results.items() if c in OTHERS and self.wear[c].steps)
+            ) if source == SHARP else 0.0
+            self._follow(column, observed[column], results[source], others)
+
+    def _widened(self, column: int, o: wear.Observations) -> wear.Observations:
+        """Return `o` with the noise that a smaller feature has: it does not shrink with it."""
+        feature = self.wear[GAP if column == SHARP else column]
+        if not (feature.steps and PRIORS[GAP if column == SHARP else column].logarithmic
+                and feature.value < 0.0):
+            return o
+        since = wear.ages(feature.steps[:1], self.stamp_ns, self.settings.window * 1e9)[0]
+        return replace(o, weight=np.where(
+            o.age < since, o.weight * math.exp(2.0 * feature.value), o.weight))
+
+    def _without_others(self, o: wear.Observations, results: dict[
+            int, tuple[wear.Wear, wear.Scan]]) -> wear.Observations:
+        """Return SHARP without what the known wear of the other features does to it."""
+        y = o.y
+        for column in OTHERS:
+            if self.data.couplings[column] and self.wear[column].steps and column in results:
+                y = y + self.data.couplings[column] * results[column][0].fit.wear(o.age)
+        return replace(o, y=y)
+
+    def _estimated(self, column: int, o: wear.Observations, points: int
+                   ) -> tuple[wear.Wear, wear.Scan]:
+        prior, course = self._prior(column, points), self._course(column)
+        noise = math.sqrt(self.data.points[self.point].variance()[column])
+        found = wear.estimate(o, prior, course, noise)
+        return found, wear.scan(o, found.fit)
+
+    def _learn(self, column: int, fit: wear.Fit, points: list[int], here: int) -> None:
+        """Keep what a fit says of temperature, spread of offsets and the healthy level."""
+        data, first = self.data, wear.N_COMMON
+        data.slopes[column] = fit.mean[wear.TEMPERATURE]
+        variance = np.diag(fit.covariance)
+        offsets = slice(first, first + len(points))
+        stated = PRIORS[GAP if column == SHARP else column].offset ** 2
+        feature = self.wear[GAP if column == SHARP else column]
+        if len(points) > 1 and not feature.steps and not feature.pending:
+            seen = fit.mean[offsets] ** 2 + variance[offsets]
+            data.spread[column] = (OFFSET_WINDOWS * stated + float(seen.sum())) / (
+                OFFSET_WINDOWS + len(points))
+        if column < len(FEATURES):
+            at = np.zeros(len(fit.mean))
+            at[[wear.LEVEL, first + here]] = 1.0
+            at[wear.TEMPERATURE] = data.kelvin[-1]
+            self._levels[column] = at @ fit.mean
+            self._level_stds[column] = math.sqrt(max(float(at @ fit.covariance @ at), 0.0))
+
+    def _scored(self, column: int, o: wear.Observations, found: wear.Scan
+                ) -> tuple[Array, Array]:
+        """Return (up, down): normal scores [M] of stretches that have enough before them."""
+        m = o.rows
+        least = MIN_COMPLETE if column == SHARP else scan.MIN_BASELINE
+        before = o.count[:-m].sum() + np.concatenate([[0.0], np.cumsum(o.count[-m:])[:-1]])
+        # Only the noise is known by so many windows, not what priors add (Satterthwaite).
+        dof = self.data.points[self.point].dof(column) / np.maximum(found.noise, 1e-3) ** 2
+        up, down = (np.where(before >= least, scan.normal_score(score, dof), 0.0)
+                    for score in (found.up, found.down))
+        return up, down
+
+    def _step(self, column: int, results: dict[int, tuple[wear.Wear, wear.Scan]],
+              scores: dict[int, tuple[Array, Array]]) -> bool:
+        """Add the step of a feature that its tests find; return whether anything is new."""
+        data = self.data
+        notice = self.settings.notice(column)
+        detected: list[tuple[float, int]] = []
+        for test in TESTS:
+            source = test.column
+            if (GAP if source == SHARP else source) != column or source not in scores:
+                continue
+            score = scores[source][0 if test.sign > 0 else 1]
+            k = int(np.argmax(score))
+            self.scores[test.key] = float(score[k])
+            size, std = (float(v[k]) for v in (results[source][1].size, results[source][1].std))
+            if test.key in (ALONE, ALONE_LOSS):
+                raw = scores[GAP][0 if test.sign > 0 else 1][k]
+                if not (self._stayed(scores, results, k) and raw > AGREES):
                     continue
-                key, grown = 'gap', min(stretches.growth[k, t], stretches.growth[k, RAW])
+                least = min(test.sign * size - std, test.sign * float(results[GAP][1].size[k]))
             else:
-                key, grown = test.key, stretches.growth[k, t]
-            notice = self.settings.limits.get(key, (0.0,))[0]
-            if (key not in self.changes and key not in detected and grown >= notice
-                    and score > self.settings.threshold(test)):
-                detected[key] = (k, float(stretches.growth[k, t]), float(stretches.std[k, t]))
-        for key, (k, growth, std) in detected.items():
-            since = self._stamps[k - 1] if k else self._stamps[0]
-            self.changes[key] = Change(since, self.stamp_ns, growth, growth, std)
+                least = test.sign * size - std
+            least -= PRIORS[column].crosstalk * self._moves(column, results, scores)
+            if score[k] > self.settings.threshold(test) and least >= notice:
+                detected.append((float(score[k]) - self.settings.threshold(test), k))
         if detected:
-            self._unlearn(min(k for k, _, _ in detected.values()))
-            stretches = self._stretches()
-        for t, test in enumerate(TESTS):
-            if test.key in self.changes:
-                self._follow(t, test, stretches)
+            _, k = max(detected)
+            self._add_step(column, data.stamps[k - 1] if k else data.stamps[0] - 1)
+            return True
+        return self._suspected(column, results)
 
-    @staticmethod
-    def _all_else_equal(stretches: scan.Stretches, k: int) -> bool:
-        return bool(np.abs(stretches.score[k, ELSE]).max() < STAYED
-                    and stretches.score[k, RAW] > AGREES)
+    def _moves(self, column: int, results: dict[int, tuple[wear.Wear, wear.Scan]],
+               scores: dict[int, tuple[Array, Array]]) -> float:
+        """Return the largest change of other features, known or only suspected."""
+        largest = 0.0
+        for c, (found, scanned) in results.items():
+            if c in (column, SHARP):
+                continue
+            if self.wear[c].steps:
+                largest = max(largest, abs(found.value))
+            for side in scores[c]:
+                k = int(np.argmax(side))
+                if side[k] > STAYED:
+                    largest = max(largest, abs(float(scanned.size[k])))
+        return largest
 
-    def _unlearn(self, first: int) -> None:
-        """Take the windows from row `first` on out of the baselines: they are not healthy."""
-        for k in range(first, len(self._stamps)):
-            if self._learned[k]:
-                # Their stated variances stay what they are on average.
-                sums = self._points[self._where[k]].sums
-                stated = sums.stated
-                sums.add(self._values[k], stated, -1)
-                self._learned[k] = False
+    def _stayed(self, scores: dict[int, tuple[Array, Array]],
+                results: dict[int, tuple[wear.Wear, wear.Scan]], k: int) -> bool:
+        """Return whether what SHARP is made of has stayed since row k, or is known."""
+        for c in OTHERS:
+            if c not in scores or not self.data.couplings[c]:
+                continue
+            found, scanned = results[c]
+            known = not self.wear[c].pending and (
+                not self.wear[c].steps or found.moving < MOVING
+                and self.wear[c].steps[-1] < self.data.stamps[max(len(self.data) - SETTLE, 0)])
+            if not known or max(scores[c][0][k], scores[c][1][k]) > STAYED \
+                    or abs(scanned.newest) > STAYED:
+                return False
+        return True
 
-    def _follow(self, t: int, test: ChangeTest, stretches: scan.Stretches) -> None:
-        """Bring a Change up to date, or end it."""
-        change = self.changes[test.key]
-        follow_rows = [k for k, stamp in enumerate(self._stamps) if stamp > change.since_ns] or [0]
-        if test.key == 'gap' and self._all_else_equal(stretches, follow_rows[0]):
-            if math.isfinite(stretches.growth[follow_rows[0], SHARP]):
-                t = SHARP
-        growth, std = stretches.growth[follow_rows[0], t], stretches.std[follow_rows[0], t]
-        if not math.isfinite(growth):
+    def _all_else_equal(self, scores: dict[int, tuple[Array, Array]],
+                        results: dict[int, tuple[wear.Wear, wear.Scan]]) -> bool:
+        """Return whether SHARP tells the gap: no stretch of what it is made of has changed."""
+        return all(self._stayed(scores, results, int(np.argmax(scores[c][side])))
+                   for c in OTHERS if c in scores and self.data.couplings[c]
+                   for side in (0, 1))
+
+    def _add_step(self, column: int, stamp_ns: int) -> None:
+        feature = self.wear[column]
+        feature.steps = sorted({*feature.steps, stamp_ns})
+        feature.pending = [p for p in feature.pending if p != stamp_ns]
+        while len(feature.steps) > MAX_STEPS:  # what was between the oldest two is history
+            begin = feature.steps.pop(0)
+            self.data.drop(column, begin, feature.steps[0])
+
+    def _suspected(self, column: int, results: dict[int, tuple[wear.Wear, wear.Scan]]) -> bool:
+        """Judge a step that may have come with a new motion: found, resolved, or still open."""
+        feature = self.wear[column]
+        if not feature.pending:
+            return False
+        if feature.steps:
+            return self._resolved(column, results[column][0].fit)
+        found = results[column][0]
+        stamps = np.array(self.data.stamps, np.int64)
+        since = stamps > feature.pending[0]
+        measured = since & np.isfinite(self.data.values[:, column])
+        sign = 1 if found.value > 0.0 else -1
+        test = next(t for t in TESTS if t.column == column and t.sign == sign)
+        std = max(found.std, 1e-12)
+        share = self.data.points[self.point].variance()[column] / (
+            max(int(measured.sum()), 1) * std ** 2)
+        dof = self.data.points[self.point].dof(column) / min(max(share, 1e-3), 1.0) ** 2
+        score = float(scan.normal_score(np.array(abs(found.value) / std), np.array(dof)))
+        notice = self.settings.notice(column)
+        suspected = score > self.settings.threshold(test) and abs(found.value) >= notice
+        # Not from one window alone, wherever it lies.
+        feature.suspected = feature.suspected + 1 if suspected else 0
+        if feature.suspected > 1:
+            feature.suspected = 0
+            self._add_step(column, feature.pending[-1])
+            feature.pending = []
+            return True
+        older = np.array([self.data.points[p].since_ns <= feature.pending[0]
+                          for p in self.data.where])
+        if found.std <= OVER * notice and abs(found.value) < notice \
+                or (measured & older).sum() >= RESOLVED and score < STAYED:
+            feature.pending = []
+            return True
+        return False
+
+    def _resolved(self, column: int, fit: wear.Fit) -> bool:
+        """Settle what may have come with a new motion, beside a step that is known."""
+        feature, notice = self.wear[column], self.settings.notice(column)
+        begin = fit.first + len(fit.course.steps)
+        for k, stamp in enumerate(tuple(feature.pending)):
+            value = float(fit.mean[begin + k])
+            std = math.sqrt(max(float(fit.covariance[begin + k, begin + k]), 0.0))
+            if std <= OVER * notice:
+                feature.pending.remove(stamp)
+                if abs(value) >= notice + std:
+                    self._add_step(column, stamp)
+                return True
+        return False
+
+    def _moved(self, column: int, source: int, o: wear.Observations, points: int) -> bool:
+        """
+        Search the place of the only step again, now that more windows tell it.
+
+        Args:
+            column: of the feature.
+            source: the column that tells it.
+            o: observations of `source`.
+            points: how many take part.
+
+        Returns:
+            Whether it moved.
+
+        """
+        feature, data = self.wear[column], self.data
+        if len(feature.steps) != 1 or feature.pending or feature.steps[0] < data.stamps[0] or \
+                feature.steps[0] <= data.stamps[max(len(data) - SETTLE, 0)]:
+            return False
+        before, feature.steps = feature.steps[0], []
+        found = wear.scan(o, wear.fit(o, self._prior(source, points), self._course(source)))
+        k = int(np.argmax(np.maximum(found.up, found.down)))
+        feature.steps = [data.stamps[k - 1] if k else data.stamps[0] - 1]
+        return feature.steps[0] != before
+
+    def _follow(self, column: int, o: wear.Observations,
+                result: tuple[wear.Wear, wear.Scan], others: float) -> None:
+        """
+        Bring the wear of a feature up to date: its size, stage, and whether it is over.
+
+        Args:
+            column: of the feature.
+            o: its observations.
+            result: what tells its wear.
+            others: standard deviation that the wear of other features adds.
+
+        """
+        feature, (found, scanned) = self.wear[column], result
+        if o.weight[-1] > 0.0:
+            feature.compared_ns = self.stamp_ns
+        feature.value, feature.std = found.value, math.hypot(found.std, others)
+        feature.slope, feature.slope_std, feature.moving = (
+            found.slope, found.slope_std, found.moving)
+        if not feature.steps and not feature.pending:
+            recent = np.flatnonzero(o.weight[-o.rows:] > 0.0)
+            if len(recent):
+                k = recent[-min(RECENT, len(recent))]
+                feature.value, feature.std = float(scanned.size[k]), float(scanned.std[k])
+        up, down = (next(t for t in TESTS if t.column == column and t.sign == sign)
+                    for sign in (1, -1))
+        if not feature.steps:
+            for test in (up, down):
+                self.changes.pop(test.key, None)
             return
-        trend = self._history.trend(change.since_ns) if test.key in ('gap', 'lost_motion') \
-            else None
-        if trend is not None and trend.found:
-            growth, std = trend.growth, math.hypot(trend.growth_std, self._baseline_error())
-        for length in RECENT:  # it may have gone on in a way that is neither level nor line
-            if length < len(follow_rows):
-                recent_growth, doubt = stretches.growth[-length, t], stretches.std[-length, t]
-                if abs(recent_growth - growth) > DIFFERENT * math.hypot(std, doubt):
-                    growth, std = recent_growth, doubt
-                    break
-        change.growth, change.std = float(growth), float(std)
-        _, warn, error = self._limits(test)
+        standing = next((t for t in (up, down) if t.key in self.changes), None)
+        test, other = (up, down) if feature.value > 0.0 else (down, up)
+        if standing is other and abs(feature.value) < OVER_STD * feature.std:
+            test, other = other, test  # nothing yet says that it goes the other way
+        growth, std = self.relative(column, feature.value, feature.std)
+        old = self.changes.get(test.key) or self.changes.get(other.key)
+        if self._over(column, old):
+            ended = up if up.key in self.changes else down
+            if ended.key in self.changes:
+                self.ended[ended.component] = (
+                    f'over: {ended.words.replace(" has ", " had ")} '
+                    f'{100 * self.changes[ended.key].found:.1f} %')
+            self._end(column)
+            return
+        if test.key not in self.changes:
+            self.changes.pop(other.key, None)
+            self.changes[test.key] = Change(
+                feature.steps[-1 if old else 0], self.stamp_ns, test.sign * growth,
+                test.sign * growth, std)
+        change = self.changes[test.key]
+        if change.since_ns not in feature.steps:
+            change.since_ns = feature.steps[0]
+        change.growth, change.std = test.sign * growth, std
+        _, warn, error = self.limits(test)
         stage = FOUND
         for at, limit in ((WARNED, warn), (GROSS, error)):
-            if growth >= (limit if change.stage < at else RELEASE * limit):
+            if change.growth >= (limit if change.stage < at else RELEASE * limit):
                 stage = at
-        change.stage = stage
-        if len(follow_rows) >= RELEASE_WINDOWS:
-            recent = stretches.growth[-RELEASE_WINDOWS, t]
-            if recent < 0.5 * change.found:
-                del self.changes[test.key]
-                self._stamps, self._where, self._learned = [], [], []
-                self._values = self._values[:0]
-                self._scores[test.key] = 0.0
+        # Not from one window alone, and not twice for one that wavers.
+        feature.lower = feature.lower + 1 if stage < change.stage else 0
+        if stage > change.stage or feature.lower >= OVER_WINDOWS:
+            change.stage, feature.lower = stage, 0
 
-    def _baseline_error(self) -> float:
-        base = self.baseline
-        return 0.0 if base is None or not base.gap > 0.0 else base.gap_std / base.gap
+    def _over(self, column: int, change: Change | None) -> bool:
+        """Return whether a change has gone, for some windows in a row by now."""
+        feature, notice = self.wear[column], self.settings.notice(column)
+        found = abs(change.found) if change else 0.0
+        gone = (abs(feature.value) < max(OVER * notice, OVER_STD * feature.std)
+                and feature.std <= max(OVER * notice, OVER_SHARE * found))
+        feature.gone = feature.gone + 1 if gone else 0
+        return feature.gone >= OVER_WINDOWS
 
-    def _limits(self, test: ChangeTest) -> tuple[float, float, float]:
+    def _end(self, column: int) -> None:
+        """Forget a change that is over, and the windows in which it lasted."""
+        feature = self.wear[column]
+        end = feature.steps[-1] if len(feature.steps) > 1 else \
+            self.data.stamps[max(len(self.data) - RECENT, 0)] - 1
+        self.data.drop(column, feature.steps[0], end)
+        feature.steps, feature.pending, feature.gone = [], [], 0
+        for test in TESTS:
+            if test.column == column:
+                self.changes.pop(test.key, None)
+
+    # ------------------------------------------------------------------ what is known
+
+    def relative(self, column: int, value: float, std: float) -> tuple[float, float]:
+        """Return (growth, deviation) of a feature: of logarithms, relative; else as they are."""
+        prior = PRIORS[column]
+        missed = prior.crosstalk * max((abs(feature.value) for c, feature in enumerate(self.wear)
+                                        if c != column and feature.steps), default=0.0)
+        if not prior.logarithmic:
+            return value, math.hypot(std, prior.scale * value, missed)
+        growth = math.expm1(value)
+        return growth, math.hypot((1.0 + growth) * std, prior.scale * growth, missed)
+
+    def limits(self, test: ChangeTest) -> tuple[float, float, float]:
+        """Return the sizes from which on a change is noticed, a warning, an error."""
         notice, warn, error = self.settings.limits.get(test.key, (0.0, math.inf, math.inf))
         base = self.baseline
         if test.key == 'gap' and self.settings.gap_limit > 0.0 and base and base.gap > 0.0:
             error = min(error, self.settings.gap_limit / base.gap - 1.0)
         return notice, warn, error
 
-    # ------------------------------------------------------------------ what is known
+    def growth(self, column: int) -> tuple[float, float]:
+        """Return (growth, deviation) of a feature now, NaN while it is not known."""
+        feature = self.wear[column]
+        if not (math.isfinite(feature.value) and feature.compared_ns):
+            return math.nan, math.nan
+        growth, std = self.relative(column, feature.value, feature.std)
+        # What has happened since it was measured is not known.
+        idle = max(self.stamp_ns - feature.compared_ns, 0) / HOUR
+        return growth, math.hypot(std, self.settings.notice(column) * math.sqrt(idle))
+
+    def trend(self, column: int) -> Trend | None:
+        """Return the Trend of the growth of a feature since its last step, None if steady."""
+        feature = self.wear[column]
+        if not feature.steps or feature.moving < MOVING or \
+                abs(feature.slope) < SIGNIFICANT_SLOPE * feature.slope_std:
+            return None
+        growth, std = self.growth(column)
+        unit = (1.0 + growth if PRIORS[column].logarithmic else 1.0) / self.settings.window
+        return Trend(self.stamp_ns, growth, std, feature.slope * unit, feature.slope_std * unit)
 
     @property
     def baseline(self) -> Baseline | None:
         """The Baseline of the operating point of the newest window, None while not known."""
-        if self._point < 0:
+        if self.point < 0 or not math.isfinite(self._levels[GAP]):
             return None
-        sums = self._points[self._point].sums
-        count = sums.count[GAP]
+        count = self.point_windows()
         if count < scan.MIN_BASELINE:
             return None
-        mean, std = sums.mean(), sums.std() / math.sqrt(count)
-        return Baseline(float(mean[GAP]), float(std[GAP]), float(mean[STIFFNESS]),
-                        float(std[STIFFNESS]), int(count))
+        (gap, gap_std), (stiffness, stiffness_std) = (
+            self._natural(column, self._levels[column], self._level_stds[column])
+            for column in (GAP, STIFFNESS))
+        return Baseline(gap, gap_std, stiffness, stiffness_std, count)
+
+    def _natural(self, column: int, level: float, std: float, scale: float = 1.0
+                 ) -> tuple[float, float]:
+        """Return (value, deviation) in units of the feature; scale: of a point."""
+        if not PRIORS[column].logarithmic:
+            return float((self.data.reference[column] + level) * scale), float(std * scale)
+        value = math.exp(self.data.reference[column] + level)
+        return value, float(std * value)
+
+    def point_windows(self) -> int:
+        """Return the number of windows at the operating point of the newest one."""
+        if self._counted[0] != (self.stamp_ns, self.point):
+            count = self.data.count(self.point) if self.point >= 0 else 0
+            self._counted = (self.stamp_ns, self.point), count
+        return self._counted[1]
 
     @property
     def points(self) -> list[OperatingPoint]:
-        """The operating points, a list of operating_point.OperatingPoint."""
-        return list(self._points)
+        """The operating points."""
+        return list(self.data.points)
 
     def stages(self) -> dict[str, dict[str, int]]:
         """Return {component: {test: stage}}; an alert is given when that changes."""
@@ -381,134 +725,7 @@ class Tracker:
 
     def outcomes(self) -> dict[str, Outcome]:
         """Return {component: Outcome} in force."""
-        return {component: self._outcome(component) for component in COMPONENTS}
-
-    def _outcome(self, component: str) -> Outcome:
-        window = self._window if component == 'backlash' else self._friction
-        pause = self._pause
-        if pause is not None and pause.friction is not None and component == 'friction':
-            pause = None
-        active = [t for t in TESTS if t.component == component and t.key in self.changes]
-        if window is None and not active:
-            message = 'backlash not measured yet' if component == 'backlash' else \
-                'friction not measured yet'
-            reason = f': {pause.reason}' if pause else ': no window has ended'
-            return Outcome(Level.WARN, f'{message}{reason}; a baseline needs '
-                           f'{scan.MIN_BASELINE} windows')
-        values = self._measured(component, window) if window else {}
-        active.sort(key=lambda t: -self.changes[t.key].stage)
-        level, said = Level.OK, []
-        for test in active:
-            change = self.changes[test.key]
-            level = max(level, Level.ERROR if change.stage == GROSS else Level.WARN)
-            said.append(self._describe(test, change, values))
-        if window is not None and not said:
-            said.append(self._healthy(component, window))
-        notes: list[str] = []
-        if window is not None and self._point_windows() < scan.MIN_BASELINE:
-            notes.append('no baseline at this operating point '
-                         f'({self._point_windows()} of {scan.MIN_BASELINE} windows)'
-                         + (', none is learnt during an alarm' if self.changes else ''))
-        if window is not None and not self._compared:
-            notes.append('not compared: the estimates are not trusted now, see the other '
-                         'indicators')
-        message = '; '.join(said + notes)
-        values = {key: value for key, value in values.items()
-                  if not isinstance(value, float) or math.isfinite(value)}
-        if pause is not None:
-            message = (f'not excited now ({pause.reason}); measured last: ' + message)
-        return Outcome(level, message, values)
-
-    def _point_windows(self) -> int:
-        return int(self._points[self._point].sums.count.max()) if self._point >= 0 else 0
-
-    def _healthy(self, component: str, window: Backlash | Friction) -> str:
-        base = self.baseline
-        learnt = ''
-        if base and base.windows < self.settings.baseline_windows:
-            learnt = f' (of {base.windows} windows, {self.settings.baseline_windows} wanted)'
-        if isinstance(window, Backlash) and component == 'backlash':
-            width = f'gap {window.gap:.4g} rad' if window.separable else \
-                f'lost motion {window.lost_motion:.4g} rad'
-            if math.isfinite(self._growth):
-                return f'{width}, {100 * self._growth:+.1f} % against the baseline{learnt}'
-            return width
-        change = self._against(FRICTION)
-        if not math.isfinite(change):
-            return 'friction not compared' if math.isfinite(window.viscous) else \
-                'friction not identifiable in this motion'
-        return f'friction {100 * change:+.1f} % against the baseline{learnt}'
-
-    def _against(self, column: int) -> float:
-        """Return the relative change of a feature of the newest window."""
-        if self._point < 0 or not self._compared or not len(self._values):
-            return math.nan
-        base = self._points[self._point].sums.mean()[column]
-        return float(self._values[-1, column] / base - 1.0) if base else math.nan
-
-    def _measured(self, component: str, window: Backlash | Friction) -> dict[str, Any]:
-        base = self.baseline
-        values: dict[str, Any]
-        if isinstance(window, Backlash) and component == 'backlash':
-            values = {
-                'gap_rad': window.gap, 'gap_std_rad': window.gap_std,
-                'gap_arcmin': math.degrees(window.gap) * 60.0,
-                'stiffness': window.stiffness, 'stiffness_std': window.stiffness_std,
-                'hysteresis': window.hysteresis, 'hysteresis_std': window.hysteresis_std,
-                'lost_motion_rad': window.lost_motion, 'separable': window.separable,
-                'flank': window.flank, 'coverage': window.coverage}
-            if base:
-                values['baseline_gap_rad'] = base.gap
-                values['baseline_stiffness'] = base.stiffness
-            values['growth'] = self._growth
-        else:
-            values = {'viscous_change': window.viscous, 'viscous_change_std': window.viscous_std,
-                      'coulomb_change': window.coulomb, 'coulomb_change_std': window.coulomb_std,
-                      'torque_gain_change': window.gain,
-                      'friction_change': self._against(FRICTION)}
-        if self._point >= 0:
-            values['operating_point'] = self._points[self._point].text()
-        values['baseline_windows'] = self._point_windows()
-        for test in TESTS:
-            if test.component == component:
-                values[f'{test.key}_score'] = self._scores[test.key]
-                values[f'{test.key}_score_threshold'] = self.settings.threshold(test)
-                if test.key in self.settings.limits:
-                    _, warn, error = self._limits(test)
-                    name = size_name(test)
-                    values[f'{name}_warn'], values[f'{name}_error'] = warn, error
-        values['trusted'] = self._trusted
-        return values
-
-    def _describe(self, test: ChangeTest, change: Change, values: dict[str, Any]) -> str:
-        """Return the words for a Change and add its figures to `values`."""
-        name = size_name(test)
-        values[name], values[f'{name}_std'] = change.growth, change.std
-        values[f'{name}_since'] = when(change.since_ns)
-        digits = 1 if change.std >= 0.001 else 2
-        sign = '+' if test.sign > 0 else ''  # "dropped by" says the sign itself
-        growth = max(change.growth, 0.0)
-        text = (f'{test.words} {100 * growth:{sign}.{digits}f} % +- '
-                f'{100 * change.std:.{digits}f} % since {when(change.since_ns)}')
-        if change.growth < 0.0:
-            text = (f'{test.words} {100 * change.found:{sign}.{digits}f} % at '
-                    f'{when(change.found_ns)}; now {-100 * change.growth:.{digits}f} % the other '
-                    'way')
-        if test.column == FRICTION and self._temperature is None:
-            text += ' (warm-up or lubrication: the temperature is not known)'
-        _, _, error = self._limits(test)
-        if test.key in ('gap', 'lost_motion') and change.stage < GROSS:
-            trend = self._history.trend(change.since_ns)
-            reach = trend.reach(error) if trend else None
-            if reach:
-                # What has passed since the newest block counts.
-                values.update(zip(('forecast_s', 'forecast_earliest_s', 'forecast_latest_s'),
-                                  reach))
-                text += (f', limit {100 * error:+.0f} % in {span(reach[0])} ({span(reach[1])} to '
-                         f'{span(reach[2])})')
-            elif trend:
-                text += ', steady now'
-        return f'{text}: {ADVICE[test.key][change.stage - 1]}'
+        return {component: drift_words.outcome(self, component) for component in COMPONENTS}
 
     # ------------------------------------------------------------------ healthy by decision
 
@@ -516,57 +733,82 @@ class Tracker:
         """
         Make what is measured now the healthy state; return how many windows it rests on.
 
-        Without an alarm the baselines stay as they were learnt, and a point that learnt nothing
-        takes its newest windows. In an alarm the windows since the change make new baselines, and
-        points without any lose theirs. Ends all alarms.
+        The wear becomes 0 with its deviation, at all operating points. Ends all alarms.
         """
-        since = min((c.since_ns for c in self.changes.values()), default=None)
-        used = 0
-        for index, point in enumerate(self._points):
-            if since is None and point.sums.count.max() > 0:
-                used += int(point.sums.count.max())
-                continue
-            fresh = Sums.empty(len(FEATURES), point.sums.scale)
-            rows = [k for k, where in enumerate(self._where)
-                    if where == index and (since is None or self._stamps[k] > since)]
-            for k in rows:
-                fresh.refer(self._values[k])
-                fresh.add(self._values[k], np.where(
-                    np.isfinite(self._values[k]), point.sums.stated, math.nan))
-            if rows and not (fresh.stated > 0.0).any() and self._window is not None:
-                fresh.stated = np.nan_to_num(self._measure(self._window)[1])
-            point.sums = fresh
-            used += len(rows)
-        self._stamps, self._where, self._learned = [], [], []
-        self._values = self._values[:0]
-        self.changes, self._history = {}, forecast.GrowthHistory()
-        self._scores = {test.key: 0.0 for test in TESTS}
+        data, length = self.data, self.settings.window * 1e9
+        used = sum(data.count(k) for k in range(len(data.points)))
+        if not data.stamps:
+            return used
+        since = max((f.steps[-1] for f in self.wear if f.steps), default=0)
+        if since:
+            observed, points = data.observations(self.stamp_ns, length)
+            found = {column: self._estimated(column, observed[column], len(points))[0]
+                     for column, feature in enumerate(self.wear) if feature.steps}
+            data.shift_by({c: w.value - w.fit.wear(wear.ages(
+                data.middles(), self.stamp_ns, length)) for c, w in found.items()},
+                {c: w.std ** 2 for c, w in found.items()}, since)
+            used = int((np.array(data.stamps, np.int64) > since).sum())
+        for feature in self.wear:
+            feature.steps, feature.pending = [], []
+        self.ended = {t.component: 'over: saved as the baseline' for t in TESTS
+                      if t.key in self.changes}
+        self.changes, self._counted = {}, ((0, -1), 0)
+        self.scores = dict.fromkeys(self.scores, 0.0)
+        self._judge()
         return used
 
     # ------------------------------------------------------------------ state
 
     def baseline_points(self) -> list[dict[str, Any]]:
         """Return the baselines as plain data, a list with one mapping per operating point."""
-        rows = ((point, point.sums.described(FEATURES)) for point in self._points)
-        return [{**point.place(), **row} for point, row in rows if row['features']]
+        data = self.data
+        if not data.stamps and not data.blocks:
+            return []
+        length = self.settings.window * 1e9
+        rows: list[dict[str, Any]] = [
+            {**p.place(), 'scale': p.scale, 'features': {}} for p in data.points]
+        observed, points = data.observations(max(self.stamp_ns, 1), length)
+        for column, name in enumerate(FEATURES):
+            o = observed[column]
+            if not o.weight.any():
+                continue
+            fit = wear.fit(o, self._prior(column, len(points)), self._course(column))
+            for k, point in enumerate(points):
+                index, place = wear.N_COMMON + k, data.points[point]
+                at_point = o.design[:, index] > 0.0
+                count = int(round(float(o.count[at_point].sum())))
+                if count:
+                    level = fit.mean[wear.LEVEL] + fit.mean[index]
+                    if place.temperature is not None and data.first_kelvin is not None:
+                        level += fit.mean[wear.TEMPERATURE] * (
+                            place.temperature - data.first_kelvin)
+                    variance = place.variance()[column]
+                    mean, std = self._natural(column, level, math.sqrt(variance), place.scale)
+                    _, stated = self._natural(
+                        column, level, math.sqrt(place.stated[column]), place.scale)
+                    rows[point]['features'][name] = {
+                        'windows': count, 'mean': mean, 'std': std, 'stated_std': stated}
+        if data.couplings.any():
+            for row in rows:
+                row['couplings'] = {name: float(v) for name, v in zip(FEATURES, data.couplings)
+                                    if v}
+        return [row for row in rows if row['features']]
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that the next outcomes depend on, as plain data; floats read back exactly."""
         return {
-            'points': [{**p.place(), **p.sums.to_dict()} for p in self._points],
-            'windows': [[stamp, where, int(learned), *map(float, values)] for
-                        stamp, where, learned, values in
-                        zip(self._stamps, self._where, self._learned, self._values)],
-            'scores': self._scores,
+            'wear': [asdict(feature) for feature in self.wear], **self.data.to_dict(),
+            'scores': self.scores,
             'changes': {key: asdict(change) for key, change in self.changes.items()},
-            'history': [list(b) for b in self._history.blocks],
-            'window': self._window and asdict(self._window), 'point': self._point,
-            'friction': asdict(self._friction) if isinstance(self._friction, Friction) else None,
-            'trusted': self._trusted, 'compared': self._compared, 'growth': self._growth,
-            'temperature': self._temperature, 'stamp_ns': self.stamp_ns,
-            'pause': self._pause and {
-                'stamp_ns': self._pause.stamp_ns, 'reason': self._pause.reason,
-                'friction': self._pause.friction and asdict(self._pause.friction)}}
+            'levels': [float(v) for v in self._levels],
+            'level_stds': [float(v) for v in self._level_stds], 'ended': self.ended,
+            'window': self.window and asdict(self.window), 'point': self.point,
+            'friction': asdict(self.friction) if isinstance(self.friction, Friction) else None,
+            'trusted': self.trusted, 'compared': self.compared,
+            'temperature': self.temperature, 'stamp_ns': self.stamp_ns,
+            'pause': self.pause and {
+                'stamp_ns': self.pause.stamp_ns, 'reason': self.pause.reason,
+                'friction': self.pause.friction and asdict(self.pause.friction)}}
 
     @classmethod
     def from_dict(cls, settings: TrackerSettings, state: Any) -> Self:
@@ -575,35 +817,34 @@ class Tracker:
 
     def _load(self, state: Any) -> None:
         if isinstance(state, list):  # baselines alone
-            state = {'points': state}
-        n = len(FEATURES)
-        for row in state['points']:
-            read = Sums.from_described if 'features' in row else Sums.from_dict
-            self._points.points.append(OperatingPoint.at(row, read(row, FEATURES)))
-        if 'windows' not in state:
+            old_state.load_baselines(self.data, state)
             return
-        rows = state['windows']
-        self._stamps = [int(r[0]) for r in rows]
-        self._where = [int(r[1]) for r in rows]
-        if not all(0 <= where < len(self._points) for where in self._where):
-            raise ValueError('a window of an unknown operating point')
-        self._learned = [bool(r[2]) for r in rows]
-        self._values = numbers([r[3:] for r in rows], len(rows) * n).reshape(-1, n)
-        self._scores.update({test.key: float(state['scores'][test.key]) for test in TESTS})
+        if 'wear' not in state:  # of version 0.2
+            state = old_state.converted(state)
+        self.data.load(state)
+        if len(state['wear']) != len(FEATURES):
+            raise ValueError(f'{len(state["wear"])} features, expected {len(FEATURES)}')
+        self.wear = [FeatureWear(**row) for row in state['wear']]
+        self.scores.update({test.key: float(state['scores'].get(test.key, 0.0))
+                            for test in TESTS})
         self.changes = {key: Change(**value) for key, value in state['changes'].items()
-                        if key in self._scores}
-        self._history = forecast.GrowthHistory(state['history'])
-        self._window = state['window'] and Backlash(**state['window'])
-        friction = state.get('friction')  # older states hold none
-        self._friction = Friction(**friction) if friction else self._window
-        self._point, self._trusted = int(state['point']), bool(state['trusted'])
-        self._compared = bool(state.get('compared', self._trusted))
-        if self._point >= len(self._points):
+                        if key in self.scores}
+        self._levels, self._level_stds = (
+            np.array(state[name], float) for name in ('levels', 'level_stds'))
+        self.ended = dict(state['ended'])
+        self.window = state['window'] and Backlash(**state['window'])
+        friction = state.get('friction')
+        self.friction = Friction(**friction) if friction else self.window
+        self.point, self.trusted = int(state['point']), bool(state['trusted'])
+        self.compared = bool(state['compared'])
+        if self.point >= len(self.data.points):
             raise ValueError('an unknown operating point')
-        self._growth, self._temperature = float(state['growth']), state.get('temperature')
+        self.temperature = state.get('temperature')
         pause = state['pause']
         if pause:
             friction = pause.get('friction')
             pause = NotExcited(**{**pause, 'friction': friction and Friction(**friction)})
-        self._pause = pause
+        self.pause = pause
         self.stamp_ns = int(state['stamp_ns'])
+        if state.get('converted') and self.data.stamps and self.point >= 0:
+            self._judge()

@@ -13,228 +13,64 @@
 # limitations under the License.
 
 """
-Operating points, and what was healthy at each.
+Operating points: where windows were measured, and how much they scatter there.
 
 A window belongs to the known point whose centre is nearest, if it lies within half a bin of it in
 every coordinate; otherwise it founds a new point with itself as the centre. So a drive that works
 around one point has one point, not two halves of neighbouring bins.
 """
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import math
 from typing import Any, Self
 
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.monitoring.backlash import scan
+from gearbox_monitor.monitoring.backlash.change_tests import FEATURES, GAP, SHARP
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction
 
-MAX_POINTS = 64
-GAP, OTHERS = 0, (2, 3, 4, 5)  # columns of the features: see watched.FEATURES
-MIN_COMPLETE = 60  # windows, before the gap is compared with the others being equal
-RIDGE = 2.0  # windows
+N_COLUMNS = len(FEATURES) + 1  # the features, and the gap, all else being equal (SHARP)
 TINY = 1e-9
-_COLUMNS = ('first', 'count', 'total', 'squares', 'stated', 'sum_complete')
+# A difference of neighbours beyond so many standard deviations is a change rather than noise, and
+# counts as much as this.
+WILD = 3.0
+# Differences of neighbours share windows: each tells as much as this part of a window.
+DIFFERENCE = 2.0 / 3.0
+SHARP_STATED = 0.1  # variance of the gap, all else being equal, over that of the gap, as stated
 
 
-@dataclass
-class Sums:
-    """
-    What a baseline holds of each of F features, as sums over its windows.
-
-    first [F]: the value the sums refer to; count, total, squares [F] of value - first; stated [F]:
-    mean of the variances the windows state. scale: what changes of features that are not relative
-    are divided by. companions [F]: what comes out of the fit beside the gap; used [F]: what of it
-    the first window with a gap had, and the gap. complete, sum_complete [F], products [F, F]:
-    number, sums and sums of products over the windows that had all of these.
-    """
-
-    first: np.ndarray
-    count: np.ndarray
-    total: np.ndarray
-    squares: np.ndarray
-    stated: np.ndarray
-    scale: float
-    companions: np.ndarray
-    used: np.ndarray
-    complete: float
-    sum_complete: np.ndarray
-    products: np.ndarray
-
-    @classmethod
-    def empty(cls, n: int, scale: float) -> Self:
-        """Return the Sums of no window, of `n` features; `scale`: see Sums."""
-        companions = np.zeros(n, bool)
-        companions[list(OTHERS)] = True
-        return cls(np.full(n, np.nan), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), scale,
-                   companions, np.zeros(n, bool), 0.0, np.zeros(n), np.zeros((n, n)))
-
-    def refer(self, values: Array) -> None:
-        """Let features seen for the first time be referred to `values` [F]."""
-        if not self.used.any() and math.isfinite(values[GAP]):
-            self.used = np.isfinite(values) & self.companions
-            self.used[GAP] = True
-        self.first = np.where(np.isnan(self.first), values, self.first)
-
-    def add(self, values: Array, variances: Array, times: int = 1) -> None:
-        """
-        Add a window to the sums.
-
-        Args:
-            values: features [F], NaN if not measured.
-            variances: of the values [F].
-            times: 1, or -1 to take the window back.
-
-        """
-        finite = np.isfinite(values) & np.isfinite(variances)
-        x = np.where(finite, values - self.first, 0.0)
-        count = self.count + times * finite
-        stated = self.stated * self.count + times * np.where(finite, variances, 0.0)
-        self.stated = np.where(count > 0, stated / np.maximum(count, 1), 0.0)
-        self.count = count
-        self.total = self.total + times * x
-        self.squares = self.squares + times * x * x
-        if self.used.any() and finite[self.used].all():
-            x = np.where(self.used, x, 0.0)
-            self.complete += times
-            self.sum_complete = self.sum_complete + times * x
-            self.products = self.products + times * np.outer(x, x)
-
-    def couplings(self) -> Array:
-        """
-        Return [F]: what to subtract from the gap per unit of the other features.
-
-        All come out of one fit, and their errors go together: where the stiffness came out too
-        large, the gap did. Regression of the gap on the others over the windows of the baseline;
-        zeros while these are few.
-        """
-        c = np.zeros(len(self.count))
-        active = np.flatnonzero(self.used & self.companions)
-        n = self.complete
-        if n < MIN_COMPLETE or not len(active):
-            return c
-        moments = self.products - np.outer(self.sum_complete, self.sum_complete) / n
-        normal = moments[np.ix_(active, active)] + RIDGE * np.diag(self.stated[active])
-        try:
-            c[active] = np.linalg.solve(normal, moments[active, GAP])
-        except np.linalg.LinAlgError:
-            pass
-        return c
-
-    def extended(self) -> tuple[Array, ...]:
-        """Return (count, total, squares, stated), each [F+1]: last the gap, the others equal."""
-        v = -self.couplings()
-        v[GAP] = 1.0
-        own = (self.complete if self.complete >= MIN_COMPLETE else 0.0, v @ self.sum_complete,
-               v @ self.products @ v, 0.1 * self.stated[GAP])
-        return tuple(np.append(a, e) for a, e in zip(
-            (self.count, self.total, self.squares, self.stated), own))
-
-    def alone(self, x: Array) -> Array:
-        """Return the gap, the others being equal, of rows x [n, F] of deviations from first."""
-        c = self.couplings()
-        active = c != 0.0
-        with np.errstate(invalid='ignore'):
-            return x[:, GAP] - x[:, active] @ c[active]
-
-    def mean(self) -> Array:
-        """Return the means [F], NaN where nothing is known."""
-        with np.errstate(invalid='ignore'):
-            return np.where(self.count > 0, self.first + self.total / np.maximum(self.count, 1),
-                            np.nan)
-
-    def std(self) -> Array:
-        """Return the standard deviation [F] of one window, NaN where nothing is known."""
-        n = np.maximum(self.count, 1)
-        squares = np.maximum(self.squares - self.total ** 2 / n, 0.0)
-        with np.errstate(invalid='ignore'):
-            return np.where(self.count > 1, np.sqrt(squares / np.maximum(self.count - 1, 1)),
-                            np.sqrt(np.where(self.count > 0, self.stated, np.nan)))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return all of it as plain data; floats read back exactly."""
-        return {
-            'scale': self.scale, 'used': [int(v) for v in self.used], 'complete': self.complete,
-            'products': [float(v) for v in self.products.ravel()],
-            **{name: [float(v) for v in getattr(self, name)] for name in _COLUMNS}}
-
-    @classmethod
-    def from_dict(cls, row: Values, features: Sequence[str]) -> Self:
-        """Return the Sums of `row`, which to_dict gave; `features`: their names."""
-        n = len(features)
-        sums = cls.empty(n, float(row['scale']))
-        for name in _COLUMNS:
-            setattr(sums, name, numbers(row[name], n))
-        sums.used = numbers(row['used'], n) > 0.0
-        sums.complete = float(row['complete'])
-        sums.products = numbers(row['products'], n * n).reshape(n, n)
-        return sums
-
-    def described(self, features: Sequence[str]) -> dict[str, Any]:
-        """Return mean and deviation by name of `features`, and their products, as plain data."""
-        mean, std = self.mean(), self.std()
-        row: dict[str, Any] = {'scale': self.scale, 'features': {}}
-        if self.complete > 0:
-            # How the errors go together: sums of products of deviations from the means.
-            off = mean - self.first
-            moments = (self.products - np.outer(off, self.sum_complete)
-                       - np.outer(self.sum_complete, off) + self.complete * np.outer(off, off))
-            sums = self.sum_complete - self.complete * off
-            row['together'] = {
-                'features': [name for name, used in zip(features, self.used) if used],
-                'windows': int(self.complete), 'sums': [float(v) for v in sums[self.used]],
-                'products': [float(v) for v in moments[np.ix_(self.used, self.used)].ravel()]}
-        for i, name in enumerate(features):
-            if self.count[i] > 0:
-                row['features'][name] = {
-                    'windows': int(self.count[i]), 'mean': float(mean[i]), 'std': float(std[i]),
-                    'stated_std': float(math.sqrt(self.stated[i]))}
-        return row
-
-    @classmethod
-    def from_described(cls, row: Values, features: Sequence[str]) -> Self:
-        """
-        Return the Sums of a `row` of described(features).
-
-        Raises KeyError, TypeError or ValueError for a row that is none.
-        """
-        sums = cls.empty(len(features), float(row['scale']))
-        for name, feature in row['features'].items():
-            i, count = features.index(name), int(feature['windows'])
-            sums.first[i], sums.count[i] = feature['mean'], count
-            sums.squares[i] = (count - 1) * feature['std'] ** 2
-            sums.stated[i] = feature['stated_std'] ** 2
-        if 'together' in row:
-            block = row['together']
-            places = [features.index(name) for name in block['features']]
-            sums.used[places] = True
-            sums.complete = float(block['windows'])
-            sums.sum_complete[places] = numbers(block['sums'], len(places))
-            sums.products[np.ix_(places, places)] = numbers(
-                block['products'], len(places) ** 2).reshape(len(places), -1)
-        return sums
+def _columns(value: float = 0.0) -> Array:
+    return np.full(N_COLUMNS, value)
 
 
 @dataclass
 class OperatingPoint:
     """
-    An operating point and its baseline.
+    An operating point and the noise of its windows.
 
     angle (rad), speed (rad/s), load (N m), temperature (deg C, None = not measured): its centre.
+    scale: what changes of features that are not relative are divided by. stated, stated_count [F]:
+    mean of the variances that windows state, of so many. squares, freedom [F + 1]: of the noise,
+    by differences of neighbours (von Neumann, 1941), which neither steps nor slopes of the wear
+    touch. previous [F + 1], kelvin: the window before. since_ns: its first window, last_ns: its
+    newest.
     """
 
     angle: float
     speed: float
     load: float
     temperature: float | None
-    sums: Sums
-
-    @classmethod
-    def at(cls, row: Values, sums: Sums) -> Self:
-        """Return the OperatingPoint with `sums` whose centre `row` names, see place."""
-        temperature = row['temperature']
-        return cls(float(row['angle']), float(row['speed']), float(row['load']),
-                   None if temperature is None else float(temperature), sums)
+    scale: float
+    stated: Array = field(default_factory=lambda: np.zeros(len(FEATURES)))
+    stated_count: Array = field(default_factory=lambda: np.zeros(len(FEATURES)))
+    squares: Array = field(default_factory=_columns)
+    freedom: Array = field(default_factory=_columns)
+    previous: Array = field(default_factory=lambda: _columns(math.nan))
+    kelvin: float = 0.0
+    since_ns: int = 0
+    last_ns: int = 0
 
     def place(self) -> dict[str, float | None]:
         """Return the centre as plain data."""
@@ -246,12 +82,95 @@ class OperatingPoint:
         text = f'{self.angle:.2g} rad, {self.speed:.2g} rad/s, {self.load:.2g} N m'
         return text + ('' if self.temperature is None else f', {self.temperature:.0f} deg C')
 
+    def state(self, variances: Array) -> None:
+        """Take the stated `variances` [F] of a window into their means."""
+        finite = np.isfinite(variances)
+        self.stated_count = self.stated_count + finite
+        self.stated = self.stated + np.where(
+            finite, np.nan_to_num(variances) - self.stated, 0.0) / np.maximum(
+                self.stated_count, 1.0)
+
+    def scatter(self, values: Array, kelvin: float, slopes: Array) -> None:
+        """
+        Take the difference of a window to the one before into the noise.
+
+        Args:
+            values: of the window [F + 1].
+            kelvin: its temperature.
+            slopes: temperature coefficients [F + 1].
+
+        """
+        off = values - self.previous - slopes * (kelvin - self.kelvin)
+        finite = np.isfinite(off)
+        squares = np.minimum(0.5 * np.where(finite, off, 0.0) ** 2, WILD ** 2 * self.variance())
+        self.squares = self.squares + DIFFERENCE * np.where(finite, squares, 0.0)
+        self.freedom = self.freedom + DIFFERENCE * finite
+        fresh = np.isfinite(values)
+        self.previous = np.where(fresh, values, self.previous)
+        self.kelvin = kelvin if fresh.any() else self.kelvin
+
+    def variance(self) -> Array:
+        """Return the variance [F + 1] of one window: what was stated counts as some windows."""
+        stated = np.append(self.stated, SHARP_STATED * self.stated[GAP])
+        prior = scan.PRIOR_WINDOWS * scan.STATED ** 2 * stated
+        result: Array = (prior + self.squares) / (scan.PRIOR_WINDOWS + self.freedom)
+        return result
+
+    def dof(self, column: int) -> float:
+        """Return the degrees of freedom of the variance of a `column`."""
+        return scan.PRIOR_WINDOWS + float(self.freedom[column]) - 1.0
+
+    def forget_sharp(self) -> None:
+        """Drop the noise of SHARP: it is defined anew."""
+        self.squares[SHARP] = self.freedom[SHARP] = 0.0
+        self.previous[SHARP] = math.nan
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of it as plain data; floats read back exactly."""
+        return {**self.place(), 'scale': self.scale, 'kelvin': self.kelvin,
+                'since_ns': self.since_ns, 'last_ns': self.last_ns,
+                **{name: [float(v) for v in getattr(self, name)] for name in _ARRAYS}}
+
+    @classmethod
+    def from_dict(cls, row: Values) -> Self:
+        """Return the OperatingPoint of `row`, which to_dict gave."""
+        point = cls.at(row)
+        point.kelvin, point.since_ns = float(row['kelvin']), int(row['since_ns'])
+        point.last_ns = int(row['last_ns'])
+        for name in _ARRAYS:
+            setattr(point, name, numbers(row[name], len(getattr(point, name))))
+        return point
+
+    @classmethod
+    def at(cls, row: Values) -> Self:
+        """Return an OperatingPoint without windows whose centre `row` names, see place."""
+        temperature = row['temperature']
+        return cls(float(row['angle']), float(row['speed']), float(row['load']),
+                   None if temperature is None else float(temperature), float(row['scale']))
+
+
+_ARRAYS = ('stated', 'stated_count', 'squares', 'freedom', 'previous')
+
+
+@dataclass(frozen=True)
+class Bins:
+    """
+    Widths of an operating point: angle (rad, or m), speed and load (ratios), temperature (K).
+
+    0, or 1 for a ratio: one bin. turns: whether angles repeat after a turn.
+    """
+
+    angle: float = 3.2
+    speed: float = 2.0
+    load: float = 2.0
+    temperature: float = 5.0
+    turns: bool = True
+
 
 class OperatingPoints:
-    """All operating points seen, in the order in which they were; n_features: F of Sums."""
+    """All operating points seen, in the order in which they were."""
 
-    def __init__(self, n_features: int) -> None:
-        self.n_features = n_features
+    def __init__(self) -> None:
         self.points: list[OperatingPoint] = []
 
     def __getitem__(self, index: int) -> OperatingPoint:
@@ -263,19 +182,17 @@ class OperatingPoints:
     def __iter__(self) -> Iterator[OperatingPoint]:
         return iter(self.points)
 
-    def find(self, window: Backlash | Friction, temperature: float | None, bins: Sequence[float],
-             create: bool = True) -> int:
+    def find(self, window: Backlash | Friction, temperature: float | None, bins: Bins) -> int:
         """
-        Return the index of the operating point of a window.
+        Return the index of the operating point of a window; add one if none is near.
 
         Args:
             window: its features.
             temperature: of the gearbox (deg C), None if unknown.
-            bins: widths (angle in rad, speed ratio, load ratio, temperature in K); 0: one bin.
-            create: whether to add a point if none is near.
+            bins: widths.
 
         Returns:
-            The index, -1 if no point is near and none was added.
+            The index.
 
         """
         nearest_index, nearest = -1, 0.5 + TINY
@@ -283,16 +200,16 @@ class OperatingPoints:
             offset = distance(point, window, temperature, bins)
             if offset < nearest:
                 nearest_index, nearest = index, offset
-        if nearest_index < 0 and create and len(self.points) < MAX_POINTS:
+        if nearest_index < 0:
             self.points.append(OperatingPoint(
                 _number(window.angle), _number(window.speed), _number(window.load), temperature,
-                Sums.empty(self.n_features, max(_number(window.load), TINY))))
+                max(_number(window.load), TINY)))
             nearest_index = len(self.points) - 1
         return nearest_index
 
 
 def distance(point: OperatingPoint, window: Backlash | Friction, temperature: float | None,
-             bins: Sequence[float]) -> float:
+             bins: Bins) -> float:
     """
     Return how far a window lies from an operating point, in bins: the largest of its coordinates.
 
@@ -300,25 +217,27 @@ def distance(point: OperatingPoint, window: Backlash | Friction, temperature: fl
         point: with its centre.
         window: features of the window.
         temperature: of the gearbox (deg C), None if unknown.
-        bins: see OperatingPoints.find.
+        bins: widths.
 
     Returns:
         The distance; inf if only one of both temperatures is known.
 
     """
-    angle, speed, load, kelvin = bins
     offsets = [0.0]
-    if angle > 0.0:
-        turn = (_number(window.angle) - point.angle) % (2 * math.pi)
-        offsets.append(min(turn, 2 * math.pi - turn) / angle)
-    for ratio, value, centre in ((speed, window.speed, point.speed),
-                                 (load, window.load, point.load)):
+    if bins.angle > 0.0:
+        off = abs(_number(window.angle) - point.angle)
+        if bins.turns:
+            off %= 2 * math.pi
+            off = min(off, 2 * math.pi - off)
+        offsets.append(off / bins.angle)
+    for ratio, value, centre in ((bins.speed, window.speed, point.speed),
+                                 (bins.load, window.load, point.load)):
         if ratio > 1.0:
             offsets.append(abs(math.log(max(_number(value), TINY) / max(centre, TINY)))
                            / math.log(ratio))
-    if kelvin > 0.0:
+    if bins.temperature > 0.0:
         if temperature is not None and point.temperature is not None:
-            offsets.append(abs(temperature - point.temperature) / kelvin)
+            offsets.append(abs(temperature - point.temperature) / bins.temperature)
         elif (temperature is None) != (point.temperature is None):
             return math.inf
     return max(offsets)
@@ -328,7 +247,7 @@ def _number(value: float) -> float:
     return float(value) if math.isfinite(value) else 0.0
 
 
-def numbers(values: Any, size: int) -> Array:
+def numbers(values: Sequence[Any] | Any, size: int) -> Array:
     """Return `values` as an array [size]; raises ValueError."""
     array = np.array(values, float)
     if array.size != size:

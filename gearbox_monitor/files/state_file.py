@@ -1,0 +1,107 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A state file that one process writes, from a thread of its own.
+
+Who keeps the state holds a lock on PATH.lock (flock), so that two estimators cannot share a file
+without a word. A disk may take seconds to confirm a write: samples do not wait for it.
+"""
+import fcntl
+import os
+from pathlib import Path
+import socket
+from threading import Condition, Thread
+from typing import TextIO
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.baselines import write_whole
+
+
+class StateFile:
+    """
+    Writes the newest of the texts that it is given; a text that is overtaken is left out.
+
+    path: of the file; owner: who writes it, for whom it refuses. problem: why the file is not
+    written now, '' while it is. held: whether the lock is ours: else nothing is read or written.
+    """
+
+    def __init__(self, path: str | Path, owner: str) -> None:
+        self.path = Path(path)
+        self.problem = ''
+        self._change = Condition()
+        self._text: str | None = None
+        self._ends = False
+        self._lock = self._locked(f'{owner} (process {os.getpid()} on {socket.gethostname()})')
+        self.held = self._lock is not None
+        self._writer: Thread | None = None
+
+    def _locked(self, owner: str) -> TextIO | None:
+        """Return the open lock file that is ours, None with a problem."""
+        path = self.path.with_name(self.path.name + '.lock')
+        try:
+            file = open(path, 'a+', encoding='utf-8')
+        except OSError as error:
+            self.problem = f'{path}: {error.strerror}, expected a folder that can be written'
+            return None
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            file.seek(0)
+            rival = file.read(200).strip() or 'another process'
+            file.close()
+            self.problem = (f'{self.path}: {rival} keeps its state there, expected a '
+                            'drift_state_file of its own for each gearbox')
+            return None
+        file.truncate(0)
+        file.write(owner + '\n')
+        file.flush()
+        return file
+
+    def keep(self, text: str) -> None:
+        """Let `text` be written soon."""
+        if not self.held:
+            return
+        with self._change:
+            self._text = text
+            if self._writer is None:
+                self._writer = Thread(target=self._write, daemon=True)
+                self._writer.start()
+            self._change.notify_all()
+
+    def _write(self) -> None:
+        """Write what comes; the thread."""
+        while True:
+            with self._change:
+                while self._text is None and not self._ends:
+                    self._change.wait()
+                text, self._text = self._text, None
+            if text is None:
+                return
+            try:
+                write_whole(self.path, text)
+                self.problem = ''
+            except InputError as error:  # a full disk must not stop the estimates
+                self.problem = str(error)
+
+    def close(self) -> None:
+        """Write what waits, and let another process have the file."""
+        with self._change:
+            self._ends = True
+            self._change.notify_all()
+        if self._writer is not None:
+            self._writer.join()
+        if self._lock is not None:
+            self._lock.close()
+            self._lock, self.held = None, False

@@ -1,0 +1,85 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The state file: its owner, a writer that does not hold up samples, and what it cannot write."""
+import os
+import subprocess
+import sys
+from threading import Event
+
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files import state_file
+from gearbox_monitor.files.state_file import StateFile
+
+
+def test_the_newest_text_is_written_at_the_end(tmp_path):
+    path = tmp_path / 'state.json'
+    file = StateFile(path, 'estimator/elbow')
+    assert file.held and not file.problem
+    for k in range(100):
+        file.keep(str(k))
+    file.close()
+    assert path.read_text() == '99' and not list(tmp_path.glob('*.tmp'))
+
+
+def test_two_cannot_share_a_file_without_a_word(tmp_path):
+    path = tmp_path / 'state.json'
+    first, second = StateFile(path, 'estimator/elbow'), StateFile(path, 'estimator/wrist')
+    second.keep('second')
+    first.keep('first')
+    for file in (second, first):
+        file.close()
+    assert path.read_text() == 'first' and not second.held
+    assert f'{path}: estimator/elbow (process {os.getpid()} on ' in second.problem
+    assert 'expected a drift_state_file of its own for each gearbox' in second.problem
+    code = ('import sys; from gearbox_monitor.files.state_file import StateFile; '
+            'print(StateFile(sys.argv[1], "another").problem)')
+    third = StateFile(path, 'again')  # the lock ends with its owner
+    assert third.held
+    told = subprocess.run([sys.executable, '-c', code, path], capture_output=True, text=True,
+                          check=True).stdout
+    assert 'again (process' in told
+    third.close()
+
+
+def test_a_disk_that_waits_does_not_hold_up_samples(tmp_path, monkeypatch):
+    goes_on, written = Event(), []
+
+    def slow(path, text):
+        goes_on.wait()
+        written.append(text)
+        if len(written) == 1:
+            raise InputError(f'{path}: No space left on device, expected a writable file')
+
+    monkeypatch.setattr(state_file, 'write_whole', slow)
+    file = StateFile(tmp_path / 'state.json', 'estimator')
+    for k in range(50):
+        file.keep(str(k))  # returns, while the first write waits
+    assert not written
+    goes_on.set()
+    file.close()
+    # What was overtaken is left out; the problem ends with the next text that is written.
+    assert written[-1] == '49' and len(written) <= 3
+    assert not file.problem if len(written) > 1 else 'No space' in file.problem
+
+
+def test_what_cannot_be_written_is_told(tmp_path):
+    file = StateFile(tmp_path / 'none' / 'state.json', 'estimator')
+    assert not file.held and 'No such file or directory' in file.problem
+    (tmp_path / 'state.json').mkdir()
+    file = StateFile(tmp_path / 'state.json', 'estimator')
+    file.keep('x')
+    file.close()
+    assert 'expected a writable file' in file.problem

@@ -1,0 +1,194 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Two things at once: each of them has the size that it has, and ends by itself."""
+import json
+from pathlib import Path
+import sys
+
+import pytest
+
+from gearbox_monitor.files.baselines import load_baseline, load_state
+from gearbox_monitor.monitoring.backlash.change import GROSS, Tracker, WARNED
+from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.monitoring.monitor import Monitor
+
+sys.path.insert(0, str(Path(__file__).parent))
+from test_change import alarmed, Gearbox, settings  # noqa: E402
+
+FRICTION = 0.1 + 0.27 / 18.0  # of the model, at the speed of the windows: N m
+RECORDED = Path(__file__).with_name('recorded')
+
+
+def learnt(seed, windows=90, **state):
+    gearbox = Gearbox(seed, 'A')
+    gearbox.go(windows, **state)
+    return gearbox
+
+
+def size(gearbox, key, true, stage=None):
+    """Assert that a change is found, of the size `true` within 3 deviations; return it."""
+    change = gearbox.tracker.changes[key]
+    assert abs(change.growth - true) < 3 * change.std + 1e-3, (change, true)
+    assert stage is None or change.stage == stage
+    return change
+
+
+@pytest.mark.parametrize('growth, stage', [(0.2, WARNED), (0.5, GROSS)])
+@pytest.mark.parametrize('new', [{'load': 9.0}, {'temperature': 45.0}])
+def test_growth_together_with_a_new_motion_or_a_warming(growth, stage, new):
+    gearbox = learnt(1, **({'temperature': 20.0} if 'temperature' in new else {}))
+    gearbox.go(3, growth, **new)
+    assert size(gearbox, 'gap', growth, stage).std < 0.04
+    gearbox.go(40, growth, **new)  # nor is it learnt as healthy
+    size(gearbox, 'gap', growth, stage)
+
+
+def test_growth_learnt_in_a_new_motion_has_its_size_in_the_old_one():
+    gearbox = learnt(3)
+    gearbox.go(60, 0.2, load=9.0)
+    found = gearbox.go(10, 0.2)
+    assert size(gearbox, 'gap', 0.2, WARNED).std < 0.005
+    assert found[-1]['backlash'].level == Level.WARN
+
+
+def test_a_little_in_a_new_motion_is_not_separable_until_the_old_one():
+    gearbox = learnt(9)
+    found = gearbox.go(140, 0.03, load=9.0)  # beyond the horizon of the test
+    assert not gearbox.tracker.changes
+    values = found[-1]['backlash'].values
+    assert abs(values['growth'] - 0.03) < 3 * values['growth_std'] and values['growth_std'] > 0.01
+    found = gearbox.go(20, 0.08, load=9.0)  # what comes later does not hide in the motion
+    assert size(gearbox, 'gap', 0.08).std > 0.01
+    gearbox.go(8, 0.08)
+    assert size(gearbox, 'gap', 0.08).std < 0.005
+
+
+def test_a_motion_that_hides_a_service_is_a_warning():
+    outcome = learnt(9).go(3, 0.07, load=9.0)[-1]['backlash']
+    assert outcome.level == Level.WARN and len(outcome.message) <= 120
+    assert 'not separable from the new motion: drive the old one' in outcome.message
+
+
+def test_shrinkage_is_a_change_and_over_when_it_has_gone():
+    gearbox = learnt(4)
+    found = gearbox.go(50, -0.1)
+    size(gearbox, 'gap_loss', 0.1)
+    assert 'gap has shrunk by 10' in found[-1]['backlash'].message
+    found = gearbox.go(10, 0.0)
+    assert not gearbox.tracker.changes and found[-1]['backlash'].level == Level.OK
+    assert any('over: gap had shrunk by' in f['backlash'].message for f in found)
+    gearbox.go(10, 0.05)
+    size(gearbox, 'gap', 0.05)
+
+
+def test_friction_is_an_alarm_and_the_gap_beside_it_too():
+    """Prediction errors speak against the windows: the features that cause it do not hide."""
+    gearbox = learnt(5)
+    for growth, windows in ((0.0, 6), (0.1, 6)):
+        for _ in range(windows):
+            outcomes = gearbox.tracker.update(
+                gearbox.window(growth, viscous=0.6 * FRICTION), False, comparable=True)
+    size(gearbox, 'friction', 0.6, GROSS)
+    size(gearbox, 'gap', 0.1)
+    assert outcomes['friction'].level == Level.ERROR
+    for _ in range(6):  # in a new motion, still
+        gearbox.tracker.update(gearbox.window(0.1, viscous=0.6 * FRICTION, load=9.0), False,
+                               comparable=True)
+    size(gearbox, 'gap', 0.1)
+
+
+def test_slow_friction_keeps_up():
+    gearbox = learnt(6)
+    for k in range(150):
+        gearbox.go(1, viscous=2.0 * k / 360 * FRICTION)
+    size(gearbox, 'friction', 2.0 * 149 / 360, GROSS)
+    assert not [key for key in gearbox.tracker.changes if key != 'friction']
+
+
+def test_one_of_two_changes_ends():
+    gearbox = learnt(8)
+    gearbox.go(20, 0.3, viscous=0.6 * FRICTION)
+    levels = {f['friction'].level for f in gearbox.go(20, 0.0, viscous=0.6 * FRICTION)}
+    assert levels == {Level.ERROR} and list(gearbox.tracker.changes) == ['friction']
+    size(gearbox, 'friction', 0.6, GROSS)
+
+
+def test_a_stiffer_gearbox_is_told_and_is_no_gap():
+    gearbox = learnt(10)
+    found = gearbox.go(20, stiffness=5.75)
+    assert 'stiffness has grown by +15' in found[-1]['backlash'].message
+    assert list(gearbox.tracker.changes) == ['stiffness_growth']
+
+
+def test_a_saved_baseline_is_zero_everywhere():
+    gearbox = learnt(7)
+    gearbox.go(20, load=9.0)
+    gearbox.go(20, 0.3)
+    gearbox.tracker.accept()
+    outcome = gearbox.tracker.outcomes()['backlash']
+    assert outcome.level == Level.OK and not gearbox.tracker.changes
+    # Also in the motion that was not driven since the change.
+    assert not alarmed(gearbox.go(10, 0.3)) and not alarmed(gearbox.go(10, 0.3, load=9.0))
+    gearbox.go(10, 1.3 * 1.05 - 1.0, load=9.0)
+    size(gearbox, 'gap', 0.05)
+
+
+def test_points_without_end():
+    gearbox = Gearbox(11, speed_bin=1.2)
+    for k in range(240):
+        gearbox.go(1, speed=20.0 * 1.25 ** (k % 80))
+    assert len(gearbox.tracker.points) == 80 and not gearbox.tracker.changes
+    found = [gearbox.go(1, 0.2, speed=20.0 * 1.25 ** (k % 80))[0] for k in range(10)]
+    size(gearbox, 'gap', 0.2)
+    assert found[-1]['backlash'].level == Level.WARN
+
+
+def test_a_lifting_axis_does_not_come_round():
+    tracker = Gearbox(0).tracker
+    bins = tracker.settings.bins
+    points = {}
+    for turns in (True, False):
+        tracker = Tracker(settings())
+        tracker.settings = type(tracker.settings)(
+            limits=tracker.settings.limits, bins=type(bins)(angle=1.0, turns=turns))
+        gearbox = Gearbox(0)
+        gearbox.tracker = tracker
+        gearbox.go(1, angle=0.1)
+        gearbox.go(1, angle=6.4)
+        points[turns] = len(tracker.points)
+    assert points == {True: 1, False: 2}
+
+
+def test_files_of_version_0_2_are_read():
+    """Recorded with that version: a gap that has grown by 5 % since the 111th window."""
+    state, told = load_state(RECORDED / 'drift_state_0_2.json', 'g7')
+    assert not told and state['adaptation'] == {'gain': 0.1}
+    gearbox = Gearbox(31)
+    gearbox.tracker = Tracker(gearbox.tracker.settings, state['drift'])
+    size(gearbox, 'gap', 0.05)
+    assert 'gap has grown by +5' in gearbox.tracker.outcomes()['backlash'].message
+    gearbox.stamp = gearbox.tracker.stamp_ns
+    gearbox.go(20, 0.08)
+    size(gearbox, 'gap', 0.08)
+    again = Gearbox(32)
+    again.tracker = Tracker(again.tracker.settings, load_baseline(
+        RECORDED / 'baseline_0_2.yaml', 'g7'))
+    assert [again.tracker.data.count(k) for k in range(2)] == [100, 10]
+    again.go(10, 0.05)
+    assert size(again, 'gap', 0.05).std < 0.01
+    snapshot = json.loads((RECORDED / 'snapshot_0_2.json').read_text())
+    monitor = Monitor.restore(snapshot)
+    assert monitor.baseline.gap == pytest.approx(0.2, rel=0.02)
+    assert monitor.outcomes['backlash'].level == Level.OK

@@ -1,0 +1,301 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Random histories of a gearbox through the Monitor: it publishes the wear that there is.
+
+Samples come from a plant of its own: two masses, a dead zone with a passive loop, friction,
+process and encoder noise. Each history has 2 to 4 events: gap, stiffness, friction, torque gain or
+loop up or down, at once or slowly; temperature, another motion and back, payload, noise, a lost
+encoder, a restart, a saved baseline, changed parameters. Before each event and at the end every
+feature is judged: size within 3 deviations, stage, level.
+"""
+from dataclasses import dataclass, field
+import json
+import math
+from pathlib import Path
+import sys
+import time
+
+import numpy as np
+
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.kernels.jit import jit_allocating
+from gearbox_monitor.monitoring.backlash.change_tests import FEATURES, TESTS
+from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.plant.drive import DriveModel
+
+sys.path.insert(0, str(Path(__file__).parent))
+import script  # noqa: E402
+
+DT, SUBSTEPS, T0 = 2e-3, 8, 10 ** 18
+HEALTHY = 90          # windows before the first event
+MOTIONS = ((1.0, 1.0), (1.6, 0.8), (0.75, 1.3))  # amplitude, frequency
+WIDTH = 0.01          # rad, of the loop
+SETTLED = 12          # windows without an event before a judgement
+BIAS = {'gap': 0.006, 'stiffness': 0.01, 'friction': 0.02}  # what the fit itself may be off
+JUDGED = tuple(BIAS)
+KINDS = ('gap', 'stiffness', 'friction', 'gain', 'loop', 'temperature', 'motion', 'return',
+         'payload', 'noise', 'lost', 'restart', 'save', 'parameters')
+LOG_FRICTION = -0.008  # of friction, per K
+
+
+@jit_allocating
+def integrate(state, u, noise, values):
+    """
+    Return positions [N, 2] under torques u [N], with semi-implicit Euler; `state` [5] goes on.
+
+    noise [N, 2]: increments of the speeds. values: m1, m2, D, Cv, Cc, Kr, K, b, loop, gain.
+    """
+    m1, m2, damping, viscous, coulomb, spring, k, b, loop, gain = values
+    result = np.empty((len(u), 2))
+    h = 2e-3 / 8
+    for i in range(len(u)):
+        for _ in range(8):
+            twist, rate = state[0] - state[1], state[2] - state[3]
+            load = 0.0
+            if twist > b:
+                load = k * (twist - b)
+            elif twist < -b:
+                load = k * (twist + b)
+            state[4] = min(max(state[4] + rate * h / 0.01, -1.0), 1.0)
+            tau = load + loop * state[4] + damping * rate
+            friction = viscous * state[2] + coulomb * 2.0 / math.pi * math.atan(100.0 * state[2])
+            state[2] += h / m1 * (gain * u[i] - spring * state[0] - friction - tau)
+            state[3] += h / m2 * tau
+            state[0] += h * state[2]
+            state[1] += h * state[3]
+        state[2] += noise[i, 0]
+        state[3] += noise[i, 1]
+        result[i, 0], result[i, 1] = state[0], state[1]
+    return result
+
+
+@dataclass(frozen=True)
+class Event:
+    """What happens at the begin of a `window`; size of it; over how many windows it comes."""
+
+    window: int
+    kind: str
+    size: float = 0.0
+    over: int = 0
+
+
+@dataclass
+class Verdict:
+    """What was judged: counts, and the cases that were wrong, in words."""
+
+    judged: int = 0
+    right: int = 0
+    open: int = 0
+    silent: int = 0
+    false_alarms: int = 0
+    healthy: float = 0.0
+    scores: list = field(default_factory=list)
+    wrong: list = field(default_factory=list)
+
+
+def drawn(random, windows):
+    """Return the events of a history of so many `windows`, in their order."""
+    events = []
+    for _ in range(random.integers(2, 5)):
+        window, kind = int(random.integers(HEALTHY, windows - SETTLED)), str(random.choice(KINDS))
+        size, over = 0.0, 0
+        if kind in ('gap', 'stiffness', 'friction'):
+            size = float(random.choice([1, -1]) * random.uniform(0.03, 0.5))
+        elif kind == 'gain':
+            size = float(random.uniform(-0.15, 0.15))
+        elif kind == 'loop':
+            size = float(random.uniform(-0.1, 0.1))
+        elif kind == 'temperature':
+            size = float(random.uniform(-25.0, 25.0))
+        elif kind == 'motion':
+            size = float(random.integers(1, len(MOTIONS)))
+        elif kind == 'payload':
+            size = float(random.uniform(0.0, 0.1))
+        if kind in ('gap', 'stiffness', 'friction', 'temperature'):
+            over = int(random.choice([0, 60]))
+        events.append(Event(window, kind, size, over))
+    return sorted(events, key=lambda e: e.window)
+
+
+class History:
+    """A drive that lives through events while a Monitor watches."""
+
+    def __init__(self, seed, windows, length):
+        self.random = np.random.default_rng(seed)
+        self.events, self.windows, self.length = drawn(self.random, windows), windows, length
+        self.model = DriveModel()
+        self.monitor = Monitor(self.model, {'arm_load': 'none', 'drift_window': length})
+        self.state, self.time, self.phase = np.zeros(5), 0, 0.0
+        self.zero = dict.fromkeys(JUDGED, 0.0)  # wear when the baseline was saved
+        self.verdict = Verdict()
+        self.hidden = []  # windows whose samples were lost
+
+    def size(self, kind, window):
+        """Return the sum of the events of a `kind` at a `window`; factors multiply."""
+        total = 0.0
+        for e in self.events:
+            if e.kind == kind and window >= e.window:
+                share = min((window - e.window) / e.over, 1.0) if e.over else 1.0
+                if kind == 'temperature':
+                    total += e.size * (1.0 - math.exp(-(window - e.window) / 30.0)
+                                       if e.over else 1.0)
+                else:
+                    total = (1.0 + total) * (1.0 + share * e.size) - 1.0
+        return total
+
+    def motion(self, window):
+        index = 0
+        for e in self.events:
+            if window >= e.window and e.kind in ('motion', 'return'):
+                index = int(e.size) if e.kind == 'motion' else 0
+        return MOTIONS[index]
+
+    def go(self, window):
+        """Live through a `window`."""
+        n = round(self.length / DT)
+        warmth = self.size('temperature', window)
+        friction = (1.0 + self.size('friction', window)) * math.exp(LOG_FRICTION * warmth)
+        model, shape = self.model, self.model.transmission
+        values = np.array([
+            model.motor_inertia, model.arm_inertia * (1.0 + self.size('payload', window)),
+            model.damping, model.viscous_friction * friction, model.coulomb_friction * friction,
+            model.position_gain, shape.stiffness * (1.0 + self.size('stiffness', window)),
+            shape.half_gap * (1.0 + self.size('gap', window)),
+            4.0 * max(self.size('loop', window), 0.0), 1.0 + self.size('gain', window)])
+        amplitude, pace = self.motion(window)
+        t = self.phase + pace * DT * np.arange(n)
+        self.phase = t[-1] + pace * DT
+        u = amplitude * (6.0 * np.cos(2 * np.pi * 0.9 * t) + 2.0 * np.cos(2 * np.pi * 2.3 * t))
+        noisy = any(e.kind == 'noise' and e.window <= window < e.window + 6 for e in self.events)
+        lost = any(e.kind == 'lost' and e.window <= window < e.window + 3 for e in self.events)
+        y = integrate(self.state, u, 0.4 * math.sqrt(DT) * self.random.standard_normal((n, 2)),
+                      values)
+        y = y + (0.01 if noisy else 0.005) * self.random.standard_normal((n, 2))
+        if lost:
+            y[:, 1] = np.nan
+        if lost or noisy:
+            self.hidden.append(window)
+        stamps = T0 + (self.time + np.arange(1, n + 1)) * round(DT * 1e9)
+        self.time += n
+        self.monitor.temperature = 20.0 + warmth
+        effort = np.column_stack([u, np.full(n, np.nan)])
+        self.monitor.run(Samples(stamps, effort, y))
+
+    def happen(self, window):
+        """Let the events of a `window` happen that are none of the drive."""
+        for e in self.events:
+            if e.window != window:
+                continue
+            if e.kind == 'restart':
+                drift = json.loads(json.dumps(self.monitor.tracker.to_dict()))
+                self.monitor = Monitor(self.model, self.monitor.parameters, drift)
+            elif e.kind == 'save':
+                self.monitor.tracker.accept()
+                self.zero = {name: self.size(name, window - 1) for name in JUDGED}
+            elif e.kind == 'parameters':
+                self.monitor.set_parameters({'q_std_tau_k': 1.1 * float(
+                    self.monitor.parameters.q_std_tau_k)})
+
+    def judge(self, window):
+        """Compare what is published with what there is."""
+        verdict, tracker = self.verdict, self.monitor.tracker
+        for name in JUDGED:
+            column = FEATURES.index(name)
+            true = (1.0 + self.size(name, window)) / (1.0 + self.zero[name]) - 1.0
+            growth, std = tracker.growth(column)
+            outcome = tracker.outcomes()['friction' if name == 'friction' else 'backlash']
+            changes = [(t, tracker.changes[t.key]) for t in TESTS
+                       if t.column == column and t.key in tracker.changes]
+            verdict.judged += 1
+            if not math.isfinite(growth):
+                verdict.open += 1
+                continue
+            near = 3.0 * std + BIAS[name] * (1.0 + abs(true))
+            _, warn, error = tracker.limits(next(t for t in TESTS if t.column == column))
+            stage = changes[0][1].stage if changes else 0
+            low, high = abs(true) - near, abs(true) + near
+            staged = not (low > error * 1.02 and stage < 3 or low > warn * 1.02 and stage < 2
+                          or high < 0.9 * error and stage == 3
+                          or high < 0.9 * warn and stage >= 2)
+            said = 'not separable' in outcome.message or 'not compared' in outcome.message
+            verdict.scores.append((growth - true) / std)
+            sized = abs(growth - true) <= near
+            if sized and (staged or said):
+                verdict.right += 1
+                verdict.open += bool(said and not changes)
+                continue
+            verdict.silent += bool(outcome.level == Level.OK and abs(true) > warn)
+            verdict.wrong.append(
+                f'window {window}: {name} {true:+.3f}, published {growth:+.3f} +- {std:.3f}, '
+                f'stage {stage}, {outcome.level.name}: {outcome.message[:90]}')
+
+    def live(self):
+        """Return the Verdict of the whole history."""
+        begins = sorted({e.window for e in self.events})
+        steady = set(range(HEALTHY))
+        for window in range(self.windows):
+            self.happen(window)
+            self.go(window)
+            if window in steady and window < begins[0]:
+                self.verdict.healthy += self.length
+            if window == begins[0] - 1 and self.monitor.tracker.changes:
+                self.verdict.false_alarms += 1
+            due = window + 1 in begins or window + 1 == self.windows
+            since = window - max([e.window + e.over for e in self.events
+                                  if e.window <= window], default=0)
+            if due and since >= SETTLED and window > HEALTHY - 2 \
+                    and not set(range(window - 3, window + 1)) & set(self.hidden):
+                self.judge(window)
+        return self.verdict
+
+
+def add_arguments(parser):
+    parser.add_argument('--seeds', nargs=2, type=int, default=(0, 4), metavar=('FIRST', 'END'),
+                        help='seeds of the histories (default: 0 4)')
+    parser.add_argument('--windows', type=int, default=180,
+                        help='windows of a history (default: 180, half an hour with 10 s)')
+    parser.add_argument('--length', type=float, default=10.0, help='s of a window (default: 10)')
+    parser.add_argument('--share', type=float, default=0.95,
+                        help='judgements that must be right (default: 0.95)')
+
+
+def run(args):
+    total, begin = Verdict(), time.process_time()
+    for seed in range(*args.seeds):
+        history = History(seed, args.windows, args.length)
+        verdict = history.live()
+        for name in ('judged', 'right', 'open', 'silent', 'false_alarms', 'healthy', 'scores'):
+            setattr(total, name, getattr(total, name) + getattr(verdict, name))
+        total.wrong += verdict.wrong
+        if verdict.wrong:
+            print(f'seed {seed}: ' + ', '.join(
+                f'{e.kind} {e.size:+.2g} at {e.window}' + (f' over {e.over}' * bool(e.over))
+                for e in history.events))
+            print(''.join(f'    {text}\n' for text in verdict.wrong), end='', flush=True)
+    z = np.array(total.scores)
+    actual = float(np.sqrt(np.mean(z ** 2))) if len(z) else math.nan
+    print(f'{total.right} of {total.judged} right, {total.open} not separable or not compared, '
+          f'{total.silent} silent, {total.false_alarms} false alarms before an event in '
+          f'{total.healthy / 3600:.1f} h; error over stated deviation (rms) {actual:.2f}; '
+          f'{time.process_time() - begin:.0f} s of CPU')
+    missed = (total.right < args.share * total.judged or total.silent
+              or total.open > 0.05 * total.judged)
+    return int(bool(missed))
+
+
+if __name__ == '__main__':
+    sys.exit(script.run_script(sys.modules[__name__]))
