@@ -168,6 +168,11 @@ class InnovationLikelihood:
             self._variance = np.repeat(
                 self._variance.reshape(2, 2)[:, list(recording.channels)].max(axis=1), 2)
 
+    @property
+    def begin_variance(self) -> Array:
+        """Variance [4] of the positions and speeds in which the parts begin."""
+        return self._variance
+
     def begun(self, states: Array, deviation: Array) -> 'InnovationLikelihood':
         """
         Return the likelihood whose parts begin elsewhere.

@@ -37,7 +37,9 @@ from gearbox_monitor.plant.effects import MAX_SETPOINT_DELAY
 from gearbox_monitor.quality.recording import UniformRecording
 
 SECONDS = 1.0  # of a window
-SETTLING = MAX_SETPOINT_DELAY  # s, after which what was commanded before a recording has acted
+# s, after which what was commanded before a recording has acted: dead times of up to half of it,
+# lags of a tenth of it down to 5e-5
+SETTLING = 2.0 * MAX_SETPOINT_DELAY
 LESS_CERTAIN = 5.0  # times their deviation: states in which a filter begins
 HELD_OUT = 0.3  # share of the windows of each recording, its last ones
 
@@ -189,7 +191,8 @@ def hidden_begins(likelihood: InnovationLikelihood, candidate: CandidateModel, z
                                  half_gap=max(model.transmission.half_gap, 0.01))
     J = likelihood_of.state_sensitivity(data, model, point.states, point.memory, point.residual)
     A = np.einsum('wli,wlj->wij', J, J)
-    A[:, range(4), range(4)] *= 1.0 + 1e-9
+    # What nothing tells stays as uncertain as it was.
+    A[:, range(4), range(4)] += 1.0 / np.maximum(likelihood.begin_variance, 1e-300)
     # A model that misses the readings knows as much less of the states.
     misfit = np.maximum(point.chi2 / data.size, 1.0)
     variance = (misfit[:, None] * np.diagonal(np.linalg.inv(A), axis1=1, axis2=2)).max(axis=0)
