@@ -26,9 +26,9 @@ If neither is better than the model file, the command writes nothing.
 
 names: m1 m2 (inertias) D (damping) Cv Cc (friction) K (stiffness) b (half gap), kt
 (torque_constant: torque per A of effort, 1 if the effort is a torque), u0 (torque offset), zero
-(of the encoders), kp ki kd kff kaff (gains of a servo), and ids of effects that the model file has (all their parameters; torque_gain
-goes into torque_constant). Without a known load, torque constant, inertia, friction and
-stiffness share one scale: fix one of them.
+(of the encoders), kp ki kd kff kaff (gains of a servo), and ids of effects that the model file
+has (all their parameters; torque_gain goes into torque_constant). Without a known load, torque
+constant, inertia, friction and stiffness share one scale: fix one of them.
 
 usage examples:
   gearbox_monitor fit-nominal BAG --model drive.yaml --out drive.fitted.yaml
