@@ -17,14 +17,18 @@ Identify the values of a model file from recordings, and report which of them th
 
 All values of the drive are fitted (or those named with --free), each within physical bounds and
 held weakly at the value of the model file, which must be right within a factor of about ten.
-Values that the recordings do not determine are listed as such and stay near their start. A fit
-that leaves more than the model file on windows that were not fitted writes nothing.
+Values that the recordings do not determine are listed as such and stay near their start.
+
+A regression of the torque comes first. A search over runs of the model begins in its values and
+in those of the model file. Where the search does not arrive, or does not beat the regression on
+windows that were not fitted, the values of the regression are the result, and the output says so.
+If neither is better than the model file, the command writes nothing.
 
 names: m1 m2 (inertias) D (damping) Cv Cc (friction) K (stiffness) b (half gap), kt
 (torque_constant: torque per A of effort, 1 if the effort is a torque), u0 (torque offset), zero
-(of the encoders), and ids of effects that the model file has (all their parameters; torque_gain
-goes into torque_constant). Without a known load, torque constant, inertia, friction and
-stiffness share one scale: fix one of them.
+(of the encoders), kp ki kd kff kaff (gains of a servo), and ids of effects that the model file
+has (all their parameters; torque_gain goes into torque_constant). Without a known load, torque
+constant, inertia, friction and stiffness share one scale: fix one of them.
 
 usage examples:
   gearbox_monitor fit-nominal BAG --model drive.yaml --out drive.fitted.yaml
@@ -97,7 +101,8 @@ def run(args: Namespace) -> int:
         'values': {v.name: {k: x for k, x in vars(v).items() if k != 'name'}
                    for v in result.values},
         'correlated': result.correlated, 'gap_before': result.gap_before,
-        'gap_after': result.gap_after, 'validation': result.validation,
+        'gap_after': result.gap_after, 'method': result.method,
+        'process_torque_time': result.model.process_torque_time, 'validation': result.validation,
         'notes': [note for _, notes in loaded for note in notes]})
     if args.json and args.json != '-':
         Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
@@ -114,6 +119,11 @@ def text(data: Mapping[str, Any], args: Namespace) -> str:
                      f'{v["unit"]:10s}' + ('' if v['determined'] else 'not identified'))
     for first, second, r in data['correlated']:
         lines.append(f'{first} and {second} are hardly distinguishable (correlation {r:.2f})')
+    if data['method'] == 'regression':
+        lines.append('values of a regression of the torque: a search did not beat them')
+    if data['process_torque_time']:
+        lines.append(f'torque that the model lacks lasts {data["process_torque_time"]:g} s '
+                     '(likeliest process_torque_time)')
     gap = f'gap {data["gap_after"]:.4g}'
     if data['gap_before'] is not None:
         gap += f' after, {data["gap_before"]:.4g} before'

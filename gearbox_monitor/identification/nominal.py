@@ -209,7 +209,7 @@ def _searched(search: Search, candidate: CandidateModel, regression: TorqueRegre
 
 
 def _leaves_torque(search: Search, fitted: CandidateFit) -> bool:
-    """Return whether a fit leaves more than noise, or has torque noise to bear what it leaves."""
+    """Return whether the residual of a fit is more than noise, or its torque has noise."""
     chi2 = fitted.point.chi2.sum() / (len(fitted.point.chi2) * search.long.size)
     return fitted.s > 0.0 or bool(chi2 > THRESHOLDS.encoder_noise)
 

@@ -23,7 +23,7 @@ import yaml
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.identification.innovations import InnovationLikelihood
-from gearbox_monitor.plant.drive import DriveModel, Transmission
+from gearbox_monitor.plant.drive import Controller, DriveModel, Transmission
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 
@@ -105,6 +105,27 @@ def test_what_the_data_do_not_determine_is_told(tmp_path, capsys):
     # Torque, inertia and friction have one scale in common.
     assert not any(data['values'][name]['determined'] for name in ('Cv', 'Cc', 'kt'))
     assert {name for pair in data['correlated'] for name in pair[:2]} >= {'Cv', 'Cc', 'kt'}
+
+
+def test_the_feedforward_of_a_servo_is_found_from_nothing(tmp_path, capsys):
+    servo = Controller(kp=6.0, kd=0.15, feedforward=0.12, feedforward_inertia=0.02)
+    drive = replace(TRUE, torque_offset=0.0, transmission=Transmission('rigid'), controller=servo)
+    t = np.arange(1200) * 1e-2
+    r = 0.8 * np.sin(2.0 * t) + 0.2 * np.sin(7.0 * t)
+    y = simulate(drive, r, 1e-2).x[:, :2]
+    y = y + 1e-3 * np.random.default_rng(4).standard_normal(y.shape)
+    bag = tmp_path / 'servo.csv'
+    np.savetxt(bag, np.column_stack([t, r, y]), '%.9g', ',', header='t,setpoint,motor,arm',
+               comments='')
+    stated = replace(drive, controller=replace(servo, feedforward=0.0, feedforward_inertia=0.0))
+    assert main(['fit-nominal', str(bag), '--model', model_file(tmp_path / 'd.yaml', stated),
+                 '--free', 'kff', 'kaff', '--json', '-']) == 0
+    data = json.loads(capsys.readouterr()[0])
+    for name, unit, true in (('kff', 'N m s/rad', 0.12), ('kaff', 'kg m^2', 0.02)):
+        fitted = data['values'][name]
+        assert (fitted['start'], fitted['unit']) == (0.0, unit)
+        assert abs(fitted['value'] - true) < 4.0 * fitted['error'] < 0.2 * true
+    assert data['method'] == 'search'
 
 
 def test_no_answer_in_time_is_undecided(tmp_path, capsys, monkeypatch):

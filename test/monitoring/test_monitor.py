@@ -606,7 +606,7 @@ def test_lost_positive_definiteness_is_told_with_its_eigenvalue():
     {'id': 'transmission_damping', 'D': 0.1}, {'id': 'stribeck', 'Cs': 0.2, 'vs': 0.5},
     {'id': 'actuator_lag', 'T': 0.01}], ids=lambda e: e['id'])
 def test_an_effect_is_used_or_said_to_be_left_out(effect):
-    samples, _ = drive(0.2)
+    samples, _ = drive(0.4)
     plain = Monitor(MODEL, {'arm_load': 'none'})
     given = Monitor(replace(MODEL, effects=(effect,)), {'arm_load': 'none'})
     # Friction that is left out still asks for finer steps.
