@@ -60,7 +60,7 @@ NEXT = {'estimation': 'gearbox_monitor tune BAG --model FILE --out params.yaml',
         'diagnosis': 'gearbox_monitor diagnose BAG --model FILE'}
 WITHOUT_ARM = {'estimation': 'gearbox_monitor replay BAG --params FILE',
                'drift': 'gearbox_monitor accept BAG --params FILE --max-gap RAD',
-               'diagnosis': "gearbox_monitor diagnose BAG --model FILE --arm-joint ''"}
+               'diagnosis': "gearbox_monitor diagnose BAG --model FILE --recorded-arm ''"}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -216,11 +216,11 @@ def _next(data: Mapping[str, Any]) -> list[str]:
             continue
         command = commands[purpose].replace('BAG', bag).replace('--model FILE', f'--model {model}')
         if purpose == 'diagnosis':
-            command = command.partition(" --arm-joint ''")[0]
+            command = command.partition(" --recorded-arm ''")[0]
             if not usual:
-                command += f' --motor-joint {shlex.quote(joints["motor"])}'
+                command += f' --recorded-motor {shlex.quote(joints["motor"])}'
             if not usual or not joints['arm']:
-                command += f' --arm-joint {shlex.quote(joints["arm"])}'
+                command += f' --recorded-arm {shlex.quote(joints["arm"])}'
         else:
             command = command.replace('--params FILE', f'--params {params}')
             if '--params ' not in command and (options['params'] or not usual):

@@ -46,7 +46,7 @@ from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model, save_model
 from gearbox_monitor.plant.simulate import Noise
 
-ARM_JOINT = {'both': '', 'motor': " --arm-joint ''", 'arm': ''}  # options of who reads the bag
+ARM_JOINT = {'both': '', 'motor': " --recorded-arm ''", 'arm': ''}  # options of who reads the bag
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -199,6 +199,8 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
     chosen = none
     if leader is not None and judge.worth(leader, none):
         chosen = judge.cooled(simplest(judge, leader, singles))
+        if judge.left(none).adequate and not judge.holds(chosen, none):
+            chosen = none  # nothing was missing, and readings that were not fitted say so
     if judge.steps_show(chosen):
         return decide(replace(evidence, finer=FINER), table)
     if judge.begins_show(chosen):

@@ -322,8 +322,8 @@ def test_command(bags, tmp_path, capsys):
     assert '/left/joint_states sensor_msgs/JointState' in shown
     assert 'next: gearbox_monitor tune /geared --model /geared.yaml --out' in shown
     assert '--params FILE  # FILE: motor_joint: m, arm_joint: a' in shown
-    assert 'next: gearbox_monitor diagnose /geared --model /geared.yaml --motor-joint m ' \
-        '--arm-joint a\n' in shown + '\n'
+    assert 'next: gearbox_monitor diagnose /geared --model /geared.yaml --recorded-motor m ' \
+        '--recorded-arm a\n' in shown + '\n'
     data = json.loads(out.read_text())
     assert data['suits']['estimation'] == {'verdict': 'yes', 'because': []}
     assert data['joints']['there'] == ['m', 'a'] and data['topics'][0]['messages'] == 12000
