@@ -53,6 +53,7 @@ from gearbox_monitor.quality.parts import joined, SAMPLES, WINDOWS
 
 WIDTH = 80
 INDENT = 24  # of the figures
+TUNED = 0.5  # share of missing readings up to which tune takes a recording
 COLOURS = {OK: '32', WARN: '33', BAD: '31;1'}
 SUITS = {OK: 'yes', WARN: 'with care', BAD: 'no'}
 NEXT = {'estimation': 'gearbox_monitor tune BAG --model FILE --out params.yaml',
@@ -205,7 +206,10 @@ def text(data: Mapping[str, Any], colours: bool = False) -> str:
 def _next(data: Mapping[str, Any]) -> list[str]:
     """Return the commands that take the recording as it is, joints and files included."""
     joints, options = data['joints'], data['options']
-    commands = NEXT if joints['arm'] else WITHOUT_ARM
+    commands = dict(NEXT if joints['arm'] else WITHOUT_ARM)
+    if any(line['values'].get('missing_share', 0.0) > TUNED for line in data['lines']
+           if line['group'] in ('motor', 'arm')):  # enough for a filter, too few for tune
+        commands['estimation'] = WITHOUT_ARM['estimation']
     model, params = (shlex.quote(name) if name else 'FILE' for name in (
         options['model'], options['params']))
     bag = bag_arguments(data['bag'], options['topic'])
