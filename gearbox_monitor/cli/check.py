@@ -43,6 +43,7 @@ from gearbox_monitor.cli.options import (
     add_estimator_arguments, bag_arguments, dump, estimator_options, expect_new_file, write_new)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters, resolve
 from gearbox_monitor.plant.drive import DriveModel
@@ -53,6 +54,7 @@ from gearbox_monitor.quality.parts import joined, SAMPLES, WINDOWS
 
 WIDTH = 80
 INDENT = 24  # of the figures
+TUNED = 0.5  # share of missing readings up to which tune takes a recording
 COLOURS = {OK: '32', WARN: '33', BAD: '31;1'}
 SUITS = {OK: 'yes', WARN: 'with care', BAD: 'no'}
 NEXT = {'estimation': 'gearbox_monitor tune BAG --model FILE --out params.yaml',
@@ -205,7 +207,14 @@ def text(data: Mapping[str, Any], colours: bool = False) -> str:
 def _next(data: Mapping[str, Any]) -> list[str]:
     """Return the commands that take the recording as it is, joints and files included."""
     joints, options = data['joints'], data['options']
-    commands = NEXT if joints['arm'] else WITHOUT_ARM
+    commands = dict(NEXT if joints['arm'] else WITHOUT_ARM)
+    values = {(line['group'], line['name']): line['values'] for line in data['lines']}
+    few = any(values.get((side, 'readings'), {}).get('missing_share', 0.0) > TUNED
+              for side in ('motor', 'arm'))
+    short = values.get(('stamps', 'length'), {}).get('duration_s', MIN_SECONDS) < MIN_SECONDS or (
+        values.get(('stamps', 'order'), {}).get('samples', MIN_SAMPLES) < MIN_SAMPLES)
+    if few or short:  # enough for a filter, too little for tune
+        commands['estimation'] = WITHOUT_ARM['estimation']
     model, params = (shlex.quote(name) if name else 'FILE' for name in (
         options['model'], options['params']))
     bag = bag_arguments(data['bag'], options['topic'])

@@ -52,6 +52,8 @@ BLANK = 0.05  # share of empty cells from which on curves have samples of their 
 ROLES = {'motor': 'motor_position', 'arm': 'arm_position', 'position': 'motor_position',
          'velocity': 'motor_velocity', 'effort': 'motor_effort', 'setpoint': 'motor_setpoint',
          'reference': 'reference_torque'}
+SI = {'rotary': {'position': 'rad', 'velocity': 'rad/s', 'effort': 'N m'},
+      'prismatic': {'position': 'm', 'velocity': 'm/s', 'effort': 'N'}}
 OF_ROBOT = (('position', ('arm_position', 'motor_position')),
             ('velocity', ('arm_velocity', 'motor_velocity')), ('effort', ('motor_effort',)),
             ('setpoint', ('motor_setpoint',)))
@@ -503,8 +505,10 @@ class _Proposal:
         families: dict[tuple[str, ...], list[str]] = {}
         for k, meaning in enumerate(known):
             choice, role = by_number.get(k, (None, ''))
-            unit = f'{meaning.unit or "SI"}{"" if meaning.stated else "?"}' if role else \
-                meaning.unit
+            unit = meaning.unit
+            if role:
+                usual = SI[self.kind][signal_kind(role).quantity]
+                unit = f'{unit or usual}{"" if meaning.stated else "?"}'
             why = choice.reasons[role] if choice is not None else left.get(
                 k, _no_role(meaning, bool(choices[0].joint), series[k]))
             key = (stem_of(meaning), role, unit, _alike(why, meaning))

@@ -92,6 +92,7 @@ def recognised_layout(path: str | Path) -> Format:
     with readable(path):
         if kind == 'text':
             blocks, series, named = _text(path)
+            joints = _listed_joints(path)
         elif kind in ('parquet', 'feather'):
             blocks, series = {'format': kind}, list(_of_table(path, kind))
             joints, rate = _of_dataset(path)
@@ -301,6 +302,15 @@ def _is_list(kind: Any) -> bool:
     import pyarrow as pa
     return bool(pa.types.is_list(kind) or pa.types.is_fixed_size_list(kind)
                 or pa.types.is_large_list(kind))
+
+
+def _listed_joints(path: str | Path) -> Sequence[str]:
+    """Return the names in 'joint_list.txt' beside the file, one in a line."""
+    try:
+        text = Path(path).with_name('joint_list.txt').read_text(encoding='utf-8')
+    except (OSError, ValueError):
+        return ()
+    return [line.strip() for line in text.splitlines() if line.strip()]
 
 
 def _of_dataset(path: str | Path) -> tuple[Sequence[str], float | None]:

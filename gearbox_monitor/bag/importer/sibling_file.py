@@ -58,9 +58,12 @@ def sibling_setpoints(path: Path, joints: Sequence[str], blocks: Mapping[str, An
 
 
 def state_files(folder: Path) -> list[Path]:
-    """Return the files of states in a folder of logs, '*state_motor*', or the only table in it."""
+    """Return the recordings in a folder: '*state_motor*', those of a data set, or all tables."""
     states = sorted(file for file in folder.iterdir() if 'state_motor' in file.name)
     if states:
         return states
+    episodes = sorted(folder.glob('data/**/*.parquet'))
+    if episodes:
+        return episodes
     return sorted(file for file in folder.iterdir() if file.is_file() and file.name.endswith(
         ('.csv', '.csv.gz', '.parquet', '.npz', '.txt')))
