@@ -564,14 +564,14 @@ def _of_drive(drive: MjcfDrive) -> list[Refusal]:
         low, high = ORDERS
         if passive.kind == COGGING and passive.where != ARM and not (
                 low <= passive.numbers[1] <= high and passive.numbers[1] % 1.0 == 0.0):
-            add('cogging', f'{passive.numbers[1]:g} waves in a turn, expected a whole number of '
+            add(COGGING, f'{passive.numbers[1]:g} waves in a turn, expected a whole number of '
                 f'{low} to {high}')
         if passive.kind == COGGING and passive.where == TENDON:
-            add('cogging', 'on the tendon, expected none')
+            add(COGGING, 'on the tendon, expected none')
         if passive.kind == LUGRE and passive.where == ARM:
-            add('lugre', 'on the joint of the arm, expected it on that of the motor', arm or motor)
+            add(LUGRE, 'on the joint of the arm, expected it on that of the motor', arm or motor)
         if passive.kind == LUGRE and passive.where == MOTOR and motor.frictionloss:
-            add('lugre', f'beside frictionloss {motor.frictionloss:g}, expected one of both')
+            add(LUGRE, f'beside frictionloss {motor.frictionloss:g}, expected one of both')
     kinds = [(p.where, p.kind) for p, _ in drive.passive if p.where != ARM]
     if len(set(kinds)) < len(kinds):
         add('dcmotor', 'several with cogging or lugre, expected one of each')
