@@ -426,9 +426,14 @@ def _lag(m: Any, i: int) -> float:
 def _delay(m: Any, i: int) -> float:
     """Return the delay (s) of controls, which are held between steps unless interpolated."""
     delay, step = float(m.actuator_delay[i]), float(m.opt.timestep)
-    if delay and not m.actuator_history[i, 1]:
-        return math.ceil(delay / step - 1e-6) * step
-    return delay
+    if not delay or m.actuator_history[i, 1]:
+        return delay
+    steps = delay / step
+    if abs(steps - round(steps)) < 1e-6:
+        # Which of two samples is read depends on how the time rounds: MuJoCo 4.0 changes over.
+        raise Unread('delay', f'{delay:g} s is a whole number of timesteps, so that rounding '
+                     'decides between two controls, expected interp="linear", or half a step more')
+    return math.ceil(steps) * step
 
 
 def _dc_motor(m: Any, i: int) -> ActuatorLaw:
