@@ -43,12 +43,13 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.friction_law import FrictionLaw
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled, is_off,
-    mujoco_module, name_of, Refusal, scalar_joints, undecided, Unread)
+    mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)
 
 INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between joints
 
 MAX_XML = 1 << 26  # bytes of a file
 NO_LIMIT = (-math.inf, math.inf)
+OPEN = 1e-4        # m or rad, of a closed loop of bodies that a posture leaves open
 SAME = 1e-6        # relative: limits that differ by less are symmetric
 ORDERS = (1, 40)   # of cogging, of the library
 
@@ -304,6 +305,11 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
         motor = replace(motor, damping=motor.damping + own.law.damper,
                         actuator_damping=motor.actuator_damping + own.law.damper)
     notes += _remarks(motor, own, others, path)
+    loop, apart = open_loop(m, numbers[0], state)
+    if apart > OPEN:
+        notes.append(f'{path.name}: joint {joints[0]}: equality {loop}: open by {apart:.2g} m in '
+                     'this posture, so that it acts on the joint: choose a --keyframe that '
+                     'closes it')
     spring = file.springs.get(joints[0])
     if spring is not None:
         motor = replace(motor, stiffness=spring[0], springref=spring[1],
