@@ -43,12 +43,13 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.friction_law import FrictionLaw
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled, is_off,
-    mujoco_module, name_of, Refusal, scalar_joints, undecided, Unread)
+    mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)
 
 INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between joints
 
 MAX_XML = 1 << 26  # bytes of a file
 NO_LIMIT = (-math.inf, math.inf)
+OPEN = 1e-4        # m or rad, of a closed loop of bodies that a posture leaves open
 SAME = 1e-6        # relative: limits that differ by less are symmetric
 ORDERS = (1, 40)   # of cogging, of the library
 
@@ -304,6 +305,11 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
         motor = replace(motor, damping=motor.damping + own.law.damper,
                         actuator_damping=motor.actuator_damping + own.law.damper)
     notes += _remarks(motor, own, others, path)
+    loop, apart = open_loop(m, numbers[0], state)
+    if apart > OPEN:
+        notes.append(f'{path.name}: joint {joints[0]}: equality {loop}: open by {apart:.2g} m in '
+                     'this posture, so that it acts on the joint: choose a --keyframe that '
+                     'closes it')
     spring = file.springs.get(joints[0])
     if spring is not None:
         motor = replace(motor, stiffness=spring[0], springref=spring[1],
@@ -564,14 +570,14 @@ def _of_drive(drive: MjcfDrive) -> list[Refusal]:
         low, high = ORDERS
         if passive.kind == COGGING and passive.where != ARM and not (
                 low <= passive.numbers[1] <= high and passive.numbers[1] % 1.0 == 0.0):
-            add('cogging', f'{passive.numbers[1]:g} waves in a turn, expected a whole number of '
+            add(COGGING, f'{passive.numbers[1]:g} waves in a turn, expected a whole number of '
                 f'{low} to {high}')
         if passive.kind == COGGING and passive.where == TENDON:
-            add('cogging', 'on the tendon, expected none')
+            add(COGGING, 'on the tendon, expected none')
         if passive.kind == LUGRE and passive.where == ARM:
-            add('lugre', 'on the joint of the arm, expected it on that of the motor', arm or motor)
+            add(LUGRE, 'on the joint of the arm, expected it on that of the motor', arm or motor)
         if passive.kind == LUGRE and passive.where == MOTOR and motor.frictionloss:
-            add('lugre', f'beside frictionloss {motor.frictionloss:g}, expected one of both')
+            add(LUGRE, f'beside frictionloss {motor.frictionloss:g}, expected one of both')
     kinds = [(p.where, p.kind) for p, _ in drive.passive if p.where != ARM]
     if len(set(kinds)) < len(kinds):
         add('dcmotor', 'several with cogging or lugre, expected one of each')

@@ -426,9 +426,14 @@ def _lag(m: Any, i: int) -> float:
 def _delay(m: Any, i: int) -> float:
     """Return the delay (s) of controls, which are held between steps unless interpolated."""
     delay, step = float(m.actuator_delay[i]), float(m.opt.timestep)
-    if delay and not m.actuator_history[i, 1]:
-        return math.ceil(delay / step - 1e-6) * step
-    return delay
+    if not delay or m.actuator_history[i, 1]:
+        return delay
+    steps = delay / step
+    if abs(steps - round(steps)) < 1e-6:
+        # Which of two samples is read depends on how the time rounds: MuJoCo 4.0 changes over.
+        raise Unread('delay', f'{delay:g} s is a whole number of timesteps, so that rounding '
+                     'decides between two controls, expected interp="linear", or half a step more')
+    return math.ceil(steps) * step
 
 
 def _dc_motor(m: Any, i: int) -> ActuatorLaw:
@@ -636,16 +641,28 @@ def _of_constraints(moved: _Moved, place: int) -> Iterator[Refusal]:
                               f'{name_of(m, "body", ids[1])}: a closed loop of bodies')
 
 
-def whole(m: Any, joint: int, state: Any = None, gearboxes: Sequence[int] = ()) -> None:
+def open_loop(m: Any, joint: int, state: Any) -> tuple[str, float]:
     """
-    Raise InputError with all that is undecided about a joint.
+    Return the closed loop of bodies beyond a joint that a posture leaves open furthest.
+
+    Its constraint pulls at both ends, which do not lie in one place, so that a torque remains.
 
     Args:
         m: mujoco.MjModel.
-        joint: its number.
-        state: see undecided.
-        gearboxes: see undecided.
+        joint: number of the joint that carries the loop.
+        state: MjData in the posture.
+
+    Returns:
+        Name of the equality constraint and how far it is open (m or rad), '' and 0 without one.
     """
-    problems = undecided(m, [joint], state, gearboxes)
-    if problems:
-        raise InputError(*(f'joint {problem.joint}: {problem}' for problem in problems))
+    mujoco, own, furthest = mujoco_module(), moved_by(m, joint), ('', 0.0)
+    rows = np.flatnonzero(state.efc_type == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY))
+    kinds = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
+    for row in rows:
+        e, size = int(state.efc_id[row]), abs(float(state.efc_pos[row]))
+        bodies = int(m.eq_obj1id[e]), int(m.eq_obj2id[e])
+        if m.eq_objtype[e] == int(mujoco.mjtObj.mjOBJ_SITE):
+            bodies = int(m.site_bodyid[bodies[0]]), int(m.site_bodyid[bodies[1]])
+        if int(m.eq_type[e]) in kinds and size > furthest[1] and own[list(bodies)].all():
+            furthest = name_of(m, 'equality', e), size
+    return furthest

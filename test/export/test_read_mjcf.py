@@ -63,6 +63,9 @@ READ = {
     'control limit': {'actuator': '<motor name="m" joint="elbow" ctrlrange="-2 2"/>'},
     'limit of the joint': {'joint': JOINT + ' actuatorfrcrange="-2 2"'},
     'lag': {'actuator': '<general name="m" joint="elbow" dyntype="filterexact" dynprm="0.03"/>'},
+    'delay': {'actuator': '<motor name="m" joint="elbow" delay="0.008" nsample="9" '
+              'interp="linear"/>'},
+    'held delay': {'actuator': '<motor name="m" joint="elbow" delay="0.007" nsample="9"/>'},
     'lag in Euler steps': {'actuator': '<general name="m" joint="elbow" dyntype="filter" '
                            'dynprm="0.03"/>', 'integrator': 'Euler'},
     'actuator damping': {'actuator': '<motor name="m" joint="elbow" gear="2" damping="0.1" '
@@ -125,6 +128,8 @@ REFUSED = {
                                           'gainprm="20" biastype="affine" biasprm="0 -40 0"/>'},
     'm: inductance': {'actuator': '<dcmotor name="m" joint="elbow" motorconst="0.5" '
                       'resistance="1" inductance="0.01 0"/>'},
+    'm: delay: 0.008 s is a whole number of timesteps': {
+        'actuator': '<motor name="m" joint="elbow" delay="0.008" nsample="9"/>'},
     'm: pid': {'actuator': '<pid name="m" joint="elbow" kp="40" ki="3"/>'},
     'm: kv: 9 N m s/rad in Euler steps': {
         'integrator': 'Euler', 'actuator': '<velocity name="m" joint="elbow" kv="9"/>'},
