@@ -46,3 +46,18 @@ def burstiness(evidence: Evidence, fit: Fit) -> tuple[Array, list[list[tuple[flo
             out[j] = e[top].mean() / np.median(e[use])
             times[j] = sorted((float(starts[s]), float(starts[s]) + seconds) for s in top)
     return out, times
+
+
+def worst_segments(evidence: Evidence, fit: Fit) -> Array:
+    """Return the rms [J] of what a fit leaves in the worst tenth of the segments, N m."""
+    out = np.zeros(evidence.joints)
+    hops = np.concatenate([np.full(len(rows.tests.starts), rows.tests.value.shape[0] / 2.0)
+                           for rows in evidence.recordings])
+    for j, a in enumerate(evidence.at):
+        energy = np.bincount(a.segment, fit.residual[j] ** 2, evidence.segments) / hops
+        covered = np.concatenate([rows.tests.covered[:, j] for rows in evidence.recordings])
+        use = covered > COVERED
+        if use.any():
+            e = np.sort(energy[use] / covered[use])
+            out[j] = np.sqrt(e[-max(1, len(e) // 10):].mean())
+    return out

@@ -103,7 +103,7 @@ def tempered(values: Array, covariance: Array, scatter: Array | None, dispersion
         scatter: deviations between healthy parts [k], None for none.
         dispersion: of the joint.
     """
-    size = np.sqrt(np.diag(covariance)) + 1e-300
+    size = np.sqrt(np.maximum(np.diag(covariance), 0.0)) + 1e-300
     plain, b = covariance / np.outer(size, size), values / size
     wide = plain * dispersion
     if scatter is not None and len(scatter) == len(b):

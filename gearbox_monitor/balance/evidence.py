@@ -53,7 +53,7 @@ class JointRows:
 
     z [R, K]: its nuisance columns in units of their deviation; index [K]: which ones of all;
     y [R]: target less the prior's mean; cells: slices of equal variance; count [C]: effective
-    rows; recording [C]: of the cell; segment [R]: number of the segment; order [R]: where a row
+    rows; recording, band [C]: of the cell; segment [R]: number of the segment; order [R]: where a row
     stood; gram [C, K+1, K+1]. floor [C]: no cell's sum of squares is taken below it.
     """
 
@@ -63,6 +63,7 @@ class JointRows:
     cells: tuple[slice, ...]
     count: Array
     recording: Integers
+    band: Integers
     segment: Integers
     order: Integers
     gram: Array
@@ -110,10 +111,13 @@ class Evidence:
     """
     The evidence of `recordings` of one robot about candidates.
 
-    prior: what references taught; None, the tolerances of the file. labels: of the nuisance.
+    prior: what references taught; None, the tolerances of the file. variance [J, bands]: what they
+    left, below which no variance is taken. labels: of the nuisance.
     """
 
-    def __init__(self, recordings: Sequence[Rows], prior: Prior | None = None) -> None:
+    def __init__(self, recordings: Sequence[Rows], prior: Prior | None = None,
+                 variance: Array | None = None) -> None:
+        self.variance = variance
         self.recordings = tuple(recordings)
         self.settings = recordings[0].settings
         self.joints = len(recordings[0].joints)
@@ -175,8 +179,10 @@ class Evidence:
         gram = np.stack([full[s].T @ full[s] for s in slices])
         # Else a joint without effort may explain all by nothing (0 = 0).
         floor = np.array([np.sum(torque[s] ** 2) for s in slices]) * self.settings.floor ** 2
-        recording = cells[edges[:-1]] // bands
-        return JointRows(z, own, y, slices, count, recording, np.concatenate(segment)[order],
+        kind = cells[edges[:-1]]
+        if self.variance is not None:
+            floor = np.maximum(floor, count * self.variance[j][kind % bands])
+        return JointRows(z, own, y, slices, count, kind // bands, kind % bands, np.concatenate(segment)[order],
                          order, gram, floor + 1e-30)
 
     @cached_property

@@ -21,23 +21,23 @@ of the references is measured for every effect, and their over-dispersion for ev
 """
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.balance.bursts import burstiness
+from gearbox_monitor.balance.bursts import worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
 from gearbox_monitor.balance.evidence import Evidence, Fit, Prior
 from gearbox_monitor.balance.robot_log import RobotLog
-from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
+from gearbox_monitor.balance.rows import nuisance_of, RobotModel, rows_of
 from gearbox_monitor.balance.settings import Settings, SETTINGS
 from gearbox_monitor.balance.shapes import dictionary, shape_of
+from gearbox_monitor.balance.visits import Visits, visits_of
 from gearbox_monitor.kernels.types import Array
 
 VERSION = 1
 MOST_PARTS = 12
-BINS = {'angle': 0.1, 'speed': 0.1, 'load': 0.1}  # rad, rad/s, share of the torque's deviation
-EDGES = 3.0  # parts whose excitation of an effect is this much below the usual say nothing of it
+CALMED = 0.9  # the shapes have made parts alike where their over-dispersion falls to this
+MOST_PASSES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,9 @@ class Knowledge:
     prior: of the nuisance, for another day. shapes: (joint, name) that its friction needs.
     scatter: {key of an effect: deviation of each coefficient between healthy parts}.
     dispersion [J]: squared misfit of the model between parts over what noise explains, 1 or more.
-    bursts [J]: of the references. visited: {joint: {variable: bins}}; sizes [J]: rms torque, N m.
+    bursts [J]: rms of what is left in the worst tenth of the segments, N m. visits: {joint:
+    {variable: Visits}}; sizes [J]: rms of the taught torque, N m. variance [J, bands]: of what is
+    left, per row: a part of it is no noise, and other recordings have it as well.
     joints, kind, measured, rate: of the logs; references: their names; seconds: their length;
     model: hash of the file; parts: number of parts compared.
     """
@@ -58,8 +60,9 @@ class Knowledge:
     scatter: Mapping[str, Array]
     dispersion: Array
     bursts: Array
-    visited: Mapping[str, Mapping[str, tuple[int, ...]]]
+    visits: Mapping[str, Mapping[str, Visits]]
     sizes: Array
+    variance: Array
     joints: tuple[str, ...]
     kind: str
     measured: bool
@@ -100,61 +103,87 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     recordings = [rows_of(log, robot, shapes, settings=settings) for log in logs]
     for _ in range(2):     # the second time with the torque that the first one taught
         evidence = Evidence(recordings)
-        fit = evidence.fit()
-        prior = evidence.posterior(fit)
+        prior = evidence.posterior(evidence.fit())
         mean = dict(zip(prior.labels, prior.mean.tolist()))
         recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
     evidence = Evidence(recordings)
     fit = evidence.fit()
-    scatter, dispersion, parts = scattered(evidence, fit)
+    candidates = [c for c in library(recordings) + free_functions(recordings)
+                  if c.effect not in ('saturation', 'cogging', 'torque_ripple')]
+    scatter, dispersion, parts = scattered(evidence, fit, candidates)
     progress(settings.rounds + 1, settings.rounds + 1)
+    joints = range(evidence.joints)
+    taught = [np.concatenate([r.joints[j].model - r.joints[j].load for r in recordings])
+              for j in joints]
     return Knowledge(
         _next_day(evidence, fit, settings), tuple(shapes), scatter, dispersion,
-        burstiness(evidence, fit)[0], _visited(recordings),
-        np.array([np.std(np.concatenate([r.joints[j].effort for r in recordings]))
-                  for j in range(evidence.joints)]), logs[0].joints, logs[0].kind,
-        logs[0].measured, float(np.median([log.rate for log in logs])),
-        tuple(log.name for log in logs), sum(log.seconds for log in logs), parts, model)
+        worst_segments(evidence, fit),
+        {name: visits_of(recordings, j) for j, name in enumerate(robot.chain.joints)},
+        np.array([np.sqrt(np.mean(x ** 2)) for x in taught]), _variance(evidence, fit),
+        logs[0].joints, logs[0].kind, logs[0].measured,
+        float(np.median([log.rate for log in logs])), tuple(log.name for log in logs),
+        sum(log.seconds for log in logs), parts, model)
+
+
+def _variance(evidence: Evidence, fit: Fit) -> Array:
+    """Return the variance [J, bands] of what a fit leaves, 0 where there are no rows."""
+    out = np.zeros((evidence.joints, len(evidence.settings.bands) - 1))
+    for j, a in enumerate(evidence.at):
+        total, rows = np.zeros(out.shape[1]), np.zeros(out.shape[1])
+        np.add.at(total, a.band, a.count / fit.weights[j])
+        np.add.at(rows, a.band, a.count)
+        out[j] = np.where(rows > 0.0, total / np.maximum(rows, 1e-9), 0.0)
+    return out
 
 
 def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
             progress: Callable[[int, int], None]) -> list[tuple[int, str]]:
-    """Return the shapes that references need: one more per joint and round while it pays."""
+    """
+    Return the shapes that references need: one more per joint and round while it pays.
+
+    It pays if it gains more than the over-dispersion of the joint: where parts of the references
+    differ, what one of them needs is no property of the joint.
+    """
     shapes: list[tuple[int, str]] = []
     recordings = [rows_of(log, robot, settings=settings) for log in logs]
-    joints = len(robot.chain.links)
-    names = list(dictionary())
+    joints, names = range(len(robot.chain.links)), list(dictionary())
     offers: list[list[Candidate]] = []
-    for j in range(joints):
+    for j in joints:
         offers.append([])
         for name in names:
             parts = [rows.tested(j, shape_of(name)(rows.joints[j])) for rows in recordings]
             offers[j].append(Candidate(name, {j: np.concatenate(parts)}))
-    open_joints = set(range(joints))
-    for done in range(settings.rounds):
-        progress(done, settings.rounds + 1)
-        evidence = Evidence(recordings)
-        fit = evidence.fit()
-        for j in sorted(open_joints):
-            left = [c for c in offers[j] if (j, c.effect) not in shapes]
-            rows = max(evidence.at[j].count.sum(), 3.0)
-            worth = [e.gain - c.width * np.log(rows) - 2.0 * np.log(len(names))
-                     for c, e in zip(left, evidence.estimates(fit, left))]
-            i = int(np.argmax(worth))
-            if worth[i] > settings.margin:
-                shapes.append((j, left[i].effect))
-            else:
-                open_joints.discard(j)
-        if not open_joints:
+    free = free_functions(recordings)
+    evidence = Evidence(recordings)
+    fit = evidence.fit()
+    dispersion = scattered(evidence, fit, free)[1]
+    done, open_joints = 0, set(joints)
+    for _ in range(MOST_PASSES):
+        while open_joints and done < settings.rounds:
+            progress(done, settings.rounds + 1)
+            done += 1
+            before = len(shapes)
+            for j in sorted(open_joints):
+                left = [c for c in offers[j] if (j, c.effect) not in shapes]
+                rows = max(evidence.at[j].count.sum(), 3.0)
+                worth = [e.gain / dispersion[j] - c.width * np.log(rows)
+                         - 2.0 * np.log(len(names))
+                         for c, e in zip(left, evidence.estimates(fit, left))]
+                i = int(np.argmax(worth))
+                if worth[i] > settings.margin:
+                    shapes.append((j, left[i].effect))
+                else:
+                    open_joints.discard(j)
+            if len(shapes) > before:
+                recordings = [replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
+                              for rows in recordings]
+                evidence = Evidence(recordings)
+                fit = evidence.fit()
+        before_pass, dispersion = dispersion, scattered(evidence, fit, free)[1]
+        open_joints = set(np.flatnonzero(dispersion < CALMED * before_pass).tolist())
+        if not open_joints or done >= settings.rounds:
             break
-        recordings = [replace(rows, nuisance=rows_nuisance(rows, shapes)) for rows in recordings]
     return shapes
-
-
-def rows_nuisance(rows: Rows, shapes: Sequence[tuple[int, str]]) -> tuple[Any, ...]:
-    """Return the nuisance columns of `rows` with `shapes` of friction."""
-    from gearbox_monitor.balance.rows import nuisance_of
-    return tuple(nuisance_of(rows, shapes))
 
 
 def _next_day(evidence: Evidence, fit: Fit, settings: Settings) -> Prior:
@@ -220,7 +249,8 @@ def _parts(labels: Array) -> list[Array]:
     return [labels == v for v in values]
 
 
-def scattered(evidence: Evidence, fit: Fit) -> tuple[dict[str, Array], Array, int]:
+def scattered(evidence: Evidence, fit: Fit, candidates: Sequence[Candidate]
+              ) -> tuple[dict[str, Array], Array, int]:
     """
     Return what differs between healthy parts.
 
@@ -228,11 +258,14 @@ def scattered(evidence: Evidence, fit: Fit) -> tuple[dict[str, Array], Array, in
     model true. The mean gain per coefficient of all effects of a joint is its over-dispersion; the
     variance of one effect's coefficients beyond it is the scatter of this effect.
 
+    Args:
+        evidence: of the references.
+        fit: of their nuisance.
+        candidates: effects and functions to compare.
+
     Returns:
         {key: deviation of each coefficient}, over-dispersion [J], number of parts.
     """
-    candidates = [c for c in library(evidence.recordings) + free_functions(evidence.recordings)
-                  if c.effect not in ('saturation', 'cogging', 'torque_ripple')]
     joints = {name: j for j, name in enumerate(evidence.recordings[0].robot.chain.joints)}
     gains: list[list[tuple[float, int]]] = [[] for _ in joints]
     table: dict[str, list[tuple[Array, Array]]] = {}
@@ -259,19 +292,3 @@ def scattered(evidence: Evidence, fit: Fit) -> tuple[dict[str, Array], Array, in
         excess = (weight * (values ** 2 - phi * variance)).sum(axis=0) / weight.sum(axis=0)
         scatter[key] = np.sqrt(np.maximum(excess, 0.0))
     return scatter, over, count
-
-
-def _visited(recordings: Sequence[Rows]) -> dict[str, dict[str, tuple[int, ...]]]:
-    """Return {joint: {variable: bins that the references visited}}."""
-    return {name: {variable: tuple(sorted(set(
-        np.concatenate([binned(rows, j, variable) for rows in recordings]).tolist())))
-        for variable in BINS}
-        for j, name in enumerate(recordings[0].robot.chain.joints)}
-
-
-def binned(rows: Rows, joint: int, variable: str) -> Array:
-    """Return the bins [N] of a joint's `variable`."""
-    m = rows.joints[joint]
-    if variable == 'load':
-        return np.floor(m.load / (np.std(m.load) + 1e-9) / BINS[variable])
-    return np.floor((m.q if variable == 'angle' else m.v) / BINS[variable])

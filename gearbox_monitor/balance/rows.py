@@ -162,20 +162,20 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
     # A series of accelerations: for shapes over the load and small shifts in time only.
     load += _rate(motion, momentum)
     sign = smooth_sign(motion.v, motion.sigma_v, settings)
+    passive = chain.viscous * motion.v + chain.spring * (motion.q - chain.spring_zero)
     model = np.empty((count, tests.rows))
     for j in range(count):
         model[j] = sum(inertial[k, j] @ chain.links[k].theta for k in chain.moved_by(j))
         model[j] += tests.of_rate(chain.armature[j] * motion.v[:, j, None], j)[:, 0]
-        series = chain.viscous[j] * motion.v[:, j] + chain.coulomb[j] * sign[:, j]
-        model[j] += tests.of(series[:, None], j)[:, 0]
+        series = passive[:, j, None] + chain.coulomb[j] * sign[:, j, None]
+        model[j] += tests.of(series, j)[:, 0]
     kp, kd = (np.zeros(count) if x is None else x for x in (robot.kp, robot.kd))
     error = motion.input - motion.q
     effort = motion.input if not setpoint else (
         kp * error - kd * motion.v + (weight if robot.compensated else 0.0))
     target = np.stack([tests.of(effort[:, j, None], j)[:, 0] for j in range(count)]) - model
     steady = _steady(motion, effort)
-    friction = chain.viscous * motion.v + chain.coulomb * sign + chain.armature * _rate(
-        motion, motion.v)
+    friction = passive + chain.coulomb * sign + chain.armature * _rate(motion, motion.v)
     joints = [JointMotion(
         motion.t, motion.q[:, j], motion.v[:, j], sign[:, j], load[:, j],
         load[:, j] + friction[:, j], steady[:, j], error[:, j], motion.input_speed[:, j], kp[j],

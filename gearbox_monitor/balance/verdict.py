@@ -20,16 +20,17 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.balance.bursts import burstiness
+from gearbox_monitor.balance.bursts import burstiness, worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
 from gearbox_monitor.balance.contest import (
     contest, cost, Entry, over_dispersion, Scales, scales_of, tempered)
 from gearbox_monitor.balance.evidence import Evidence, Fit, Prior
-from gearbox_monitor.balance.knowledge import BINS, binned, key_of, Knowledge
+from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.balance.robot_effects import BASE, PAYLOAD, ROBOT_EFFECTS
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
 from gearbox_monitor.balance.settings import Settings, SETTINGS
+from gearbox_monitor.balance.visits import unvisited, with_unvisited
 from gearbox_monitor.identification.findings import Finding, kind_of, NONE, Remainder
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
@@ -37,6 +38,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 TWO_HEIGHTS = {'motor_coulomb', 'torque_offset'}
 TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined
 WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not determined
+LARGER = 1.5       # bursts of healthy references that were as large are none
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
           'm1_change': ('m1', 'armature')}
 
@@ -92,7 +94,12 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     shapes = knowledge.shapes if knowledge else ()
     mean = knowledge.mean if knowledge else None
     recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
-    evidence = Evidence(recordings, knowledge.prior if knowledge else None)
+    if knowledge is None:
+        evidence = Evidence(recordings)
+    else:
+        recordings = [with_unvisited(rows, knowledge.visits, knowledge.sizes)
+                      for rows in recordings]
+        evidence = Evidence(recordings, knowledge.prior, knowledge.variance)
     laws, free = library(recordings, effects), free_functions(recordings)
     scales = scales_of(laws, free, knowledge, evidence.joints)
     blank = evidence.fit()
@@ -255,11 +262,11 @@ def _remainders(evidence: Evidence, fit: Fit, steps: Sequence[Step],
                                  _rms(evidence, j, x), c.over, c.joint,
                                  extra={'evidence': round(step.worth, 3)}))
     size, times = burstiness(evidence, fit)
+    worst = worst_segments(evidence, fit)
     for j in np.argsort(-size):
-        limit = settings.bursts
-        if knowledge is not None:
-            limit = max(limit, 1.5 * float(knowledge.bursts[j]))
-        if size[j] > limit and all(r.joint != chain.joints[j] for r in out):
+        healthy = knowledge is not None and worst[j] < LARGER * knowledge.bursts[j]
+        if size[j] > settings.bursts and not healthy and all(
+                r.joint != chain.joints[j] for r in out):
             out.append(Remainder('arm_side', 'effort', _rms(evidence, j, fit.residual[j]),
                                  'bursts', chain.joints[j], tuple(times[j]),
                                  {'burstiness': round(float(size[j]), 2)}))
@@ -336,13 +343,12 @@ def _cautions(recordings: Sequence[Rows], knowledge: Knowledge) -> tuple[str, ..
     """Return what the references did not visit, in words."""
     out = []
     for j, name in enumerate(knowledge.joints):
-        for variable in BINS:
-            bins = set(knowledge.visited[name][variable])
-            values = np.concatenate([binned(rows, j, variable) for rows in recordings])
-            share = float(np.mean(np.isin(values, list(bins))))
-            if share < recordings[0].settings.visited:
-                out.append(f'{name}: {100 * (1 - share):.0f} % of the motion is at a {variable} '
-                           'that no reference visited')
+        for variable, visits in knowledge.visits[name].items():
+            share = float(np.mean([unvisited(rows, j, variable, visits)[1]
+                                   for rows in recordings]))
+            if share > 1.0 - recordings[0].settings.visited:
+                out.append(f'{name}: in {100 * share:.0f} % of the motion no reference had '
+                           f'this {variable}')
     return tuple(out)
 
 

@@ -24,7 +24,7 @@ Ixx, Iyy, Izz, Ixy, Ixz, Iyz) at the origin of its frame. So p, k and g are regr
 (Gautier and Khalil, 1988). All samples of a recording are computed at once.
 """
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -86,7 +86,8 @@ class Chain:
     A robot on a fixed base, one link per joint, a parent before its children.
 
     armature [J] kg m^2, viscous [J] N m s/rad, coulomb [J] N m: of the joints, from the file.
-    gravity [3]: m/s^2.
+    gravity [3]: m/s^2. zero [J]: position in which the links' frames are as they say. spring [J]
+    N m/rad, relaxed at spring_zero [J].
     """
 
     links: tuple[Link, ...]
@@ -94,6 +95,9 @@ class Chain:
     viscous: Array
     coulomb: Array
     gravity: Array
+    zero: Array = field(default_factory=lambda: np.zeros(1))
+    spring: Array = field(default_factory=lambda: np.zeros(1))
+    spring_zero: Array = field(default_factory=lambda: np.zeros(1))
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -128,7 +132,7 @@ class Chain:
             gravity: [3] m/s^2, None for that of the chain.
         """
         gravity = self.gravity if gravity is None else gravity
-        turns, places, axes, anchors = self._poses(q)
+        turns, places, axes, anchors = self._poses(q - self.zero)
         for index, movers in enumerate(self.movers):
             turn = turns[index]
             down = _into(turn, np.broadcast_to(gravity, (len(q), 3)))
