@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import BSpline
 
-from gearbox_monitor.balance.robot_effects import BASE, LINK, PAYLOAD, ROBOT_EFFECTS, RobotEffect
+from gearbox_monitor.balance.robot_effects import BASE, centre_of, LINK, PAYLOAD, ROBOT_EFFECTS, RobotEffect
 from gearbox_monitor.balance.rows import Rows
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
@@ -39,7 +39,8 @@ class Candidate:
     joint, link: where; both None is the base. columns: {joint: [R, k]}. setting: of its nonlinear
     parameter. again(setting): the candidate for another one, None if there is none to refine.
     low, high: bounds of the first coefficient. values(b): parameters of the coefficients.
-    twins: effects with the same columns. over: variable of a free function.
+    twins: effects with the same columns. over: variable of a free function. fixed_point: the
+    setting follows from the coefficients b: next_setting(b).
     """
 
     effect: str
@@ -55,6 +56,7 @@ class Candidate:
     free: bool = False
     over: str = ''
     extra: int = 0
+    next_setting: Callable[[Array], Any] | None = None
 
     @property
     def width(self) -> int:
@@ -92,11 +94,11 @@ def library(recordings: Sequence[Rows], effects: Sequence[str] | None = None) ->
     out: list[Candidate] = []
     first = recordings[0]
     chain = first.robot.chain
-    columns = [(e.id, e.column) for e in EFFECTS.values() if e.column is not None]
-    columns += [(e.id, e.column) for e in ROBOT_EFFECTS if e.column is not None]
+    columns = [(e.id, e.column, e.rotary_only) for e in EFFECTS.values() if e.column is not None]
+    columns += [(e.id, e.column, False) for e in ROBOT_EFFECTS if e.column is not None]
     for j, name in enumerate(chain.joints):
-        for effect, column in columns:
-            if effects is None or effect in effects:
+        for effect, column, rotary in columns:
+            if (effects is None or effect in effects) and not (rotary and chain.links[j].slides):
                 if shown(column, first):
                     out += _of_joint(effect, column, recordings, j, name)
     for effect in ROBOT_EFFECTS:
@@ -132,7 +134,9 @@ def _of_joint(effect: str, column: BalanceColumn, recordings: Sequence[Rows], jo
             again=made if column.setting and not column.whole else None,
             low=max(column.low(m) for m in motions), high=column.high,
             values=lambda b: column.values(b, setting), twins=column.twins,
-            extra=1 if column.setting else 0)
+            extra=1 if column.setting and not column.fixed_point else 0,
+            next_setting=(lambda b: float(np.clip(b[0], 1e-3, column.high)))
+            if column.fixed_point else None)
     rate = min(rows.rate for rows in recordings)
     return [made(setting) for setting in column.grid(setting_of)
             if tries(column, setting, setting_of, rate)]
@@ -157,7 +161,8 @@ def _of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate
             effect.id, _stacked([columns(rows, index, centre) for rows in recordings]),
             setting=centre, again=(lambda c: made(index, c)) if effect is PAYLOAD else None,
             low=-math.inf if recordings[0].robot.learnt else effect.low,
-            values=lambda b: values(b, centre), **where)
+            values=lambda b: values(b, centre),
+            next_setting=centre_of if effect is PAYLOAD else None, **where)
     if effect.place == LINK:
         indices = [i for i, link in enumerate(chain.links) if link.mass > 0.0]
     elif effect.place == BASE:

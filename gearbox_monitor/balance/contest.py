@@ -27,13 +27,11 @@ import numpy as np
 from gearbox_monitor.balance.candidates import Candidate, with_setting
 from gearbox_monitor.balance.evidence import Evidence, Fit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
-from gearbox_monitor.balance.robot_effects import PAYLOAD, WIDEST
 from gearbox_monitor.kernels.types import Array
 
 PER_NAME = 2          # settings of one effect among the finalists
 STEPS = (1.25, 1.08, 1.025)
 LEAST_GAIN = 0.3      # of deviance, for which a setting is moved
-LEAST_MASS = 1e-3     # kg, below which a payload has no centre
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +101,7 @@ def tempered(values: Array, covariance: Array, scatter: Array | None, dispersion
         scatter: deviations between healthy parts [k], None for none.
         dispersion: of the joint.
     """
-    size = np.sqrt(np.maximum(np.diag(covariance), 0.0)) + 1e-300
+    size = np.sqrt(np.maximum(np.diag(covariance), 1e-60))
     plain, b = covariance / np.outer(size, size), values / size
     wide = plain * dispersion
     if scatter is not None and len(scatter) == len(b):
@@ -182,12 +180,9 @@ def _refined(evidence: Evidence, fit: Fit) -> Fit:
     A place of mass by its fixed point, a speed or level by a search around the grid's.
     """
     c, base = fit.chosen[-1], fit.chosen[:-1]
-    if c.effect == PAYLOAD.id:
+    if c.next_setting is not None:
         for _ in range(3):
-            b = fit.values[-4:]
-            if abs(b[0]) <= LEAST_MASS:
-                break
-            c = with_setting(c, np.clip(b[1:] / b[0], -WIDEST, WIDEST))
+            c = with_setting(c, c.next_setting(fit.values[fit.of(len(base))]))
             fit = evidence.fit((*base, c), fit.weights, 3)
         return fit
     middle = float(c.setting)
@@ -205,3 +200,28 @@ def _refined(evidence: Evidence, fit: Fit) -> Fit:
                     break
                 c, fit = candidate, trial
     return fit
+
+
+def pruned(evidence: Evidence, fit: Fit, scales: Scales) -> tuple[Fit, list[int]]:
+    """
+    Return a fit without what no longer pays beside the newer candidates, and who stayed.
+
+    Args:
+        evidence: of the recordings.
+        fit: with its candidates.
+        scales: of their evidence.
+    """
+    numbers = list(range(len(fit.chosen)))
+    while len(numbers) > 1:
+        worth = []
+        for i in range(len(fit.chosen)):
+            ordered = (*fit.chosen[:i], *fit.chosen[i + 1:], fit.chosen[i])
+            less = evidence.fit(ordered[:-1], fit.weights, 4)
+            whole = evidence.fit(ordered, fit.weights, 2)
+            worth.append(worth_of(evidence, less, whole, scales))
+        i = int(np.argmin(worth))
+        if worth[i] >= evidence.settings.margin:
+            break
+        fit = evidence.fit((*fit.chosen[:i], *fit.chosen[i + 1:]), fit.weights, 4)
+        del numbers[i]
+    return fit, numbers

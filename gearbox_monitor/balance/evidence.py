@@ -260,8 +260,10 @@ class Evidence:
             for gram, own, a in zip(grams, index, self.at):
                 c = np.append(-solution[own], 1.0)
                 squares.append(self._shrunk(np.maximum((gram @ c) @ c, a.floor), a))
-            before, weights = weights, [a.count / s for a, s in zip(self.at, squares)]
-            if max(np.abs(np.log(w / b)).max() for w, b in zip(weights, before)) < 0.01:
+            # Weights, solution and covariance that are returned belong together: where a candidate
+            # has the column of a nuisance, their difference is all of its information.
+            used, weights = weights, [a.count / s for a, s in zip(self.at, squares)]
+            if max(np.abs(np.log(w / b)).max() for w, b in zip(weights, used)) < 0.01:
                 break
         offset = solution[:k]
         deviance = sum(float((a.count * np.log(s / a.count)).sum())
@@ -270,7 +272,7 @@ class Evidence:
         residual = [a.y - a.z @ solution[a.index] - x @ solution[k + place]
                     for a, x, place in zip(self.at, extra, places)]
         return Fit(tuple(chosen), deviance, solution[k:] / scale, offset,
-                   cho_solve(factor, np.eye(size), check_finite=False), scale, tuple(weights),
+                   cho_solve(factor, np.eye(size), check_finite=False), scale, tuple(used),
                    tuple(residual))
 
     def _shrunk(self, squares: Array, a: JointRows) -> Array:

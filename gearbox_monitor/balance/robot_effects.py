@@ -34,6 +34,7 @@ from gearbox_monitor.plant.effects.balance_column import (
 JOINT, LINK, BASE = 'joint', 'link', 'base'
 GRAVITY_SIZE = 9.80665
 WIDEST = 0.6  # m: farthest place of a payload from its link's frame
+LEAST_MASS = 1e-3  # kg, below which a payload has no centre
 Columns: TypeAlias = Mapping[int, Array]  # {joint: [R, k]}
 
 
@@ -80,6 +81,11 @@ def _mass(rows: Rows, link: int, centre: Array) -> Columns:
 def _mass_values(b: Array, centre: Array) -> dict[str, float]:
     at = b[1:4] / b[0] if abs(b[0]) > 1e-9 else np.zeros(3)
     return {'m': float(b[0]), **{name: float(v) for name, v in zip(('cx', 'cy', 'cz'), at)}}
+
+
+def centre_of(b: Array) -> Array:
+    """Return the centre [3] of a mass with the coefficients `b` [4], within WIDEST."""
+    return np.clip(b[1:4] / b[0], -WIDEST, WIDEST) if abs(b[0]) > LEAST_MASS else np.zeros(3)
 
 
 def _inertia(rows: Rows, link: int, centre: Array) -> Columns:

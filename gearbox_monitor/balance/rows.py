@@ -175,10 +175,11 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
         kp * error - kd * motion.v + (weight if robot.compensated else 0.0))
     target = np.stack([tests.of(effort[:, j, None], j)[:, 0] for j in range(count)]) - model
     steady = _steady(motion, effort)
-    friction = passive + chain.coulomb * sign + chain.armature * _rate(motion, motion.v)
+    smooth = passive + chain.armature * _rate(motion, motion.v)
+    friction = smooth + chain.coulomb * sign
     joints = [JointMotion(
         motion.t, motion.q[:, j], motion.v[:, j], sign[:, j], load[:, j],
-        load[:, j] + friction[:, j], steady[:, j], error[:, j], motion.input_speed[:, j], kp[j],
+        load[:, j] + smooth[:, j], load[:, j] + friction[:, j], steady[:, j], error[:, j], motion.input_speed[:, j], kp[j],
         kd[j], float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
         float(kp[j] * motion.sigma_q[j]), chain.coulomb[j], chain.viscous[j], chain.armature[j],
         robot.learnt) for j in range(count)]
@@ -214,12 +215,13 @@ def _taught(m: JointMotion, name: str, shapes: Sequence[tuple[int, str]],
             mean: Mapping[str, float], joint: int, acceleration: Array) -> JointMotion:
     """Return `m` with the torque that a reference taught of the joint."""
     from dataclasses import replace
-    model = m.model + mean.get(f'armature {name}', 0.0) * acceleration
+    rotor = mean.get(f'armature {name}', 0.0) * acceleration
+    model, smooth = m.model + rotor, m.smooth + rotor
     for shape in (*FIRST, *(s for j, s in shapes if j == joint)):
         series = shape_of(shape)(m)
         for k in range(series.shape[1]):
             model = model + mean.get(f'{name}: {shape} {k}', 0.0) * series[:, k]
-    return replace(m, model=model)
+    return replace(m, model=model, smooth=smooth)
 
 
 def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceColumn]:
@@ -243,7 +245,7 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
         spread = s.armature_learnt * torque / 20.0 if robot.learnt else 0.0
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
-        late[j] = rows.tested(j, m.model[:, None], True)[:, 0]
+        late[j] = rows.tested(j, m.smooth[:, None], True)[:, 0]
         columns.append(NuisanceColumn(f'lag {name}', {j: late[j]},
                                       max(s.lag_joint, 0.25 * rows.motion.step)))
         slow = m.sign * np.exp(-(m.v / s.creep) ** 2)

@@ -23,7 +23,7 @@ import numpy as np
 from gearbox_monitor.balance.bursts import burstiness, worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
 from gearbox_monitor.balance.contest import (
-    contest, cost, Entry, over_dispersion, Scales, scales_of, tempered)
+    contest, cost, Entry, over_dispersion, pruned, Scales, scales_of, tempered)
 from gearbox_monitor.balance.evidence import Evidence, Fit, Prior
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.balance.robot_effects import BASE, PAYLOAD, ROBOT_EFFECTS
@@ -141,6 +141,9 @@ def _search(evidence: Evidence, current: Fit, laws: Sequence[Candidate],
         steps.append(Step(law, _rivals(entries, s.margin),
                           current.deviance - entries[0].fit.deviance))
         current = entries[0].fit
+        if len(current.chosen) > 1:
+            current, stayed = pruned(evidence, current, scales)
+            steps = [steps[i] for i in stayed]
     return current, steps
 
 

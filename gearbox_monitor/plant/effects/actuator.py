@@ -20,7 +20,7 @@ import numpy as np
 from gearbox_monitor.kernels.elementary import sine
 from gearbox_monitor.kernels.jit import jit_part
 from gearbox_monitor.plant.effects.balance_column import (
-    BalanceColumn, COMMAND, JointMotion, one, TORQUE, wave as wave_values, waves)
+    BalanceColumn, COMMAND, JointMotion, moved, one, TORQUE, wave as wave_values, waves)
 from gearbox_monitor.plant.effects.effect import (
     Coefficients, Effect, FreeParameter, MAX_DELAY, Parameter, PERIOD, Scales, Starts, wave)
 
@@ -70,8 +70,9 @@ ACTUATOR_DELAY = Effect(
     meaning='torque follows the command with a dead time', torque_only=True,
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
     column=BalanceColumn(
-        lambda m, _: m.model[:, None], one('T'), momentum=True, low=lambda m: 0.0,
-        high=3.0 * MAX_DELAY, needs=COMMAND, twins=('actuator_lag', 'motor_encoder_delay')))
+        lambda m, late: moved(m.t, m.smooth, late), one('T'), setting='T',
+        grid=lambda m: (0.005, 0.015), fixed_point=True, low=lambda m: 0.0, high=3.0 * MAX_DELAY,
+        needs=COMMAND, twins=('actuator_lag', 'motor_encoder_delay')))
 
 
 @jit_part
@@ -93,7 +94,7 @@ def limits_reached(m: JointMotion) -> list[float]:
     A level inside the noise would rectify it: the column then explains noise by noise.
     """
     size, levels = np.abs(m.effort), []
-    for level in np.quantile(size, (0.75, 0.82, 0.88, 0.92, 0.95, 0.97, 0.985)).tolist():
+    for level in np.quantile(size, (0.45, 0.6, 0.75, 0.82, 0.88, 0.92, 0.95, 0.97, 0.985)).tolist():
         above = size[size > level] - level
         if len(above) and math.sqrt(float(np.mean(above ** 2))) > 3.0 * m.noise:
             levels.append(level)

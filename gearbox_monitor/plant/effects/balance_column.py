@@ -36,7 +36,7 @@ class JointMotion:
     One joint of a moving robot.
 
     t s, q rad or m, v, sign (expected, of a noisy speed), load (torque of the rigid bodies without
-    friction), model (torque with friction), effort (without noise): [N] each, N m. error (setpoint
+    friction), smooth (with what does not jump at reversal), model (all), effort (without noise): [N] each, N m. error (setpoint
     less q), setpoint_speed [N], kp, kd: of a servo. noise: of the effort, N m. coulomb, viscous,
     armature: of the model file. learnt: the file's friction is not known but from a reference.
     """
@@ -46,6 +46,7 @@ class JointMotion:
     v: Array
     sign: Array
     load: Array
+    smooth: Array
     model: Array
     effort: Array
     error: Array
@@ -92,6 +93,17 @@ def not_negative(m: JointMotion) -> float:
     return -math.inf if m.learnt else 0.0
 
 
+def moved(t: Array, x: Array, shift: float) -> Array:
+    """
+    Return (x(t + shift) - x(t - shift)) / (2 shift) [N, 1] of samples `x` [N] at times `t` [N] (s).
+
+    The odd part of a shift in time. Its even part has the phase of the noise that a model has from
+    its positions, and would remove it: a column of x(t + shift) alone finds delays everywhere.
+    """
+    shift = max(shift, 1e-4)
+    return ((np.interp(t + shift, t, x) - np.interp(t - shift, t, x)) / (2.0 * shift))[:, None]
+
+
 @dataclass(frozen=True)
 class BalanceColumn:
     """
@@ -100,7 +112,7 @@ class BalanceColumn:
     series(m, setting): torque [N, k] per unit of the coefficients of a JointMotion; with
     `momentum` its derivative counts. values(b, setting): the effect's parameters of the
     coefficients b [k]. setting: name of a nonlinear parameter, which grid(m) lists; `whole`: it is
-    a whole number, else it is refined. low(m), high: bounds of the first coefficient. needs: kind
+    a whole number, else it is refined; `fixed_point`: it is the first coefficient itself. low(m), high: bounds of the first coefficient. needs: kind
     of input that shows it: ANY, COMMAND (torque that is commanded, not measured), TORQUE, or
     SETPOINT. twins: ids of effects with the same columns in motion.
     """
@@ -110,6 +122,7 @@ class BalanceColumn:
     setting: str = ''
     grid: Callable[[JointMotion], Sequence[float]] = lambda m: (0.0,)
     whole: bool = False
+    fixed_point: bool = False
     momentum: bool = False
     low: Callable[[JointMotion], float] = anything
     high: float = math.inf
