@@ -21,7 +21,7 @@ Evidence: the likelihood of a mixed model of all joints, by Gram matrices per jo
 
 A nuisance column acts on few joints only: each joint's Gram matrix holds its own columns.
 """
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -34,7 +34,8 @@ from gearbox_monitor.balance.rows import Rows
 from gearbox_monitor.kernels.types import Array, Integers
 
 WEAK = 1e-7      # prior precision of a candidate's coefficient, in units of its column
-SINGULAR = 1e-6  # of a candidate's own Schur complement, relative
+SINGULAR = 1e-13  # of a candidate's own Schur complement, relative
+CANCELLED = 1e-4  # below it the difference of two sums is not accurate
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,10 +304,8 @@ class Evidence:
                 part of the rows is what differs between this part and the others.
         """
         extra, places, _ = self._columns(fit.chosen)
-        k, size = self.n_nuisance, len(fit.covariance)
+        k = self.n_nuisance
         weight = [a.spread(w) for a, w in zip(self.at, fit.weights)]
-        if part is not None:
-            weight = [w * p for w, p in zip(weight, part)]
         full = [np.column_stack([a.z, x]) for a, x in zip(self.at, extra)]
         index = [np.r_[a.index, k + place] for a, place in zip(self.at, places)]
         out: list[Estimate | None] = [None] * len(candidates)
@@ -315,18 +314,14 @@ class Evidence:
             if len(c.columns) == 1:
                 single.setdefault(next(iter(c.columns)), []).append(i)
             else:
-                score, xx = np.zeros(c.width), np.zeros((c.width, c.width))
-                xz = np.zeros((c.width, size))
-                for j, x in c.columns.items():
-                    x = x[self.at[j].order]
-                    xw = x * weight[j][:, None]
-                    score += xw.T @ fit.residual[j]
-                    xx += xw.T @ x
-                    xz[:, index[j]] += xw.T @ full[j]
-                out[i] = _estimate(score, xx - xz @ fit.covariance @ xz.T, np.diag(xx))
+                columns = {j: self._in_part(x, j, part) for j, x in c.columns.items()}
+                score = np.zeros(c.width)
+                for j, x in columns.items():
+                    score += x.T @ (weight[j] * fit.residual[j])
+                out[i] = _estimate(score, *self._schur(fit, columns, full, index, weight))
         for j, numbers in single.items():
             x = np.concatenate([candidates[i].columns[j] for i in numbers], axis=1)
-            x = x[self.at[j].order]
+            x = self._in_part(x, j, part)
             xw = x * weight[j][:, None]
             score, xz = xw.T @ fit.residual[j], xw.T @ full[j]
             inner = xz @ fit.covariance[index[j][:, None], index[j]]
@@ -335,8 +330,41 @@ class Evidence:
                 own = slice(begin, begin + candidates[i].width)
                 begin = own.stop
                 xx = xw[:, own].T @ x[:, own]
-                out[i] = _estimate(score[own], xx - inner[own] @ xz[own].T, np.diag(xx))
+                schur = xx - inner[own] @ xz[own].T
+                size = np.sqrt(np.diag(xx)) + 1e-30
+                if np.linalg.eigvalsh(schur / np.outer(size, size))[0] < CANCELLED:
+                    schur, _ = self._schur(fit, {j: x[:, own]}, full, index, weight)
+                out[i] = _estimate(score[own], schur, np.diag(xx))
         return [e for e in out if e is not None]
+
+    def _in_part(self, x: Array, joint: int, part: Sequence[Array] | None) -> Array:
+        """Return columns [R, k] of a candidate in the order of the joint, in a part of the rows."""
+        x = x[self.at[joint].order]
+        return x if part is None else x * part[joint][:, None]
+
+    def _schur(self, fit: Fit, columns: Mapping[int, Array], full: Sequence[Array],
+               index: Sequence[Array], weight: Sequence[Array]) -> tuple[Array, Array]:
+        """
+        Return the Schur complement of columns {joint: [R, k]}, and their squares [k].
+
+        As a sum of squares of what all else leaves of them: what the tolerances nearly explain has
+        a complement of 1e-8 of its squares, which a difference would not hold.
+        """
+        size = len(fit.covariance)
+        width = next(iter(columns.values())).shape[1]
+        cross, squares = np.zeros((size, width)), np.zeros(width)
+        for j, x in columns.items():
+            cross[index[j]] += full[j].T @ (x * weight[j][:, None])
+            squares += weight[j] @ x ** 2
+        share = fit.covariance @ cross
+        k = self.n_nuisance
+        schur = share[:k].T @ self.precision @ share[:k] + WEAK * share[k:].T @ share[k:]
+        for j in range(self.joints):
+            left = -full[j] @ share[index[j]]
+            if j in columns:
+                left += columns[j]
+            schur += (left * weight[j][:, None]).T @ left
+        return schur, squares
 
     def sandwich(self, fit: Fit) -> Array:
         """

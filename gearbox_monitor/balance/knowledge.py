@@ -190,18 +190,18 @@ def _next_day(evidence: Evidence, fit: Fit, settings: Settings) -> Prior:
     """
     Return the prior of another day.
 
-    The friction of a joint scales as a whole (temperature), a little of it column by column; the
-    lag of a recording is its own.
+    Dry friction of a joint scales as a whole, and so does viscous (temperature), a little of both
+    column by column; the lag of a recording is its own.
     """
     prior = evidence.posterior(fit)
-    joint_of = {c.label: c.joint for rows in evidence.recordings for c in rows.nuisance}
-    joint = np.array([-1 if joint_of[label] is None else joint_of[label]
-                      for label in prior.labels])
+    group_of = {c.label: c.group for rows in evidence.recordings for c in rows.nuisance}
+    groups = [group_of[label] for label in prior.labels]
     covariance = prior.covariance.copy()
-    for j in range(evidence.joints):
-        whole = np.where(joint == j, prior.mean, 0.0)
+    for group in {g for g in groups if g is not None}:
+        whole = np.where([g == group for g in groups], prior.mean, 0.0)
         covariance += settings.drift ** 2 * np.outer(whole, whole)
-    covariance += np.diag(np.where(joint >= 0, settings.drift_own * prior.mean, 0.0) ** 2)
+    own = np.array([g is not None for g in groups])
+    covariance += np.diag(np.where(own, settings.drift_own * prior.mean, 0.0) ** 2)
     keep = np.array([not label.startswith('lag of ') for label in prior.labels])
     return Prior(tuple(label for label, k in zip(prior.labels, keep) if k), prior.mean[keep],
                  covariance[np.ix_(keep, keep)])

@@ -31,7 +31,7 @@ from gearbox_monitor.balance.local_cosines import local_cosines, LocalCosines
 from gearbox_monitor.balance.motion import Motion, motion_of, smooth_sign
 from gearbox_monitor.balance.robot_log import RobotLog, SETPOINT
 from gearbox_monitor.balance.settings import Settings, SETTINGS
-from gearbox_monitor.balance.shapes import FIRST, shape_of
+from gearbox_monitor.balance.shapes import DRY, FIRST, group_of, shape_of, VISCOUS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import JointMotion
 from gearbox_monitor.robot.chain import Chain, PER_LINK
@@ -65,13 +65,13 @@ class NuisanceColumn:
     """
     A column that is no finding: rows {joint: [R]}, `deviation` of its coefficient.
 
-    joint: whose friction it is, and which scales with the day; None for others.
+    group: (joint, DRY or VISCOUS) of friction that scales with the day as a whole, None for others.
     """
 
     label: str
     rows: Mapping[int, Array]
     deviation: float
-    joint: int | None = None
+    group: tuple[int, str] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,26 +162,29 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
     # A series of accelerations: for shapes over the load and small shifts in time only.
     load += _rate(motion, momentum)
     sign = smooth_sign(motion.v, motion.sigma_v, settings)
-    passive = chain.viscous * motion.v + chain.spring * (motion.q - chain.spring_zero)
+    # Friction that is learnt is learnt whole: on another day all of it scales.
+    coulomb, viscous = ((np.zeros(count),) * 2 if robot.learnt else
+                        (chain.coulomb, chain.viscous))
+    passive = viscous * motion.v + chain.spring * (motion.q - chain.spring_zero)
     model = np.empty((count, tests.rows))
     for j in range(count):
         model[j] = sum(inertial[k, j] @ chain.links[k].theta for k in chain.moved_by(j))
         model[j] += tests.of_rate(chain.armature[j] * motion.v[:, j, None], j)[:, 0]
-        series = passive[:, j, None] + chain.coulomb[j] * sign[:, j, None]
+        series = passive[:, j, None] + coulomb[j] * sign[:, j, None]
         model[j] += tests.of(series, j)[:, 0]
     kp, kd = (np.zeros(count) if x is None else x for x in (robot.kp, robot.kd))
     error = motion.input - motion.q
-    effort = motion.input if not setpoint else (
-        kp * error - kd * motion.v + (weight if robot.compensated else 0.0))
+    added = weight if setpoint and robot.compensated else np.zeros_like(weight)
+    effort = kp * error - kd * motion.v + added if setpoint else motion.input
     target = np.stack([tests.of(effort[:, j, None], j)[:, 0] for j in range(count)]) - model
     steady = _steady(motion, effort)
     smooth = passive + chain.armature * _rate(motion, motion.v)
-    friction = smooth + chain.coulomb * sign
+    friction = smooth + coulomb * sign
     joints = [JointMotion(
         motion.t, motion.q[:, j], motion.v[:, j], sign[:, j], load[:, j],
-        load[:, j] + smooth[:, j], load[:, j] + friction[:, j], steady[:, j], error[:, j], motion.input_speed[:, j], kp[j],
-        kd[j], float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
-        float(kp[j] * motion.sigma_q[j]), chain.coulomb[j], chain.viscous[j], chain.armature[j],
+        load[:, j] + smooth[:, j], load[:, j] + friction[:, j], steady[:, j], error[:, j], motion.input_speed[:, j],
+        added[:, j], kp[j], kd[j], float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
+        float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
         robot.learnt) for j in range(count)]
     rows = Rows(log.name, robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
                 log.measured, setpoint, log.rate, settings)
@@ -238,10 +241,10 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
     for j, name in enumerate(chain.joints):
         m, torque = rows.joints[j], float(np.std(rows.joints[j].effort)) + 1e-9
 
-        def add(label: str, x: Array, deviation: float, own: bool = False, rate: bool = False,
+        def add(label: str, x: Array, deviation: float, group: str = '', rate: bool = False,
                 j: int = j) -> None:
             columns.append(NuisanceColumn(label, {j: rows.tested(j, x[:, None], rate)[:, 0]},
-                                          deviation, j if own else None))
+                                          deviation, (j, group) if group else None))
         spread = s.armature_learnt * torque / 20.0 if robot.learnt else 0.0
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
@@ -250,20 +253,22 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
                                       max(s.lag_joint, 0.25 * rows.motion.step)))
         slow = m.sign * np.exp(-(m.v / s.creep) ** 2)
         if not robot.learnt:
-            add(f'viscous {name}', m.v, robot.friction_tolerance * m.viscous + 1e-9, True)
-            add(f'coulomb {name}', m.sign, robot.friction_tolerance * m.coulomb + 1e-9, True)
-            add(f'creep {name}', slow, m.coulomb + 1e-9, True)
+            add(f'viscous {name}', m.v, robot.friction_tolerance * m.viscous + 1e-9, VISCOUS)
+            add(f'coulomb {name}', m.sign, robot.friction_tolerance * m.coulomb + 1e-9, DRY)
+            add(f'creep {name}', slow, m.coulomb + 1e-9, DRY)
         else:
-            add(f'creep {name}', slow, s.learnt * torque, True)
+            add(f'creep {name}', slow, s.learnt * torque, DRY)
             for shape in (*FIRST, *(x for k, x in shapes if k == j)):
                 series = shape_of(shape)(m)
                 for k in range(series.shape[1]):
                     size = np.std(series[:, k]) + 1e-3 * np.abs(series[:, k]).max() + 1e-12
-                    add(f'{name}: {shape} {k}', series[:, k], s.learnt * torque / size, True)
+                    add(f'{name}: {shape} {k}', series[:, k], s.learnt * torque / size,
+                        group_of(shape))
         if rows.setpoint:
             gain = robot.gain_tolerance
             columns.append(NuisanceColumn(f'kp {name}', {
-                j: rows.model[j] + rows.tested(j, m.kd * m.v[:, None])[:, 0]}, gain))
+                j: rows.model[j] + rows.tested(
+                    j, (m.kd * m.v - m.compensation)[:, None])[:, 0]}, gain))
             add(f'kd {name}', m.kd * m.v, gain)
             add(f'setpoint lag {name}', m.kp * m.setpoint_speed, max(0.25 * rows.motion.step,
                                                                      0.003))

@@ -24,6 +24,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import JointMotion, waves
 
 Shape: TypeAlias = Callable[[JointMotion], Array]  # -> [N, k]
+DRY, VISCOUS = 'dry', 'viscous'  # friction that scales with the day, each as a whole
 ORDERS, FEW, SPEEDS = 60, 6, (0.03, 0.06, 0.12, 0.25, 0.5)
 
 
@@ -86,3 +87,10 @@ def dictionary() -> Mapping[str, Shape]:
 def shape_of(name: str) -> Shape:
     """Return the shape `name`, of FIRST or the dictionary."""
     return FIRST.get(name) or dictionary()[name]
+
+
+def group_of(name: str) -> str:
+    """Return DRY or VISCOUS of a shape of friction, '' of another one."""
+    if any(word in name for word in ('direction', 'slow', 'root')):
+        return DRY
+    return VISCOUS if 'speed' in name else ''

@@ -35,6 +35,7 @@ EXIT_CODES = {
     'simulate': {0: 'done'},
     'diagnose': {0: 'no gap', 1: 'a gap: verdict effect or unknown',
                  3: 'the fit did not find a solution'},
+    'learn': {0: 'done'},
     'suggest': {0: 'a motion separates all pairs', 1: 'none within the limits does'},
     'fit-nominal': {0: 'all values are determined', 1: 'some are not',
                     3: 'the fit did not find a solution, or took longer than --time-limit'},

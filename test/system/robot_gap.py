@@ -41,7 +41,7 @@ from scipy.stats import beta
 sys.path.insert(0, str(Path(__file__).parents[1] / 'balance'))
 import random_robots
 
-from gearbox_monitor.balance.candidates import Candidate
+from gearbox_monitor.balance.candidates import Candidate, library, with_setting
 from gearbox_monitor.balance.evidence import Evidence
 from gearbox_monitor.balance.knowledge import learn
 from gearbox_monitor.balance.rows import RobotModel
@@ -71,9 +71,21 @@ def gain_of_truth(verdict, case, oracle):
     evidence = verdict.evidence
     begin = rows.motion.t + case.begin
     columns = {}
+    inertial = [e for e in case.truth if e['kind'] in ('payload', 'base_tilt', 'motor_inertia')]
+    # Inertial torque from the same smoothed motion: the true one would know the smoother's error.
+    for e in inertial:
+        for c in library([rows], [e['kind']]):
+            if c.place == place_of(case, e):
+                b = {'payload': lambda e: np.r_[e['m'], e['m'] * np.array(e['c'])],
+                     'base_tilt': lambda e: -9.81 * np.sin(e['angle']) * np.array(
+                         [-np.cos(e['phase']), -np.sin(e['phase'])]),
+                     'motor_inertia': lambda e: np.array([e['size']])}[e['kind']](e)
+                c = with_setting(c, np.array(e['c'])) if e['kind'] == 'payload' else c
+                for j, x in c.columns.items():
+                    columns[j] = columns.get(j, 0.0) + (x @ b)[:, None]
     for j in range(len(case.joints)):
         series = np.interp(begin, t, torque[:, j])
-        if np.abs(series).max() > 1e-12:
+        if np.abs(series).max() > 1e-12 and not inertial:
             columns[j] = rows.tested(j, series[:, None])
     if not columns:
         return 0.0

@@ -37,7 +37,8 @@ class JointMotion:
 
     t s, q rad or m, v, sign (expected, of a noisy speed), load (torque of the rigid bodies without
     friction), smooth (with what does not jump at reversal), model (all), effort (without noise): [N] each, N m. error (setpoint
-    less q), setpoint_speed [N], kp, kd: of a servo. noise: of the effort, N m. coulomb, viscous,
+    less q), setpoint_speed, compensation (torque that it adds for the weight) [N], kp, kd: of a
+    servo. noise: of the effort, N m. coulomb, viscous,
     armature: of the model file. learnt: the file's friction is not known but from a reference.
     """
 
@@ -51,6 +52,7 @@ class JointMotion:
     effort: Array
     error: Array
     setpoint_speed: Array
+    compensation: Array
     kp: float
     kd: float
     noise: float

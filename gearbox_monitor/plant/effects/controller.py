@@ -37,7 +37,7 @@ SERVO_GAIN = Effect(
     starts=of_model(_KP, 'kp', (1.0, 0.7, 1.4)),
     separated_by={'torque_gain': 'fast motion, in which the damping of the servo counts'},
     column=BalanceColumn(
-        lambda m, _: (m.model + m.kd * m.v)[:, None],
+        lambda m, _: (m.model + m.kd * m.v - m.compensation)[:, None],
         lambda b, _: {'kp_factor': float(1.0 / (1.0 + b[0]))}, low=lambda m: -0.75, high=4.0,
         needs=OF_SETPOINT, twins=('torque_gain',)))
 
