@@ -16,8 +16,8 @@
 Read a log of all joints of a robot: a bag with joint_states, or a table of columns.
 
 A table (CSV, gzipped or not, or Parquet) has t (s) and of each joint q_NAME (rad or m) and one of
-tau_NAME (N m or N), i_NAME (A) and setpoint_NAME (rad or m). v_NAME is not needed: speeds come from
-the positions.
+tau_NAME (N m or N), i_NAME (A) and setpoint_NAME (rad or m). v_NAME is not needed: speeds come
+from the positions.
 """
 from collections.abc import Mapping, Sequence
 import gzip
@@ -136,20 +136,20 @@ def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str
                          f'expected tau_NAME, i_NAME or setpoint_NAME of {", ".join(joints)}'
                          f'{hint} (--recorded NAME=LOGNAME maps a name)')
     kind, notes = PREFIXES[prefix], []
-    given = {joint: columns[prefix + name] for joint, name in names.items()}
+    inputs = {joint: columns[prefix + name] for joint, name in names.items()}
     if kind == CURRENT and constants is not None:
         lacking = [joint for joint in joints if joint not in constants]
         if lacking:
             raise InputError(f'{path}: torque_constants: none of {", ".join(lacking)}, expected '
                              'N m/A of each joint')
-        given = {joint: x * constants[joint] for joint, x in given.items()}
+        inputs = {joint: x * constants[joint] for joint, x in inputs.items()}
         notes.append('torque is current times its constant: masses come in the scale of the '
                      'constants (m / K)')
     unused = [c for c in columns if c != 't' and not c.startswith('v_') and c not in {
         f'q_{n}' for n in names.values()} | {prefix + n for n in names.values()}]
     if unused:
         notes.append(f'columns that are not used: {", ".join(unused)[:200]}')
-    return RawLog(path.name, columns['t'], position, given, kind, kind == CURRENT, tuple(notes))
+    return RawLog(path.name, columns['t'], position, inputs, kind, kind == CURRENT, tuple(notes))
 
 
 def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], servo: bool,
@@ -167,14 +167,14 @@ def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], se
         if not servo or not setpoints:
             without = [j for j, e in zip(joints, states.effort.T) if not np.isfinite(e).any()]
             raise InputError(
-                f'{path}: no effort of {", ".join(without)}, expected the torque of all joints, or '
-                f'{SETPOINTS} and position actuators in the model')
+                f'{path}: no effort of {", ".join(without)}, expected the torque of all joints, '
+                f'or {SETPOINTS} and position actuators in the model')
         goal = reader.joint_states(setpoints[0], names)
         at = (goal.stamp_ns - states.stamp_ns[0]) * 1e-9
-        given = {}
+        inputs = {}
         for joint, x in zip(joints, goal.position.T):
             good = np.isfinite(x)
             # A servo holds the setpoint until the next one comes.
             row = np.searchsorted(at[good], t, 'right') - 1
-            given[joint] = np.where(row >= 0, x[good][np.maximum(row, 0)], np.nan)
-    return RawLog(path.name, t, position, given, SETPOINT, notes=tuple(notes))
+            inputs[joint] = np.where(row >= 0, x[good][np.maximum(row, 0)], np.nan)
+    return RawLog(path.name, t, position, inputs, SETPOINT, notes=tuple(notes))

@@ -30,7 +30,8 @@ def burstiness(evidence: Evidence, fit: Fit) -> tuple[Array, list[list[tuple[flo
         Whitened energy of the worst tenth of the segments over the median one, per joint [J]: that
         of noise is near 2; and the (begin, end) of these segments, s.
     """
-    out, times = np.zeros(evidence.joints), []
+    out = np.zeros(evidence.joints)
+    times: list[list[tuple[float, float]]] = []
     starts = np.concatenate([rows.motion.t[rows.tests.starts] for rows in evidence.recordings])
     seconds = 2.0 * evidence.settings.hop
     for j, a in enumerate(evidence.at):

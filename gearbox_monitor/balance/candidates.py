@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import BSpline
 
-from gearbox_monitor.balance.robot_effects import BASE, centre_of, LINK, PAYLOAD, ROBOT_EFFECTS, RobotEffect
+from gearbox_monitor.balance.robot_effects import (
+    BASE, centre_of, LINK, PAYLOAD, ROBOT_EFFECTS, RobotEffect)
 from gearbox_monitor.balance.rows import Rows
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
@@ -97,17 +98,17 @@ def library(recordings: Sequence[Rows], effects: Sequence[str] | None = None) ->
     columns = [(e.id, e.column, e.rotary_only) for e in EFFECTS.values() if e.column is not None]
     columns += [(e.id, e.column, False) for e in ROBOT_EFFECTS if e.column is not None]
     for j, name in enumerate(chain.joints):
-        for effect, column, rotary in columns:
-            if (effects is None or effect in effects) and not (rotary and chain.links[j].slides):
-                if shown(column, first):
-                    out += _of_joint(effect, column, recordings, j, name)
+        for name_of_effect, column, rotary in columns:
+            wished = effects is None or name_of_effect in effects
+            if wished and visible_in(column, first) and not (rotary and chain.links[j].slides):
+                out += _of_joint(name_of_effect, column, recordings, j, name)
     for effect in ROBOT_EFFECTS:
         if effect.column is None and (effects is None or effect.id in effects):
             out += _of_robot(effect, recordings)
     return [c for c in out if any(np.abs(x).max() > 1e-9 for x in c.columns.values())]
 
 
-def shown(column: BalanceColumn, rows: Rows) -> bool:
+def visible_in(column: BalanceColumn, rows: Rows) -> bool:
     """Return whether the input of the recording `rows` shows an effect with this `column`."""
     return {COMMAND: not rows.setpoint and not rows.measured, TORQUE: not rows.setpoint,
             SETPOINT: rows.setpoint}.get(column.needs, True)

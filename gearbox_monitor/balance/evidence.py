@@ -54,8 +54,8 @@ class JointRows:
 
     z [R, K]: its nuisance columns in units of their deviation; index [K]: which ones of all;
     y [R]: target less the prior's mean; cells: slices of equal variance; count [C]: effective
-    rows; recording, band [C]: of the cell; segment [R]: number of the segment; order [R]: where a row
-    stood; gram [C, K+1, K+1]. floor [C]: no cell's sum of squares is taken below it.
+    rows; recording, band [C]: of the cell; segment [R]: number of the segment; order [R]: where a
+    row stood; gram [C, K+1, K+1]. floor [C]: no cell's sum of squares is taken below it.
     """
 
     z: Array
@@ -152,7 +152,8 @@ class Evidence:
                              if j in c.rows}
         own = np.array(sorted(index), int)
         where = {k: i for i, k in enumerate(own)}
-        cell, target, weight, model, segment, begin, bands = [], [], [], [], [], 0, 0
+        cell, target, weight, model, segment = [], [], [], [], []
+        begin, bands = 0, 0
         for number, rows in enumerate(self.recordings):
             z = np.zeros((rows.tests.rows, len(own)))
             for column in rows.nuisance:
@@ -183,8 +184,8 @@ class Evidence:
         kind = cells[edges[:-1]]
         if self.variance is not None:
             floor = np.maximum(floor, count * self.variance[j][kind % bands])
-        return JointRows(z, own, y, slices, count, kind // bands, kind % bands, np.concatenate(segment)[order],
-                         order, gram, floor + 1e-30)
+        return JointRows(z, own, y, slices, count, kind // bands, kind % bands,
+                         np.concatenate(segment)[order], order, gram, floor + 1e-30)
 
     @cached_property
     def n_nuisance(self) -> int:
@@ -338,7 +339,7 @@ class Evidence:
         return [e for e in out if e is not None]
 
     def _in_part(self, x: Array, joint: int, part: Sequence[Array] | None) -> Array:
-        """Return columns [R, k] of a candidate in the order of the joint, in a part of the rows."""
+        """Return columns [R, k] of a candidate in the order of its joint, in a part."""
         x = x[self.at[joint].order]
         return x if part is None else x * part[joint][:, None]
 

@@ -32,7 +32,7 @@ from gearbox_monitor.balance.rows import nuisance_of, RobotModel, rows_of
 from gearbox_monitor.balance.settings import Settings, SETTINGS
 from gearbox_monitor.balance.shapes import dictionary, shape_of
 from gearbox_monitor.balance.visits import Visits, visits_of
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 
 VERSION = 1
 MOST_PARTS = 12
@@ -240,7 +240,7 @@ def partitions(evidence: Evidence) -> list[list[Array]]:
     return [p for p in out if len(p) > 1]
 
 
-def _parts(labels: Array) -> list[Array]:
+def _parts(labels: Integers) -> list[Array]:
     """Return a flag [S] of each label."""
     values = np.unique(labels)
     if len(values) > MOST_PARTS:
@@ -267,7 +267,6 @@ def scattered(evidence: Evidence, fit: Fit, candidates: Sequence[Candidate]
         {key: deviation of each coefficient}, over-dispersion [J], number of parts.
     """
     joints = {name: j for j, name in enumerate(evidence.recordings[0].robot.chain.joints)}
-    gains: list[list[tuple[float, int]]] = [[] for _ in joints]
     table: dict[str, list[tuple[Array, Array]]] = {}
     over, count = np.ones(len(joints)), 0
     for division in partitions(evidence):
@@ -280,7 +279,7 @@ def scattered(evidence: Evidence, fit: Fit, candidates: Sequence[Candidate]
                     j = next(iter(c.columns))
                     division_gains[j].append(e.gain / c.width)
                 table.setdefault(key_of(c), []).append((e.values, np.diag(e.covariance)))
-        over = np.maximum(over, [np.mean(g) if g else 1.0 for g in division_gains])
+        over = np.maximum(over, np.array([np.mean(g) if g else 1.0 for g in division_gains]))
     scatter = {}
     of_key = {key_of(c): c for c in candidates}
     for key, entries in table.items():

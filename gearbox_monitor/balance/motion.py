@@ -82,8 +82,8 @@ def motion_of(log: RobotLog, settings: Settings = SETTINGS) -> Motion:
     if not parts:
         raise InputError(f'{log.name}: no part without gaps is longer than '
                          f'{2 * margin / rate + 2 * settings.hop:.1f} s, expected a longer log')
-    t, q, v, given, given_speed = (np.concatenate(x) for x in zip(*parts))
-    return Motion(t - log.sections[0].t[0], q, v, given, given_speed,
+    t, q, v, inputs, input_speed = (np.concatenate(x) for x in zip(*parts))
+    return Motion(t - log.sections[0].t[0], q, v, inputs, input_speed,
                   np.sqrt(floor * (2.0 * np.pi) ** 2 * cut ** 3 / 3.0),
                   np.sqrt(floor * rate / 2.0), 1.0 / rate, tuple(sections))
 

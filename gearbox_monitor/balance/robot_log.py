@@ -101,10 +101,12 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
     good = np.isfinite(values).all(axis=1) & np.isfinite(raw.t)
     notes = list(raw.notes)
     if not good.all():
-        notes.append(f'{int(np.sum(~good))} of {len(good)} samples without all joints are left out')
+        notes.append(f'{int(np.sum(~good))} of {len(good)} samples without all joints are left '
+                     'out')
     t, values = raw.t[good], values[good]
     if len(t) < 3:
-        raise InputError(f'{raw.name}: {len(t)} whole samples, expected {LEAST_SECONDS:g} s or more')
+        raise InputError(f'{raw.name}: {len(t)} whole samples, expected {LEAST_SECONDS:g} s or '
+                         'more')
     latest = np.maximum.accumulate(t)
     period = float(np.median(np.diff(latest)[np.diff(latest) > 0.0])) if latest[-1] > t[0] else 0.0
     if not period > 0.0:
@@ -115,10 +117,9 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
             f'{raw.name}: {rate:.3g} samples/s, expected {settings.least_rate:g} or more: between '
             'slower samples a joint moves too far for its speed to be known')
     # Stamps on top of each other would tear a spline; those that go back are not in order.
-    keep, last = np.ones(len(t), bool), t[0]
+    keep = np.ones(len(t), bool)
     for i in np.flatnonzero(np.diff(t) < settings.near * period) + 1:
-        last = latest[i - 1]
-        keep[i] = t[i] > last and t[i] - last >= settings.near * period
+        keep[i] = t[i] - latest[i - 1] >= settings.near * period
     dropped = int(np.sum(~keep))
     if dropped:
         notes.append(f'{dropped} samples with a stamp at or before another one are left out')
@@ -129,8 +130,8 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
         if len(rows) > 3 and t[rows[-1]] - t[rows[0]] >= LEAST_SECONDS:
             sections.append(Section(t[rows], values[rows, :count], values[rows, count:]))
     if not sections:
-        raise InputError(f'{raw.name}: {t[-1] - t[0]:.3g} s in {len(ends) + 1} parts, expected one '
-                         f'part without gaps of {LEAST_SECONDS:g} s or more')
+        raise InputError(f'{raw.name}: {t[-1] - t[0]:.3g} s in {len(ends) + 1} parts, expected '
+                         f'one part without gaps of {LEAST_SECONDS:g} s or more')
     used = sum(len(section.t) for section in sections)
     if len(ends):
         notes.append(f'{len(ends)} gaps in the stamps: {used} of {len(t)} samples are used')

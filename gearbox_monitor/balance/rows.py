@@ -65,7 +65,8 @@ class NuisanceColumn:
     """
     A column that is no finding: rows {joint: [R]}, `deviation` of its coefficient.
 
-    group: (joint, DRY or VISCOUS) of friction that scales with the day as a whole, None for others.
+    group: (joint, DRY or VISCOUS) of friction that scales as a whole with the day, None for
+    others.
     """
 
     label: str
@@ -99,7 +100,7 @@ class Rows:
     settings: Settings = field(default=SETTINGS)
 
     def tested(self, joint: int, series: Array, momentum: bool = False) -> Array:
-        """Return the rows [R, k] of `series` [N, k] at `joint`, of its derivative if `momentum`."""
+        """Return the rows [R, k] of `series` [N, k] at `joint`, with `momentum` of its rate."""
         return (self.tests.of_rate if momentum else self.tests.of)(series, joint)
 
     @cached_property
@@ -182,8 +183,9 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
     friction = smooth + coulomb * sign
     joints = [JointMotion(
         motion.t, motion.q[:, j], motion.v[:, j], sign[:, j], load[:, j],
-        load[:, j] + smooth[:, j], load[:, j] + friction[:, j], steady[:, j], error[:, j], motion.input_speed[:, j],
-        added[:, j], kp[j], kd[j], float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
+        load[:, j] + smooth[:, j], load[:, j] + friction[:, j], steady[:, j], error[:, j],
+        motion.input_speed[:, j], added[:, j], kp[j], kd[j],
+        float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
         float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
         robot.learnt) for j in range(count)]
     rows = Rows(log.name, robot, motion, tests, sign, target, model, inertial, tuple(joints), (),

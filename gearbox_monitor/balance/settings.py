@@ -24,8 +24,8 @@ class Settings:
     Rows: grid Hz, fastest grid; hop s, distance of test functions; highest Hz, of test functions,
     and highest_share, of the log's rate; highest_servo Hz, where noise of the position is on both
     sides; bands Hz, edges: each has its own variance per joint.
-    Motion: cut_off Hz, limits of the smoother; slow rad/s, below which friction is any torque up to
-    Coulomb's; ramp s, half width of the mask's edges; presliding rad/s, no sign is sharper.
+    Motion: cut_off Hz, limits of the smoother; slow rad/s, below which friction is any torque up
+    to Coulomb's; ramp s, half width of the mask's edges; presliding rad/s, no sign is sharper.
     Rate: least Hz, refused below; full Hz, from which all effects are tried; gap periods, and
     gap_seconds, after which a section ends; near periods, stamps closer than that are one.
     """

@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor import __version__
+from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.balance.verdict import diagnose, RobotVerdict, verdict_data
 from gearbox_monitor.cli.options import dump, expect_new, plain, write_new
@@ -75,7 +76,8 @@ def run(args: Namespace) -> int:
     began = time.process_time()
     file = load_model(args)
     values = load_values(args.values, file)
-    knowledge, notes = None, []
+    knowledge: Knowledge | None = None
+    notes: list[str] = []
     if args.reference:
         knowledge, notes = reference_knowledge(args.reference, file, values, args)
     robot = robot_model(file, values, knowledge is not None)
@@ -97,7 +99,8 @@ def run(args: Namespace) -> int:
         'logs': list(args.bag), 'model': args.model,
         'references': list(knowledge.references) if knowledge else [],
         'warnings': notes, 'rollouts': None, 'closed': None}
-    if file.compiled is not None and verdict.findings and not verdict.evidence.recordings[0].setpoint:
+    torque = not verdict.evidence.recordings[0].setpoint
+    if file.compiled is not None and verdict.findings and torque:
         data['rollouts'] = plain(rollouts(file, verdict))
     data['cpu_s'] = round(time.process_time() - began, 2)
     if args.out:

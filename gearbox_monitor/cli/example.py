@@ -28,6 +28,7 @@ usage examples:
   gearbox_monitor example bag
   gearbox_monitor example june --date 2026-06-15 --wear 25 --seconds 60 --seed 2
   gearbox_monitor example quiet --motion varied --process-noise 0
+  gearbox_monitor example arm --robot       # logs of a whole arm, healthy and changed
 """
 from argparse import ArgumentParser, Namespace
 from datetime import datetime, timezone
@@ -37,6 +38,7 @@ from pathlib import Path
 
 from gearbox_monitor.bag.example import (
     ENCODERS, ExampleMotion, MOTIONS, NOISE, write_example_bag)
+from gearbox_monitor.bag.robot_example import write_robot_pair
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
@@ -46,6 +48,9 @@ from gearbox_monitor.plant.simulate import Noise
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('bag', metavar='BAG', help='bag to write; must not exist')
+    parser.add_argument('--robot', action='store_true', help='write a folder with robot.urdf and '
+                        'logs of all joints: healthy.csv, and today.csv with a load of 2 kg and a '
+                        'rubbing joint')
     parser.add_argument('--model', metavar='FILE',
                         help='model file of the drive (default: the packaged drive.yaml)')
     parser.add_argument('--seconds', metavar='S', type=float, default=30.0,
@@ -81,6 +86,8 @@ def run(args: Namespace) -> int:
             raise InputError(f'--{name}: {value:g}, expected {low:g} to {high:g}')
     if Path(args.bag).exists():
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
+    if args.robot:
+        return _write_robot(args)
     model_file = str(args.model or config_path('drive.yaml'))
     noise = Noise((0.0, 0.0, args.process_noise, args.process_noise), NOISE.measurement)
     model = load_model(model_file)
@@ -96,6 +103,18 @@ def run(args: Namespace) -> int:
     print(json.dumps(data, indent=2) if args.json else
           f'{args.bag}: {samples} samples, {data["duration_s"]:g} s, {args.rate:g} Hz, model '
           f'{model_file}')
+    return 0
+
+
+def _write_robot(args: Namespace) -> int:
+    """Write the pair of logs of the example arm; returns the exit code."""
+    files = [f'{args.bag}/{name}' for name in
+             write_robot_pair(Path(args.bag), args.seconds, args.seed)]
+    if args.json:
+        print(json.dumps({'folder': args.bag, 'files': files, 'seed': args.seed}, indent=2))
+    else:
+        print(f'{", ".join(files)}\ncompare them: gearbox_monitor diagnose {files[2]} '
+              f'--model {files[0]} --reference {files[1]}')
     return 0
 
 

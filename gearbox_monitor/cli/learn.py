@@ -58,11 +58,12 @@ def run(args: Namespace) -> int:
     file = load_model(args)
     knowledge, notes = reference_knowledge(args.log, file, load_values(args.values, file), args)
     save_knowledge(args.out, knowledge)
+    rows = {joint: (float(d), [name for j, name in knowledge.shapes if j == i])
+            for i, (joint, d) in enumerate(zip(knowledge.joints, knowledge.dispersion))}
     data = {'out': args.out, 'seconds': knowledge.seconds, 'parts': knowledge.parts,
             'kind': knowledge.kind, 'rate': knowledge.rate, 'warnings': notes,
-            'joints': {joint: {'dispersion': float(d), 'shapes': [
-                name for j, name in knowledge.shapes if j == i]} for i, (joint, d) in enumerate(
-                    zip(knowledge.joints, knowledge.dispersion))}}
+            'joints': {joint: {'dispersion': d, 'shapes': names}
+                       for joint, (d, names) in rows.items()}}
     if args.json:
         print(dump(data))
         return 0
@@ -70,8 +71,7 @@ def run(args: Namespace) -> int:
           f'log{"s" if len(args.log) > 1 else ""}, {knowledge.parts} parts compared')
     for note in notes:
         print(f'  note: {note}')
-    for joint, row in data['joints'].items():  # type: ignore[attr-defined]
-        shapes = ', '.join(row['shapes']) or 'no further shape'
-        print(f'  {joint}: parts differ by {row["dispersion"] ** 0.5:.1f} times the noise; '
-              f'{shapes}')
+    for joint, (dispersion, names) in rows.items():
+        print(f'  {joint}: parts differ by {dispersion ** 0.5:.1f} times the noise; '
+              f'{", ".join(names) or "no further shape"}')
     return 0

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The file of a robot with what a diagnosis found: joints and bodies are patched, all else stays."""
+"""The file of a robot with what a diagnosis found: joints and bodies change, all else stays."""
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -21,9 +21,9 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf_file import read_file
 from gearbox_monitor.export.mjcf_patch import number
+from gearbox_monitor.export.robot_model import RobotFile
 from gearbox_monitor.export.xml_edit import (
     Edit, edited, parse_xml, with_attributes, with_child, XmlDocument, XmlElement)
-from gearbox_monitor.export.robot_model import RobotFile
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import body_of, inertial
 from gearbox_monitor.robot.description import turn
@@ -81,8 +81,8 @@ def closed_file(file: RobotFile, findings: Sequence[Mapping[str, Any]], author: 
     if not edits:
         return None, left
     text = edited(document, edits).decode('utf-8')
-    head, root, rest = text.partition(f'<{document.root.tag}')
-    return f'{head}<!-- {author} -->\n{root}{rest}', left
+    head, root, tail = text.partition(f'<{document.root.tag}')
+    return f'{head}<!-- {author} -->\n{root}{tail}', left
 
 
 def _element(document: XmlDocument, tag: str, name: str) -> XmlElement:
@@ -162,7 +162,7 @@ def _rotation(quat: Array) -> Array:
 
 def _urdf_body(document: XmlDocument, file: RobotFile, link: str, theta: Array) -> list[Edit]:
     element = _element(document, 'link', link)
-    own = np.zeros(10)
+    own: Array = np.zeros(10)
     present = element.all('inertial')
     if present:
         part = {child.tag: child.attributes for child in present[0].children}

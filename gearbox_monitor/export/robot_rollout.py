@@ -117,11 +117,11 @@ def _edit(m: Any, file: RobotFile, effect: str, place: str, b: Array, values: An
         frame = np.zeros(9)
         mujoco.mju_quat2Mat(frame, m.body_iquat[body])
         axes = frame.reshape(3, 3)
-        named = values(b)
-        at = np.array([named['cx'], named['cy'], named['cz']]) + m.jnt_pos[i]
+        mass_values = values(b)
+        at = np.array([mass_values[c] for c in ('cx', 'cy', 'cz')]) + m.jnt_pos[i]
         theta = inertial(float(m.body_mass[body]), m.body_ipos[body].copy(),
                          axes @ np.diag(m.body_inertia[body]) @ axes.T)
-        theta = theta + inertial(named['m'], at, np.zeros((3, 3)))
+        theta = theta + inertial(mass_values['m'], at, np.zeros((3, 3)))
         if theta[0] <= 0.0:
             return
         mass, centre, tensor = body_of(theta)

@@ -36,8 +36,8 @@ class Finding:
     effect: its id. place: location class of the effect (actuator, motor_side, ...). joint, link:
     of a robot. channel: reading in which it shows. values: parameters in their units. deviations:
     standard deviation of each value, None where the recording does not determine it. share: of the
-    squared misfit beyond noise that it explains, 0 to 1, None where none is beyond noise. evidence:
-    2 log likelihood that it gains less the penalty of its parameters (BIC).
+    squared misfit beyond noise that it explains, 0 to 1, None where none is beyond noise.
+    evidence: 2 log likelihood that it gains less the penalty of its parameters (BIC).
     confusable: ids that explain the recording as well.
     """
 

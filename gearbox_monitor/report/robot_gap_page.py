@@ -139,7 +139,8 @@ def apart(dots: Sequence[Dot]) -> list[Dot]:
 
 def joint_places(chain: Chain, posture: Array) -> Array:
     """Return the base and the joints' places [J + 1, 3] m at the positions `posture` [J]."""
-    turns, places = [], []
+    turns: list[Array] = []
+    places: list[Array] = []
     for i, link in enumerate(chain.links):
         turn = turns[link.parent] if link.parent >= 0 else np.eye(3)
         at = places[link.parent] if link.parent >= 0 else np.zeros(3)

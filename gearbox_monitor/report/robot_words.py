@@ -103,14 +103,14 @@ def remainder_words(remainder: Mapping[str, Any]) -> str:
 
 def robot_headline(data: Mapping[str, Any]) -> str:
     """Return the verdict in one line."""
-    findings, rest = data['findings'], data['remainders']
+    findings, remainders = data['findings'], data['remainders']
     against = 'the references' if data.get('references') else 'the model file'
     if data['verdict'] == 'none':
         return f'none: the robot is as {against} say' + ('s' if 'file' in against else '')
     words = '; '.join(finding_words(f) for f in findings)
     if data['verdict'] == 'effect':
         return words
-    remains = remainder_words(rest[0])
+    remains = remainder_words(remainders[0])
     return f'unknown: {remains}' if data['verdict'] == 'unknown' else \
         f'{words}; and more that is unknown: {remains}'
 

@@ -145,7 +145,8 @@ class Chain:
                     arm = np.cross(axis, places[index] - anchors[joint])
                     columns.append((_into(turn, axis), _into(turn, arm)))
             steps = [(w * v[:, j, None], s * v[:, j, None]) for j, (w, s) in zip(movers, columns)]
-            spin, speed = sum(step[0] for step in steps), sum(step[1] for step in steps)
+            spin = np.sum([step[0] for step in steps], axis=0)
+            speed = np.sum([step[1] for step in steps], axis=0)
             spin_up, speed_up = np.zeros_like(down), np.zeros_like(down)
             for joint, (w, s), step in zip(movers, columns, steps):
                 # Twist of the joint's link, seen from this link's frame: dV/dq_j = -ad(J_j) V_j.

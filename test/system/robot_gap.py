@@ -26,27 +26,19 @@ usage examples:
 """
 import argparse
 import json
-import os
 from pathlib import Path
 import sys
 import time
 
-for name in ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'):
-    os.environ.setdefault(name, '1')
-
 import mujoco
 import numpy as np
+import random_robots
 from scipy.stats import beta
 
-sys.path.insert(0, str(Path(__file__).parents[1] / 'balance'))
-import random_robots
-
 from gearbox_monitor.balance.candidates import Candidate, library, with_setting
-from gearbox_monitor.balance.evidence import Evidence
 from gearbox_monitor.balance.knowledge import learn
 from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.balance.verdict import diagnose
-from gearbox_monitor.balance.visits import with_unvisited
 from gearbox_monitor.export.robot_model import chain_of_compiled
 
 VISIBLE = 40.0
@@ -119,7 +111,8 @@ def run(seed, pair=False, setpoint=False, change=None, rate=None):
         'truth': [[e['kind'], place_of(case, e)] for e in case.truth],
         'sizes': [float(e.get('size', e.get('m', e.get('angle', 0)))) for e in case.truth],
         'visible': round(gain_of_truth(verdict, case, oracle), 1), 'verdict': verdict.kind,
-        'findings': [[f.effect, f.joint or f.link, {k: float(np.round(v, 5)) for k, v in f.values.items()},
+        'findings': [[f.effect, f.joint or f.link,
+                      {k: float(np.round(v, 5)) for k, v in f.values.items()},
                       {k: v and round(v, 5) for k, v in f.deviations.items()},
                       round(f.evidence), list(f.confusable)] for f in verdict.findings],
         'remainder': [[r.joint, r.over] for r in verdict.remainders], 'kinds': kinds,

@@ -36,10 +36,10 @@ class JointMotion:
     One joint of a moving robot.
 
     t s, q rad or m, v, sign (expected, of a noisy speed), load (torque of the rigid bodies without
-    friction), smooth (with what does not jump at reversal), model (all), effort (without noise): [N] each, N m. error (setpoint
-    less q), setpoint_speed, compensation (torque that it adds for the weight) [N], kp, kd: of a
-    servo. noise: of the effort, N m. coulomb, viscous,
-    armature: of the model file. learnt: the file's friction is not known but from a reference.
+    friction), smooth (with what does not jump at reversal), model (all), effort (without noise):
+    [N] each, N m. error (setpoint less q), setpoint_speed, compensation (torque that it adds for
+    the weight) [N], kp, kd: of a servo. noise: of the effort, N m. coulomb, viscous, armature: of
+    the model file. learnt: the file's friction is not known but from a reference.
     """
 
     t: Array
@@ -73,10 +73,10 @@ def one(name: str) -> Callable[[Array, float], Named]:
 def wave(name: str, sign: float = 1.0) -> Callable[[Array, float], Named]:
     """Return what makes of the coefficients of sin and cos amplitude `name`, N and phi."""
     def values(b: Array, setting: float) -> Named:
-        named = {name: math.hypot(b[0], b[1])}
+        out = {name: math.hypot(b[0], b[1])}
         if setting:
-            named['N'] = setting
-        return {**named, 'phi': math.atan2(sign * b[1], sign * b[0])}
+            out['N'] = setting
+        return {**out, 'phi': math.atan2(sign * b[1], sign * b[0])}
     return values
 
 
@@ -97,7 +97,7 @@ def not_negative(m: JointMotion) -> float:
 
 def moved(t: Array, x: Array, shift: float) -> Array:
     """
-    Return (x(t + shift) - x(t - shift)) / (2 shift) [N, 1] of samples `x` [N] at times `t` [N] (s).
+    Return (x(t + shift) - x(t - shift)) / (2 shift) [N, 1] of samples `x` [N] at `t` [N] (s).
 
     The odd part of a shift in time. Its even part has the phase of the noise that a model has from
     its positions, and would remove it: a column of x(t + shift) alone finds delays everywhere.
@@ -114,9 +114,10 @@ class BalanceColumn:
     series(m, setting): torque [N, k] per unit of the coefficients of a JointMotion; with
     `momentum` its derivative counts. values(b, setting): the effect's parameters of the
     coefficients b [k]. setting: name of a nonlinear parameter, which grid(m) lists; `whole`: it is
-    a whole number, else it is refined; `fixed_point`: it is the first coefficient itself. low(m), high: bounds of the first coefficient. needs: kind
-    of input that shows it: ANY, COMMAND (torque that is commanded, not measured), TORQUE, or
-    SETPOINT. twins: ids of effects with the same columns in motion.
+    a whole number, else it is refined; `fixed_point`: it is the first coefficient itself. low(m),
+    high: bounds of the first coefficient. needs: kind of input that shows it: ANY, COMMAND (torque
+    that is commanded, not measured), TORQUE, or SETPOINT. twins: ids of effects with the same
+    columns in motion.
     """
 
     series: Callable[[JointMotion, float], Array]

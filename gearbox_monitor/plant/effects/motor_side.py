@@ -268,8 +268,9 @@ MOTOR_INERTIA = Effect(
     'motor_inertia', 'motor_side', 'm1 replaced', (_M1,),
     meaning='inertia of the motor is not that of the model', replaces='motor_inertia',
     starts=of_model(_M1, 'motor_inertia', (1.0, 0.7, 1.4)),
-    column=BalanceColumn(lambda m, _: m.v[:, None], one('m1_change'), momentum=True, low=lambda m: (
-        -math.inf if m.learnt else -m.armature)))
+    column=BalanceColumn(
+        lambda m, _: m.v[:, None], one('m1_change'), momentum=True,
+        low=lambda m: -math.inf if m.learnt else -m.armature))
 
 
 @jit_part

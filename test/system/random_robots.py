@@ -17,8 +17,8 @@ Random robots that MuJoCo simulates, with a known change: the truth for tests of
 
 Serial arms, legs, SCARA arms with a prismatic axis and a torso with two arms; 2 to 7 joints. The
 plant has MuJoCo's own integrator and solver of friction (real sticking), an encoder, stamps and
-torque readings with noise. In pairs the real robot has friction that no file knows (Stribeck, load,
-angle, ripple, power laws), and other masses and rotors than the file. `oracle` is the torque that
+torque readings with noise. In pairs the real robot has friction that no file knows (Stribeck,
+load, angle, ripple, power laws), and other masses and rotors than the file. `oracle` is the torque
 the change takes at every sample, from MuJoCo's inverse dynamics: what a judge who knows the truth
 would look for.
 """
@@ -60,7 +60,8 @@ def _body(rng, name, joint, axis, length, mass, slide=False, at=(0, 0, 0), inner
     a, b = mass * (length ** 2 / 12 + r * r / 4), mass * r * r / 2
     centre = f'{rng.uniform(-.02, .02):.4f} {rng.uniform(-.02, .02):.4f} {length / 2:.4f}'
     kind = 'slide' if slide else 'hinge'
-    return (f'<body name="{name}" pos="{at[0]:.4f} {at[1]:.4f} {at[2]:.4f}"><inertial pos="{centre}" '
+    place = ' '.join(f'{x:.4f}' for x in at)
+    return (f'<body name="{name}" pos="{place}"><inertial pos="{centre}" '
             f'mass="{mass:.4f}" diaginertia="{a:.6f} {a * 1.03:.6f} {b:.6f}"/>'
             f'<joint name="{joint}" type="{kind}" axis="{axis}" FRICTION_{joint}/>{inner}</body>')
 
@@ -106,7 +107,8 @@ def make(seed, pair=False, change=None, rate=None):
     """Return the Case of a seed; change: None draws one, else a list of kinds."""
     rng = np.random.default_rng(seed)
     kind, body, joints = _robot(rng)
-    base = ('<mujoco><compiler angle="radian"/><default><joint solreffriction="0.002 1"/></default>'
+    base = ('<mujoco><compiler angle="radian"/><default>'
+            '<joint solreffriction="0.002 1"/></default>'
             f'<option timestep="{STEP}" integrator="implicitfast"><flag contact="disable"/>'
             '</option><worldbody>{}</worldbody></mujoco>')
     bare = body
@@ -233,7 +235,8 @@ def _path(rng, n, seconds, slides):
     q, v, now, at = np.zeros((len(t), n)), np.zeros((len(t), n)), 0.0, middle.copy()
     while now < seconds:
         goal = middle + rng.uniform(-1, 1, n) * width
-        time = max(np.max(np.abs(goal - at) / np.where(slides, .15, 1)) * 1.9 / rng.uniform(.6, 1.8), .4)
+        far = np.max(np.abs(goal - at) / np.where(slides, .15, 1))
+        time = max(far * 1.9 / rng.uniform(.6, 1.8), .4)
         rest = rng.choice([0.0, .3, .8])
         on = (t >= now) & (t < now + time)
         s = (t[on] - now)[:, None] / time
@@ -285,7 +288,8 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
             if setpoint:
                 u = kp * servo * (r[k] - q) - kd * servo * v + nd.qfrc_bias
             else:
-                u = kp * (r[k] - q) + kd * (rd[k] - v) + nd.qfrc_bias + nominal.dof_damping.ravel()[:n] * rd[k]
+                u = kp * (r[k] - q) + kd * (rd[k] - v) + nd.qfrc_bias
+                u = u + nominal.dof_damping.ravel()[:n] * rd[k]
             queue.append(u.copy())
         log_q[k], log_u[k] = q, u
         if k < 3000:
@@ -295,7 +299,8 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
         if case.real['friction'] is not None:
             for i, f in enumerate(case.real['friction']):
                 loss[i] *= (1 + f['stribeck'] * np.exp(-(v[i] / f['vs']) ** 2)
-                            + f['angle'] * np.sin(q[i] + f['phase']) + f['power'] * np.sqrt(abs(v[i])))
+                            + f['angle'] * np.sin(q[i] + f['phase'])
+                            + f['power'] * np.sqrt(abs(v[i])))
                 loss[i] += f['load'] * abs(load[i]) * day[i]
                 extra[i] -= f['ripple'] * loss0[i] * np.sin(f['order'] * q[i] + f['phase'])
         for e in changes:
@@ -339,7 +344,8 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
                 elif kind == 'cogging':
                     torque = x * np.sin(e['N'] * q[j] + e['phase'])
                 elif kind == 'end_spring':
-                    torque = x * max(0.0, q[j] - r[:, j].mean() - .6 * r[:, j].std()) / r[:, j].std()
+                    out = q[j] - r[:, j].mean() - .6 * r[:, j].std()
+                    torque = x * max(0.0, out) / r[:, j].std()
                 elif kind == 'bursts':
                     torque = sum(w for a, d, w in bursts if a < t[k] < a + d) * 2.5 * x
                 elif kind == 'hysteresis':
@@ -347,7 +353,8 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
                     torque = x * memory[j] / .15
                 elif kind == 'swinging':
                     w = 2 * np.pi * 1.1
-                    swing += STEP * np.array([swing[1], -w * w * (swing[0] + q[j]) - .3 * swing[1]])
+                    pull = -w * w * (swing[0] + q[j]) - .3 * swing[1]
+                    swing += STEP * np.array([swing[1], pull])
                     torque = np.clip(x * (swing[0] + q[j]), -3 * x, 3 * x)
                 extra[j] -= torque
                 seen[j] += torque
@@ -355,7 +362,8 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
         data.qfrc_applied[:] = extra + act
         mujoco.mj_step(model, data)
         load = act + extra - model.dof_frictionloss * s - model.dof_damping.ravel()[:n] * v
-        if any(e['kind'] in ('payload', 'motor_inertia', 'base_tilt') for e in changes) and k % 5 == 0:
+        bodies = any(e['kind'] in ('payload', 'motor_inertia', 'base_tilt') for e in changes)
+        if bodies and k % 5 == 0:
             both = []
             for m, d in ((model, nd), (plain, sd)):
                 d.qpos[:], d.qvel[:], d.qacc[:] = q, v, data.qacc
@@ -365,7 +373,7 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
                 mujoco.mj_mulM(m, d, ma, data.qacc)
                 both.append(ma + d.qfrc_bias)
             inertial = both[0] - both[1]
-        if any(e['kind'] in ('payload', 'motor_inertia', 'base_tilt') for e in changes):
+        if bodies:
             seen = seen + inertial
         oracle[k] = seen
     period = 1 / case.rate
