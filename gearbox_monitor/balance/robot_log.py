@@ -108,7 +108,9 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
         raise InputError(f'{raw.name}: {len(t)} whole samples, expected {LEAST_SECONDS:g} s or '
                          'more')
     latest = np.maximum.accumulate(t)
-    period = float(np.median(np.diff(latest)[np.diff(latest) > 0.0])) if latest[-1] > t[0] else 0.0
+    # The step in which half of the time passes: many stamps on top of each other do not move it.
+    steps = np.sort(np.diff(latest))
+    period = float(steps[np.searchsorted(np.cumsum(steps), 0.5 * steps.sum())])
     if not period > 0.0:
         raise InputError(f'{raw.name}: t: all stamps are the same, expected seconds that rise')
     rate = 1.0 / period

@@ -187,7 +187,7 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
         motion.input_speed[:, j], added[:, j], kp[j], kd[j],
         float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
         float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
-        robot.learnt) for j in range(count)]
+        robot.learnt, *np.zeros((2, n))) for j in range(count)]
     rows = Rows(log.name, robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
                 log.measured, setpoint, log.rate, settings)
     if robot.learnt and mean:
@@ -222,11 +222,13 @@ def _taught(m: JointMotion, name: str, shapes: Sequence[tuple[int, str]],
     from dataclasses import replace
     rotor = mean.get(f'armature {name}', 0.0) * acceleration
     model, smooth = m.model + rotor, m.smooth + rotor
+    groups = {DRY: np.zeros_like(model), VISCOUS: np.zeros_like(model), '': np.zeros_like(model)}
     for shape in (*FIRST, *(s for j, s in shapes if j == joint)):
         series = shape_of(shape)(m)
         for k in range(series.shape[1]):
-            model = model + mean.get(f'{name}: {shape} {k}', 0.0) * series[:, k]
-    return replace(m, model=model, smooth=smooth)
+            groups[group_of(shape)] += mean.get(f'{name}: {shape} {k}', 0.0) * series[:, k]
+    return replace(m, model=model + sum(groups.values()), smooth=smooth, dry=groups[DRY],
+                   wet=groups[VISCOUS])
 
 
 def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceColumn]:

@@ -105,9 +105,13 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     blank = evidence.fit()
     fit, steps = _search(evidence, blank, laws, free, scales)
     findings = _findings(evidence, blank, fit, steps, scales)
-    cautions = _cautions(recordings, knowledge) if knowledge else ()
+    cautions, strange = _cautions(recordings, knowledge) if knowledge else ((), set())
+    remainders = _remainders(evidence, fit, steps, knowledge, settings)
+    # What a joint does where no reference was is no evidence of a fault.
+    cautions += tuple(f'{r.joint}: what remains over {r.over} may be usual there'
+                      for r in remainders if r.joint in strange)
     return RobotVerdict(
-        findings, _remainders(evidence, fit, steps, knowledge, settings),
+        findings, tuple(r for r in remainders if r.joint not in strange),
         _ranked(evidence, blank, fit), _visible(evidence, blank, laws, scales),
         _not_tried(recordings[0], laws), cautions, fit, evidence)
 
@@ -342,9 +346,11 @@ def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:
     return out
 
 
-def _cautions(recordings: Sequence[Rows], knowledge: Knowledge) -> tuple[str, ...]:
-    """Return what the references did not visit, in words."""
-    out = []
+def _cautions(recordings: Sequence[Rows], knowledge: Knowledge
+              ) -> tuple[tuple[str, ...], set[str | None]]:
+    """Return what the references did not visit, in words, and the joints."""
+    out: list[str] = []
+    strange: set[str | None] = set()
     for j, name in enumerate(knowledge.joints):
         for variable, visits in knowledge.visits[name].items():
             share = float(np.mean([unvisited(rows, j, variable, visits)[1]
@@ -352,7 +358,8 @@ def _cautions(recordings: Sequence[Rows], knowledge: Knowledge) -> tuple[str, ..
             if share > 1.0 - recordings[0].settings.visited:
                 out.append(f'{name}: in {100 * share:.0f} % of the motion no reference had '
                            f'this {variable}')
-    return tuple(out)
+                strange.add(name)
+    return tuple(out), strange
 
 
 def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:

@@ -30,6 +30,7 @@ from gearbox_monitor.plant.effects.balance_column import JointMotion
 VARIABLES = ('angle', 'speed', 'load')
 SPACING = {'angle': 0.3, 'speed': 0.3, 'load': 0.5}  # rad; of the largest; of the deviation
 SECONDS = 0.5     # spent at a knot from which it is visited
+LEAST_LOAD = 0.2  # of the effort's deviation: a load that is less matters to no friction
 UNSURE = 0.3      # of the taught torque: what it may be elsewhere
 
 
@@ -59,7 +60,8 @@ def visits_of(recordings: Sequence[Rows], joint: int) -> dict[str, Visits]:
         values = [_value(rows.joints[joint], variable) for rows in recordings]
         whole = np.concatenate(values)
         size = {'angle': 1.0, 'speed': float(np.abs(whole).max()),
-                'load': float(np.std(whole))}[variable]
+                'load': max(float(np.std(whole)), LEAST_LOAD * max(
+                    float(np.std(rows.joints[joint].effort)) for rows in recordings))}[variable]
         spacing = max(SPACING[variable] * size, 1e-6)
         seconds: dict[int, float] = {}
         for rows, x in zip(recordings, values):

@@ -127,9 +127,10 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
         steps.append('compare with a log of the healthy robot to see smaller changes: '
                      f'gearbox_monitor diagnose {logs} --model {model} --reference HEALTHY')
     for f in data['findings']:
-        if f['confusable']:
+        rivals = [name for name in f['confusable'] if not name.startswith('arm_')]
+        if rivals:
             steps.append(f'{f["effect"]} at {f.get("joint") or f.get("link")} is not told apart '
-                         f'from {", ".join(f["confusable"])}')
+                         f'from {", ".join(rivals)}')
     if data['findings'] and data.get('closed'):
         steps.append(f'use {data["closed"]}: the model with what was found')
     if data['remainders']:

@@ -39,7 +39,8 @@ class JointMotion:
     friction), smooth (with what does not jump at reversal), model (all), effort (without noise):
     [N] each, N m. error (setpoint less q), setpoint_speed, compensation (torque that it adds for
     the weight) [N], kp, kd: of a servo. noise: of the effort, N m. coulomb, viscous, armature: of
-    the model file. learnt: the file's friction is not known but from a reference.
+    the model file. learnt: the file's friction is not known but from a reference. dry, wet [N]:
+    friction that a reference taught, which scales with direction and with speed, else 0.
     """
 
     t: Array
@@ -60,6 +61,8 @@ class JointMotion:
     viscous: float
     armature: float
     learnt: bool
+    dry: Array
+    wet: Array
 
 
 Named: TypeAlias = Mapping[str, float]
@@ -93,6 +96,16 @@ def anything(m: JointMotion) -> float:
 def not_negative(m: JointMotion) -> float:
     """Return the bound of what is not below 0 beside a model file; a difference may be."""
     return -math.inf if m.learnt else 0.0
+
+
+def whole_friction(m: JointMotion) -> tuple[float, ...]:
+    """Return settings of a change of friction: by its law, and as all that was taught (1)."""
+    return (0.0, 1.0) if m.dry.any() and m.wet.any() else (0.0,)
+
+
+def per_unit(x: Array, y: Array) -> Array:
+    """Return `x` [N] as a column [N, 1] of the mean size that `y` [N] has."""
+    return (x * (float(np.mean(np.abs(y))) / max(float(np.mean(np.abs(x))), 1e-12)))[:, None]
 
 
 def moved(t: Array, x: Array, shift: float) -> Array:

@@ -20,7 +20,7 @@ import numpy as np
 from gearbox_monitor.kernels.elementary import exponential, sine
 from gearbox_monitor.kernels.jit import jit_inline, jit_part
 from gearbox_monitor.plant.effects.balance_column import (
-    BalanceColumn, not_negative, one, wave as wave_values, waves)
+    BalanceColumn, not_negative, one, per_unit, wave as wave_values, waves, whole_friction)
 from gearbox_monitor.plant.effects.effect import (
     AtRest, Coefficients, Effect, FreeParameter, logarithmic, MotorFriction, of_model, Parameter,
     PERIOD, positive, Scales, Starts, wave)
@@ -65,16 +65,20 @@ MOTOR_VISCOUS = Effect(
     separated_by={'motor_coulomb': _SEVERAL_SPEEDS,
                   'arm_viscous': 'frequent reversals through the backlash',
                   'viscous_drift': 'a longer recording, the same motion early and late'},
-    column=BalanceColumn(lambda m, _: m.v[:, None], one('Cv_change'), low=lambda m: (
-        -math.inf if m.learnt else -m.viscous), twins=('arm_viscous',)))
+    column=BalanceColumn(
+        lambda m, whole: per_unit(m.wet, m.v) if whole else m.v[:, None], one('Cv_change'),
+        grid=whole_friction, low=lambda m: -math.inf if m.learnt else -m.viscous,
+        twins=('arm_viscous',)))
 
 MOTOR_COULOMB = Effect(
     'motor_coulomb', 'motor_side', 'Cc replaced', (_CC,),
     meaning='Coulomb friction of the motor is not that of the model',
     replaces='coulomb_friction', counterpart='arm_coulomb',
     starts=of_model(_CC, 'coulomb_friction', usual=lambda s: s.friction),
-    column=BalanceColumn(lambda m, _: m.sign[:, None], one('Cc_change'), low=lambda m: (
-        -math.inf if m.learnt else -m.coulomb), twins=('arm_coulomb',)))
+    column=BalanceColumn(
+        lambda m, whole: per_unit(m.dry, m.sign) if whole else m.sign[:, None], one('Cc_change'),
+        grid=whole_friction, low=lambda m: -math.inf if m.learnt else -m.coulomb,
+        twins=('arm_coulomb',)))
 
 
 # ---------------------------------------------------------------------- friction
