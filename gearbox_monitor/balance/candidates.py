@@ -24,6 +24,7 @@ from scipy.interpolate import BSpline
 from gearbox_monitor.balance.robot_effects import (
     BASE, centre_of, LINK, PAYLOAD, ROBOT_EFFECTS, RobotEffect)
 from gearbox_monitor.balance.rows import Rows
+from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import (
@@ -116,6 +117,8 @@ def visible_in(column: BalanceColumn, rows: Rows) -> bool:
 
 def tries(column: BalanceColumn, setting: float, m: JointMotion, rate: float) -> bool:
     """Return whether a log of `rate` (Hz) is fast enough for a wave or a speed of `setting`."""
+    if column.setting == 'T' and column.needs == COMMAND and rate < SETTINGS.full_rate:
+        return False
     if column.setting == 'N':
         return setting * float(np.quantile(np.abs(m.v), 0.5)) / (2.0 * math.pi) < 0.3 * rate
     return True
