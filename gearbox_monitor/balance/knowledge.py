@@ -29,7 +29,7 @@ from gearbox_monitor.balance.candidates import Candidate, free_functions, librar
 from gearbox_monitor.balance.evidence import Evidence, Fit, Prior
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import nuisance_of, RobotModel, rows_of
-from gearbox_monitor.balance.settings import Settings, SETTINGS
+from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.shapes import dictionary, shape_of
 from gearbox_monitor.balance.visits import Visits, visits_of
 from gearbox_monitor.kernels.types import Array, Integers

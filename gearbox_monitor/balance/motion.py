@@ -19,9 +19,10 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt, welch
+from scipy.special import erf
 
 from gearbox_monitor.balance.robot_log import RobotLog, Section
-from gearbox_monitor.balance.settings import Settings, SETTINGS
+from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 
@@ -124,5 +125,4 @@ def _cut_offs(grids: list[_Grid], rate: float, settings: Settings) -> tuple[Arra
 
 def smooth_sign(v: Array, sigma: Array, settings: Settings = SETTINGS) -> Array:
     """Return the expected sign of speeds `v` [N, J] with the deviations `sigma` [J]."""
-    from scipy.special import erf
     return erf(v / np.sqrt(2.0) / np.maximum(sigma, settings.presliding))

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.balance.settings import Settings, SETTINGS
+from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 

@@ -20,7 +20,7 @@ nuisance columns are what may be off without being a finding, with the deviation
 coefficients.
 """
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,7 +30,7 @@ from scipy.signal import butter, sosfiltfilt
 from gearbox_monitor.balance.local_cosines import local_cosines, LocalCosines
 from gearbox_monitor.balance.motion import Motion, motion_of, smooth_sign
 from gearbox_monitor.balance.robot_log import RobotLog, SETPOINT
-from gearbox_monitor.balance.settings import Settings, SETTINGS
+from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.shapes import DRY, FIRST, group_of, shape_of, VISCOUS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import JointMotion
@@ -193,13 +193,8 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
     if robot.learnt and mean:
         joints = [_taught(m, name, shapes, mean, j, _rate(motion, motion.v)[:, j])
                   for j, (m, name) in enumerate(zip(joints, chain.joints))]
-        rows = _replaced(rows, joints=tuple(joints))
-    return _replaced(rows, nuisance=tuple(nuisance_of(rows, shapes)))
-
-
-def _replaced(rows: Rows, **values: object) -> Rows:
-    from dataclasses import replace
-    return replace(rows, **values)  # type: ignore[arg-type]
+        rows = replace(rows, joints=tuple(joints))
+    return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
 
 
 def _rate(motion: Motion, x: Array) -> Array:
@@ -219,7 +214,6 @@ def _steady(motion: Motion, effort: Array) -> Array:
 def _taught(m: JointMotion, name: str, shapes: Sequence[tuple[int, str]],
             mean: Mapping[str, float], joint: int, acceleration: Array) -> JointMotion:
     """Return `m` with the torque that a reference taught of the joint."""
-    from dataclasses import replace
     rotor = mean.get(f'armature {name}', 0.0) * acceleration
     model, smooth = m.model + rotor, m.smooth + rotor
     groups = {DRY: np.zeros_like(model), VISCOUS: np.zeros_like(model), '': np.zeros_like(model)}

@@ -29,7 +29,7 @@ from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.balance.robot_effects import BASE, PAYLOAD, ROBOT_EFFECTS
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
-from gearbox_monitor.balance.settings import Settings, SETTINGS
+from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.visits import unvisited, with_unvisited
 from gearbox_monitor.identification.findings import Finding, kind_of, NONE, Remainder
 from gearbox_monitor.kernels.types import Array

@@ -15,7 +15,7 @@
 """Logs and the model of a whole robot, as the commands of robots read them."""
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from pathlib import Path
 from typing import Any
@@ -168,7 +168,6 @@ def load_log(path: str, file: RobotFile, robot: RobotModel, values: RobotValues,
         raise InputError(f'{path}: current without torque_constants, expected N m/A of each joint '
                          'in --values: a rough one does, masses come in its scale')
     if values.measured and raw.kind == 'torque':
-        from dataclasses import replace
         raw = replace(raw, measured=True)
     return checked_log(raw, file.chain.joints)
 

@@ -19,6 +19,7 @@ The balance decides; the runs confirm, and give the number that users of a simul
 references taught beside the file, and effects that no attribute expresses, act as the torque that
 they have along the recorded motion.
 """
+import copy
 from typing import Any
 
 import numpy as np
@@ -96,7 +97,6 @@ def _runs(file: RobotFile, verdict: RobotVerdict, closed: bool) -> Array:
 
 def _copy(file: RobotFile) -> Any:
     """Return a copy of the compiled model without its actuators and contacts."""
-    import copy
     mujoco = mujoco_module()
     m = copy.copy(file.compiled)
     m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION) | int(

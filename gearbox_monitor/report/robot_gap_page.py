@@ -14,7 +14,7 @@
 
 """The page of a robot's gap: its joints with the worst first, what was found, what to do next."""
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import json
 from typing import Any, TypeAlias
 
@@ -25,8 +25,8 @@ from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import BarRow, bars, BarView, PageTable
 from gearbox_monitor.report.robot_words import (
-    finding_words, MEANINGS, next_steps, remainder_words, robot_headline, UNITS)
-from gearbox_monitor.robot.chain import Chain
+    finding_words, MEANINGS, next_steps, remainder_words, robot_headline, SUBJECTS, unit_of)
+from gearbox_monitor.robot.chain import Chain, rotations
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a robot's verdict
 WIDTH, HEIGHT, MARGIN = 460.0, 300.0, 46.0
@@ -128,7 +128,6 @@ class RobotPicture(Section):
 
 def apart(dots: Sequence[Dot]) -> list[Dot]:
     """Return `dots` one by one, those that cover another one beside it."""
-    from dataclasses import replace
     out: list[Dot] = []
     for dot in dots:
         while any(abs(dot.y - d.y) < 15.0 and abs(dot.x - d.x) < 110.0 for d in out):
@@ -149,7 +148,6 @@ def joint_places(chain: Chain, posture: Array) -> Array:
         if link.slides:
             place = place + turn @ link.axis * q
         else:
-            from gearbox_monitor.robot.chain import rotations
             turn = turn @ rotations(link.axis, np.array([q]))[0]
         turns.append(turn)
         places.append(place)
@@ -226,10 +224,10 @@ class VisibleSizes(Section):
 
 
 def _unit(effect: str) -> str:
-    from gearbox_monitor.report.robot_words import SUBJECTS
-    first = {'payload': 'm', 'motor_coulomb': 'Cc', 'motor_viscous': 'Cv', 'motor_inertia':
-             'm1_change', 'base_tilt': 'ax'}.get(effect) or SUBJECTS.get(effect, ('', ''))[0]
-    return UNITS.get(first, '')
+    first = {'payload': 'm', 'motor_coulomb': 'Cc_change', 'motor_viscous': 'Cv_change',
+             'viscous_drift': 'Cv_change', 'motor_inertia': 'm1_change', 'base_tilt': 'ax',
+             'link_inertia': 'Ixx'}.get(effect) or SUBJECTS.get(effect, ('', ''))[0]
+    return unit_of(effect, first)
 
 
 @dataclass(frozen=True)

@@ -20,10 +20,10 @@ from typing import Any
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
 
-UNITS = {**{p.name: p.unit for e in EFFECTS.values() for p in e.parameters},
-         **{name: unit for e in ROBOT_EFFECTS for name, unit in e.units.items()},
-         'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2', 'kp_factor': '',
-         'Ca': 'N m', 'Cv': 'N m s/rad', 'Cc': 'N m', 'N': '', 'T': 's'}
+OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
+              'T_change': 's', 'kp_factor': '', 'Ca': 'N m'}
+UNITS = {**{e.id: {p.name: p.unit for p in e.parameters} for e in EFFECTS.values()},
+         **{e.id: dict(e.units) for e in ROBOT_EFFECTS}}
 MEANINGS = {**{e.id: e.meaning for e in EFFECTS.values()},
             **{e.id: e.meaning for e in ROBOT_EFFECTS}}
 CHANGES = {'Cc_change': 'Coulomb friction', 'Cv_change': 'viscous friction',
@@ -41,6 +41,12 @@ SUBJECTS = {
     'setpoint_delay': ('T', 'delay of the setpoint'), 'servo_delay': ('T_change', 'servo delay'),
     'servo_gain': ('kp_factor', 'gain of the servo, as a factor'),
     'joint_coupling': ('Cc', 'drag by another joint')}
+
+
+def unit_of(effect: str, name: str) -> str:
+    """Return the unit of the value `name` of an effect, '' for a pure number."""
+    unit = OF_CHANGES.get(name) or UNITS.get(effect, {}).get(name, '')
+    return '' if unit == '-' else unit
 
 
 def rounded(value: float, deviation: float | None) -> str:
@@ -73,13 +79,14 @@ def finding_words(finding: Mapping[str, Any]) -> str:
         return f'{where}: inertia of the link is not that of the model'
     for name, words in CHANGES.items():
         if name in values:
-            text = f'{where}: {words} {_signed(values[name], deviations[name])} {UNITS[name]}'
+            text = f'{where}: {words} {_signed(values[name], deviations[name])} '
+            text += unit_of(effect, name)
             if 'Ca' in values:
                 text += f', {rounded(values["Ca"], deviations["Ca"])} N m more one way than the ' \
                         'other'
             return text
     name, words = SUBJECTS.get(effect, (next(iter(values)), MEANINGS.get(effect, effect)))
-    unit = UNITS.get(name, '')
+    unit = unit_of(effect, name)
     text = f'{where}: {words} {rounded(values[name], deviations[name])} {unit}'.rstrip()
     if 'N' in values:
         text += f', {values["N"]:.0f} per turn'

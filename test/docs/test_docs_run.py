@@ -40,7 +40,8 @@ ELSEWHERE = {
     'demo': 'test_demo', 'play': 'test_play',
     'tune': 'test_tune, and below', 'diagnose': 'test_diagnose',
     'suggest': 'test_experiment_design',
-    'export': 'test_mujoco_page', 'learn': 'test_robot_commands', 'fit-nominal': 'test_real_drives', 'import': 'test_import',
+    'export': 'test_mujoco_page', 'learn': 'test_robot_commands',
+    'fit-nominal': 'test_real_drives', 'import': 'test_import',
     'fleet': 'test_fleet, and below', 'live': 'test_live'}
 # Pages whose commands go on with each other's files: each has a test of its own.
 WALKS = ('first_hour.md', 'current.md', 'closed_model.md', 'mujoco.md', 'simulator.md',

@@ -254,21 +254,21 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
     model, plain = _truth(case, changes)
     nominal = mujoco.MjModel.from_xml_string(case.xml)
     nominal.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
-    data, nd, sd = (mujoco.MjData(m) for m in (model, nominal, plain))
+    data, file_state, sd = (mujoco.MjData(m) for m in (model, nominal, plain))
     n = model.nv
     slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
     t, r, rd = _path(rng, n, seconds + 1, slides)
     day = 1 + rng.uniform(-.08, .08, n) * (case.real['friction'] is not None)
     data.qpos[:], data.qvel[:] = r[0], rd[0]
-    mujoco.mj_forward(nominal, nd)
+    mujoco.mj_forward(nominal, file_state)
     # Gains from the inertia in the middle posture: 5 Hz, well damped.
     full = np.zeros((n, n))
-    nd.qpos[:] = r.mean(0)
-    mujoco.mj_forward(nominal, nd)
+    file_state.qpos[:] = r.mean(0)
+    mujoco.mj_forward(nominal, file_state)
     for i in range(n):
         unit = np.zeros(n)
         unit[i] = 1
-        mujoco.mj_mulM(nominal, nd, full[i], unit)
+        mujoco.mj_mulM(nominal, file_state, full[i], unit)
     m_eff = np.diag(full)
     kp, kd = m_eff * 31 ** 2, m_eff * 40
     servo = (1 + rng.uniform(-.15, .15, n)) * setpoint + (not setpoint)
@@ -283,12 +283,12 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
     for k in range(steps):
         q, v = data.qpos.copy(), data.qvel.copy()
         if k % CONTROL == 0:
-            nd.qpos[:], nd.qvel[:] = q, 0 if setpoint else v
-            mujoco.mj_forward(nominal, nd)
+            file_state.qpos[:], file_state.qvel[:] = q, 0 if setpoint else v
+            mujoco.mj_forward(nominal, file_state)
             if setpoint:
-                u = kp * servo * (r[k] - q) - kd * servo * v + nd.qfrc_bias
+                u = kp * servo * (r[k] - q) - kd * servo * v + file_state.qfrc_bias
             else:
-                u = kp * (r[k] - q) + kd * (rd[k] - v) + nd.qfrc_bias
+                u = kp * (r[k] - q) + kd * (rd[k] - v) + file_state.qfrc_bias
                 u = u + nominal.dof_damping.ravel()[:n] * rd[k]
             queue.append(u.copy())
         log_q[k], log_u[k] = q, u
@@ -365,7 +365,7 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
         bodies = any(e['kind'] in ('payload', 'motor_inertia', 'base_tilt') for e in changes)
         if bodies and k % 5 == 0:
             both = []
-            for m, d in ((model, nd), (plain, sd)):
+            for m, d in ((model, file_state), (plain, sd)):
                 d.qpos[:], d.qvel[:], d.qacc[:] = q, v, data.qacc
                 mujoco.mj_fwdPosition(m, d)
                 mujoco.mj_fwdVelocity(m, d)
