@@ -24,11 +24,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gearbox_monitor.balance.rows import NuisanceColumn, Rows
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects.balance_column import JointMotion
 
 VARIABLES = ('angle', 'speed', 'load')
 SPACING = {'angle': 0.3, 'speed': 0.3, 'load': 0.5}  # rad; of the largest; of the deviation
+TURN = 21         # knots of a turn: the torque of a hinge is the same in every turn
 SECONDS = 0.5     # spent at a knot from which it is visited
 LEAST_LOAD = 0.2  # of the effort's deviation: a load that is less matters to no friction
 UNSURE = 0.3      # of the taught torque: what it may be elsewhere
@@ -46,11 +47,16 @@ def _value(m: JointMotion, variable: str) -> Array:
     return {'angle': m.q, 'speed': m.v, 'load': m.load}[variable]
 
 
-def _hats(x: Array, spacing: float) -> tuple[Array, Array]:
-    """Return the lower knot [N] of each value and the weight [N] of the one above."""
+def _hats(x: Array, spacing: float, turns: bool) -> tuple[Integers, Integers, Array]:
+    """Return the knots [N] below and above each value and the weight [N] of the one above."""
     u = x / spacing
     low = np.floor(u)
-    return low.astype(int), u - low
+    below, above = low.astype(np.int64), low.astype(np.int64) + 1
+    return (below % TURN, above % TURN, u - low) if turns else (below, above, u - low)
+
+
+def _turns(rows: Rows, joint: int, variable: str) -> bool:
+    return variable == 'angle' and not rows.robot.chain.links[joint].slides
 
 
 def visits_of(recordings: Sequence[Rows], joint: int) -> dict[str, Visits]:
@@ -62,11 +68,12 @@ def visits_of(recordings: Sequence[Rows], joint: int) -> dict[str, Visits]:
         size = {'angle': 1.0, 'speed': float(np.abs(whole).max()),
                 'load': max(float(np.std(whole)), LEAST_LOAD * max(
                     float(np.std(rows.joints[joint].effort)) for rows in recordings))}[variable]
-        spacing = max(SPACING[variable] * size, 1e-6)
+        turns = _turns(recordings[0], joint, variable)
+        spacing = 2.0 * np.pi / TURN if turns else max(SPACING[variable] * size, 1e-6)
         seconds: dict[int, float] = {}
         for rows, x in zip(recordings, values):
-            low, share = _hats(x, spacing)
-            for k, weight in ((low, 1.0 - share), (low + 1, share)):
+            low, high, share = _hats(x, spacing, turns)
+            for k, weight in ((low, 1.0 - share), (high, share)):
                 for knot in np.unique(k):
                     spent = float(weight[k == knot].sum()) * rows.motion.step
                     seconds[int(knot)] = seconds.get(int(knot), 0.0) + spent
@@ -77,11 +84,11 @@ def visits_of(recordings: Sequence[Rows], joint: int) -> dict[str, Visits]:
 def unvisited(rows: Rows, joint: int, variable: str, visits: Visits) -> tuple[Array, float]:
     """Return hat functions [N, k] where no reference was, and their share of the motion."""
     x = _value(rows.joints[joint], variable)
-    low, share = _hats(x, visits.spacing)
+    low, high, share = _hats(x, visits.spacing, _turns(rows, joint, variable))
     columns = []
-    for knot in range(int(low.min()), int(low.max()) + 2):
+    for knot in np.unique(np.concatenate([low, high])).tolist():
         if visits.seconds.get(knot, 0.0) < SECONDS:
-            hat = np.where(low == knot, 1.0 - share, 0.0) + np.where(low + 1 == knot, share, 0.0)
+            hat = np.where(low == knot, 1.0 - share, 0.0) + np.where(high == knot, share, 0.0)
             if hat.any():
                 columns.append(hat)
     series = np.stack(columns, axis=1) if columns else np.zeros((len(x), 0))
