@@ -30,7 +30,7 @@ LAYERS = {
     'kernels': 0, 'plant': 1, 'robot': 1,
     'parameters': 2, 'estimation': 2,
     'quality': 3,
-    'identification': 4, 'monitoring': 4, 'interfaces': 4,
+    'identification': 4, 'balance': 4, 'monitoring': 4, 'interfaces': 4,
     'files': 5,
     'report': 6, 'bag': 6, 'export': 6,
     'ros': 7, 'fleet': 7,

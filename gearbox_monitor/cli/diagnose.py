@@ -34,6 +34,7 @@ usage examples:
   gearbox_monitor diagnose run1.csv run2.csv --model drive.yaml --exclude lugre viscous_drift
   gearbox_monitor diagnose BAG --model drive.yaml --json - | jq .effect
   gearbox_monitor diagnose BAG --model robot.xml --joint elbow --simulator my_arm:simulate
+  gearbox_monitor diagnose LOG --model robot.urdf --reference healthy.csv    # all joints at once
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
@@ -45,6 +46,7 @@ from typing import Any, TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from gearbox_monitor import __version__
+from gearbox_monitor.cli import diagnose_robot
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_drive, load_recording)
@@ -77,6 +79,7 @@ Drawn: TypeAlias = Mapping[str, 'str | Figure']  # {file of --out: HTML or pictu
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     add_recording_arguments(parser)
+    diagnose_robot.add_arguments(parser)
     parser.add_argument('--validate', metavar='BAG2',
                         help='second recording of the drive, to test the result on')
     parser.add_argument('--out', metavar='DIR',
@@ -98,6 +101,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
+    if diagnose_robot.is_robot(args):
+        return diagnose_robot.run(args)
     check_jobs(args.jobs)
     if args.seed < 0:
         raise InputError(f'--seed: {args.seed}, expected a whole number >= 0')

@@ -31,6 +31,7 @@ usage examples:
   gearbox_monitor example bag           # then: gearbox_monitor diagnose bag --model bag.drive.yaml
   gearbox_monitor example june --date 2026-06-15 --wear 25 --seconds 60 --seed 2
   gearbox_monitor example rough --motion varied --process-noise 0.4
+  gearbox_monitor example arm --robot       # logs of a whole arm, healthy and changed
 """
 from argparse import ArgumentParser, Namespace
 from dataclasses import replace
@@ -41,6 +42,7 @@ from pathlib import Path
 
 from gearbox_monitor.bag.example import (
     ENCODERS, ExampleMotion, MOTIONS, NOISE, process_torque, write_example_bag)
+from gearbox_monitor.bag.robot_example import write_robot_pair
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model, save_model
@@ -52,6 +54,9 @@ ARM_JOINT = {'both': '', 'motor': " --recorded-arm ''", 'arm': ''}  # options of
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('bag', metavar='BAG', help='bag to write; must not exist')
+    parser.add_argument('--robot', action='store_true', help='write a folder with robot.urdf and '
+                        'logs of all joints: healthy.csv, and today.csv with a load of 2 kg and a '
+                        'rubbing joint')
     parser.add_argument('--model', metavar='FILE',
                         help='model file of the drive (default: the packaged drive.yaml)')
     parser.add_argument('--seconds', metavar='S', type=float, default=30.0,
@@ -89,8 +94,10 @@ def run(args: Namespace) -> int:
     bag = Path(args.bag)
     written = bag.with_name(f'{bag.name}.drive.yaml')
     for path, kind in ((bag, 'bag'), (written, 'bag, whose model this file would be')):
-        if path.exists():
+        if path.exists() and not (args.robot and path == written):
             raise InputError(f'{path}: exists, expected the name of a new {kind}')
+    if args.robot:
+        return _write_robot(args)
     model_file = str(args.model or config_path('drive.yaml'))
     noise = Noise((0.0, 0.0, args.process_noise, 0.0), NOISE.measurement)
     model = load_model(model_file)
@@ -111,6 +118,18 @@ def run(args: Namespace) -> int:
           f'{model_file}\n{written}: the model of the drive that made it, in which\n'
           f'  gearbox_monitor diagnose {args.bag} --model {written}{ARM_JOINT[args.encoders]}\n'
           'finds no gap')
+    return 0
+
+
+def _write_robot(args: Namespace) -> int:
+    """Write the pair of logs of the example arm; returns the exit code."""
+    files = [f'{args.bag}/{name}' for name in
+             write_robot_pair(Path(args.bag), args.seconds, args.seed)]
+    if args.json:
+        print(json.dumps({'folder': args.bag, 'files': files, 'seed': args.seed}, indent=2))
+    else:
+        print(f'{", ".join(files)}\ncompare them: gearbox_monitor diagnose {files[2]} '
+              f'--model {files[0]} --reference {files[1]}')
     return 0
 
 

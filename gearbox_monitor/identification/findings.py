@@ -20,7 +20,7 @@ alone are an `effect`; findings beside a remainder are `incomplete`; a remainder
 `unknown`.
 """
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -87,11 +87,13 @@ class Remainder:
     over: str | None = None
     joint: str | None = None
     times: tuple[tuple[float, float], ...] = ()
+    figures: Mapping[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; joint and times only where there are any."""
-        data: dict[str, Any] = {'location': self.place, 'channel': self.channel,
-                                'size': self.size, 'over': self.over}
+        data: dict[str, Any] = {'location': self.place, 'place': self.place,
+                                'channel': self.channel, 'size': self.size, 'over': self.over,
+                                **self.figures}
         if self.joint is not None:
             data['joint'] = self.joint
         if self.times:

@@ -40,10 +40,12 @@ ELSEWHERE = {
     'demo': 'test_demo', 'play': 'test_play',
     'tune': 'test_tune, and below', 'diagnose': 'test_diagnose',
     'suggest': 'test_experiment_design', 'describe': 'test_describe',
-    'export': 'test_mujoco_page', 'fit-nominal': 'test_real_drives', 'import': 'test_import',
+    'export': 'test_mujoco_page', 'learn': 'test_robot_commands',
+    'fit-nominal': 'test_real_drives', 'import': 'test_import',
     'fleet': 'test_fleet, and below', 'live': 'test_live'}
 # Pages whose commands go on with each other's files: each has a test of its own.
-WALKS = ('first_hour.md', 'current.md', 'closed_model.md', 'mujoco.md', 'simulator.md')
+WALKS = ('first_hour.md', 'current.md', 'closed_model.md', 'mujoco.md', 'simulator.md',
+         'robot_gap.md')
 ENTRANCES = ('Motor encoder alone', 'Only setpoints')  # of first_hour.md
 RATE = ['--rate', '200']  # five times as fast as what the pages make
 

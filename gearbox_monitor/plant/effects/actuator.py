@@ -15,8 +15,12 @@
 """Effects between the torque that is commanded and the torque that acts on the motor."""
 import math
 
+import numpy as np
+
 from gearbox_monitor.kernels.elementary import sine
 from gearbox_monitor.kernels.jit import jit_part
+from gearbox_monitor.plant.effects.balance_column import (
+    BalanceColumn, COMMAND, JointMotion, moved, one, TORQUE, wave as wave_values, waves)
 from gearbox_monitor.plant.effects.effect import (
     Coefficients, Effect, FreeParameter, MAX_DELAY, Parameter, PERIOD, Scales, Starts, wave)
 
@@ -38,7 +42,10 @@ TORQUE_GAIN = Effect(
     meaning='torque is commanded in another scale, as by a wrong torque constant',
     command=scaled_command, motor_gain=gain_of_command,
     starts=lambda s: [[FreeParameter('g', 0.0, 0.1, -0.95)]],
-    separated_by={'motor_coulomb': 'dynamic torque instead of slow motion'})
+    separated_by={'motor_coulomb': 'dynamic torque instead of slow motion'},
+    column=BalanceColumn(
+        lambda m, _: m.model[:, None], lambda b, _: {'g': float(1.0 / (1.0 + b[0]) - 1.0)},
+        low=lambda m: -0.6, high=3.0, needs=TORQUE))
 
 TORQUE_OFFSET = Effect(
     'torque_offset', 'actuator', 'u_act = u + u0', (Parameter('u0', 'N m'),),
@@ -46,7 +53,10 @@ TORQUE_OFFSET = Effect(
     additive=True, twin='coulomb_asymmetry',
     starts=lambda s: [[FreeParameter('u0', 0.0, 0.1 * s.torque)]],
     separated_by={
-        'coulomb_asymmetry': 'no motion separates them: they differ only near standstill'})
+        'coulomb_asymmetry': 'no motion separates them: they differ only near standstill'},
+    column=BalanceColumn(
+        lambda m, _: np.ones((len(m.t), 1)), lambda b, _: {'u0': float(-b[0])},
+        twins=('coulomb_asymmetry', 'load_torque')))
 
 # Lag and delay act over the steps of a simulation: composition.actuator has their equations.
 ACTUATOR_LAG = Effect(
@@ -58,7 +68,11 @@ ACTUATOR_LAG = Effect(
 ACTUATOR_DELAY = Effect(
     'actuator_delay', 'actuator', 'u_act(t) = u(t - T)', (Parameter('T', 's', 0.0, MAX_DELAY),),
     meaning='torque follows the command with a dead time', torque_only=True,
-    starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]])
+    starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
+    column=BalanceColumn(
+        lambda m, late: moved(m.t, m.smooth, late), one('T'), setting='T',
+        grid=lambda m: (0.005, 0.015), fixed_point=True, low=lambda m: 0.0, high=3.0 * MAX_DELAY,
+        needs=COMMAND, twins=('actuator_lag', 'motor_encoder_delay')))
 
 
 @jit_part
@@ -73,11 +87,30 @@ def limits_below_peak(s: Scales) -> Starts:
             for f in (0.97, 0.85, 0.65, 0.4)]
 
 
+def limits_reached(m: JointMotion) -> list[float]:
+    """
+    Return levels (N m) that the effort of a JointMotion `m` exceeds by far more than its noise.
+
+    A level inside the noise would rectify it: the column then explains noise by noise.
+    """
+    size, levels = np.abs(m.effort), []
+    shares = (0.45, 0.6, 0.75, 0.82, 0.88, 0.92, 0.95, 0.97, 0.985)
+    for level in np.quantile(size, shares).tolist():
+        above = size[size > level] - level
+        if len(above) and math.sqrt(float(np.mean(above ** 2))) > 3.0 * m.noise:
+            levels.append(level)
+    return levels
+
+
 SATURATION = Effect(
     'saturation', 'actuator', 'u_act = clip(u, -umax, umax)',
     (Parameter('umax', 'N m', 0.0, of_command=True),),
     meaning='torque is limited below the command', command=clipped_command, off=math.inf,
-    order=-1, starts=limits_below_peak, torque_only=True)
+    order=-1, starts=limits_below_peak, torque_only=True,
+    column=BalanceColumn(
+        lambda m, u: (m.effort - np.clip(m.effort, -u, u))[:, None],
+        lambda b, u: {'umax': u}, setting='umax', grid=limits_reached, low=lambda m: 0.85,
+        high=1.15, needs=COMMAND))
 
 
 @jit_part
@@ -107,4 +140,7 @@ TORQUE_RIPPLE = Effect(
     'torque_ripple', 'actuator', 'u_act = u (1 + A sin(N x1 + phi))',
     (Parameter('A', '-'), *PERIOD),
     meaning='torque is modulated with the angle of the motor', motor_torque=with_ripple,
-    motor_gain=ripple_gain, order=-1, starts=wave(lambda s: 0.05), rotary_only=True)
+    motor_gain=ripple_gain, order=-1, starts=wave(lambda s: 0.05), rotary_only=True,
+    column=BalanceColumn(
+        lambda m, n: m.model[:, None] * waves(n * m.q), wave_values('A', -1.0), setting='N',
+        grid=lambda m: range(1, 9), whole=True, needs=TORQUE))

@@ -16,6 +16,8 @@
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.effects.balance_column import (
+    BalanceColumn, wave as wave_values, waves)
 from gearbox_monitor.plant.effects.effect import (
     Effect, FreeParameter, of_model, Parameter, positive, Scales, Starts, wave)
 
@@ -44,7 +46,8 @@ GRAVITY = Effect(
     (Parameter('G', 'N m'), Parameter('phi', 'rad', default=0.0)),
     meaning='weight of the arm', in_filters=True, additive=True, rotary_only=True,
     starts=wave(lambda s: 0.1 * s.torque),
-    separated_by={'cogging': 'a wide range of angles'})
+    separated_by={'cogging': 'a wide range of angles'},
+    column=BalanceColumn(lambda m, _: waves(m.q), wave_values('G')))
 
 LOAD_TORQUE = Effect(
     'load_torque', 'arm_side', 'tau_arm += TL', (Parameter('TL', 'N m'),),

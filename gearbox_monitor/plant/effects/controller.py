@@ -20,7 +20,11 @@ setpoint. Its damping kd has no effect of its own: it is viscous friction of the
 """
 import math
 
+import numpy as np
+
 from gearbox_monitor.plant.effects.actuator import limits_below_peak
+from gearbox_monitor.plant.effects.balance_column import (
+    BalanceColumn, JointMotion, not_negative, one, SETPOINT as OF_SETPOINT)
 from gearbox_monitor.plant.effects.effect import (
     Effect, FreeParameter, MAX_SERVO_DELAY, MAX_SETPOINT_DELAY, of_model, Parameter, positive,
     replaced, Scales, Starts)
@@ -31,7 +35,11 @@ SERVO_GAIN = Effect(
     'servo_gain', 'controller', 'kp replaced', (_KP,),
     meaning='proportional gain of the servo is not that of the model', replaces='kp',
     starts=of_model(_KP, 'kp', (1.0, 0.7, 1.4)),
-    separated_by={'torque_gain': 'fast motion, in which the damping of the servo counts'})
+    separated_by={'torque_gain': 'fast motion, in which the damping of the servo counts'},
+    column=BalanceColumn(
+        lambda m, _: (m.model + m.kd * m.v - m.compensation)[:, None],
+        lambda b, _: {'kp_factor': float(1.0 / (1.0 + b[0]))}, low=lambda m: -0.75, high=4.0,
+        needs=OF_SETPOINT, twins=('torque_gain',)))
 
 SERVO_LIMIT = Effect(
     'servo_limit', 'controller', 'u clipped at +-umax',
@@ -45,9 +53,18 @@ def _deadband_starts(s: Scales) -> Starts:
     return [[FreeParameter('d', f * error, 0.1 * error, 0.0)] for f in (0.05, 0.3)]
 
 
+def errors_reached(m: JointMotion) -> list[float]:
+    """Return sizes (rad) of the servo's error in the JointMotion `m`."""
+    levels: list[float] = np.quantile(np.abs(m.error), (0.1, 0.2, 0.35, 0.5, 0.7)).tolist()
+    return levels
+
+
 SERVO_DEADBAND = Effect(
     'servo_deadband', 'controller', "u = kp dz(r - q, d) - kd q'", (positive('d', 'rad'),),
-    meaning='servo does not react to small errors of position', starts=_deadband_starts)
+    meaning='servo does not react to small errors of position', starts=_deadband_starts,
+    column=BalanceColumn(
+        lambda m, d: (m.kp * np.clip(m.error, -d, d))[:, None], lambda b, d: {'d': d},
+        setting='d', grid=errors_reached, low=lambda m: 0.6, high=1.5, needs=OF_SETPOINT))
 
 _KI, _LATE = positive('ki', 'N m/(rad s)'), Parameter('T', 's', 0.0, MAX_SERVO_DELAY)
 
@@ -71,14 +88,20 @@ SERVO_DELAY = Effect(
     meaning='torque of the servo comes later than the model says', replaces='delay',
     starts=lambda s: [[FreeParameter('T', s.values['delay'] + late, 0.005, 0.0, MAX_SERVO_DELAY)]
                       for late in (0.0, 0.004, 0.015)],
-    separated_by={'setpoint_delay': 'steps of the setpoint, after which the drive oscillates'})
+    separated_by={'setpoint_delay': 'steps of the setpoint, after which the drive oscillates'},
+    column=BalanceColumn(
+        lambda m, _: m.model[:, None], one('T_change'), momentum=True, low=not_negative,
+        needs=OF_SETPOINT))
 
 SETPOINT_DELAY = Effect(
     'setpoint_delay', 'controller', 'r(t) -> r(t - T)',
     (Parameter('T', 's', 0.0, MAX_SETPOINT_DELAY),),
     meaning='setpoint comes to the servo with a dead time',
     starts=lambda s: [[FreeParameter('T', 0.002, 0.004, 0.0, MAX_SETPOINT_DELAY)],
-                      [FreeParameter('T', 0.02, 0.01, 0.0, MAX_SETPOINT_DELAY)]])
+                      [FreeParameter('T', 0.02, 0.01, 0.0, MAX_SETPOINT_DELAY)]],
+    column=BalanceColumn(
+        lambda m, _: (m.kp * m.setpoint_speed)[:, None], one('T'), low=not_negative,
+        high=MAX_SETPOINT_DELAY, needs=OF_SETPOINT, twins=('setpoint_lag',)))
 
 SETPOINT_LAG = Effect(
     'setpoint_lag', 'controller', "T r_f' = r - r_f, r_f in place of r",

@@ -24,6 +24,7 @@ import math
 from typing import Any, NamedTuple, TypeAlias
 
 from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.effects.balance_column import BalanceColumn
 
 LOCATIONS = ('motor_side', 'arm_side', 'transmission', 'controller', 'actuator', 'motor_sensor',
              'arm_sensor')
@@ -171,6 +172,8 @@ class Effect:
         separated_by: {id of another effect: motion that distinguishes them}.
         rotary_only: a prismatic axis does not have it. needs_both_encoders: one does not show it.
         torque_only: it acts on a torque that is recorded, which that of a servo is not.
+    In the balance of a whole robot:
+        column: its BalanceColumn, None for what the balance of torques does not show.
     """
 
     id: str
@@ -209,6 +212,7 @@ class Effect:
     rotary_only: bool = False
     needs_both_encoders: bool = False
     torque_only: bool = False
+    column: BalanceColumn | None = None
 
     @property
     def phased(self) -> bool:

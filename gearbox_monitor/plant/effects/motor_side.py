@@ -15,8 +15,12 @@
 """Effects on the motor's side of the gearbox: its friction, inertia and cogging."""
 import math
 
+import numpy as np
+
 from gearbox_monitor.kernels.elementary import exponential, sine
 from gearbox_monitor.kernels.jit import jit_inline, jit_part
+from gearbox_monitor.plant.effects.balance_column import (
+    BalanceColumn, not_negative, one, per_unit, wave as wave_values, waves, whole_friction)
 from gearbox_monitor.plant.effects.effect import (
     AtRest, Coefficients, Effect, FreeParameter, logarithmic, MotorFriction, of_model, Parameter,
     PERIOD, positive, Scales, Starts, wave)
@@ -60,13 +64,21 @@ MOTOR_VISCOUS = Effect(
     starts=of_model(_CV, 'viscous_friction', usual=lambda s: s.torque / s.speed),
     separated_by={'motor_coulomb': _SEVERAL_SPEEDS,
                   'arm_viscous': 'frequent reversals through the backlash',
-                  'viscous_drift': 'a longer recording, the same motion early and late'})
+                  'viscous_drift': 'a longer recording, the same motion early and late'},
+    column=BalanceColumn(
+        lambda m, whole: per_unit(m.wet, m.v) if whole else m.v[:, None], one('Cv_change'),
+        grid=whole_friction, low=lambda m: -math.inf if m.learnt else -m.viscous,
+        twins=('arm_viscous',)))
 
 MOTOR_COULOMB = Effect(
     'motor_coulomb', 'motor_side', 'Cc replaced', (_CC,),
     meaning='Coulomb friction of the motor is not that of the model',
     replaces='coulomb_friction', counterpart='arm_coulomb',
-    starts=of_model(_CC, 'coulomb_friction', usual=lambda s: s.friction))
+    starts=of_model(_CC, 'coulomb_friction', usual=lambda s: s.friction),
+    column=BalanceColumn(
+        lambda m, whole: per_unit(m.dry, m.sign) if whole else m.sign[:, None], one('Cc_change'),
+        grid=whole_friction, low=lambda m: -math.inf if m.learnt else -m.coulomb,
+        twins=('arm_coulomb',)))
 
 
 # ---------------------------------------------------------------------- friction
@@ -103,7 +115,11 @@ STRIBECK = Effect(
     friction=stribeck_torque, starts=_stribeck_starts,
     at_rest=lambda effect, sharpness: AtRest(TWO_OVER_PI * sharpness * effect['Cs']),
     separated_by={'lugre': 'slow reversals',
-                  'motor_coulomb': 'slow reversals and several speeds'})
+                  'motor_coulomb': 'slow reversals and several speeds'},
+    column=BalanceColumn(
+        lambda m, vs: (m.sign * np.exp(-(m.v / vs) ** 2))[:, None],
+        lambda b, vs: {'Cs': float(b[0]), 'vs': vs}, setting='vs',
+        grid=lambda m: (0.05, 0.1, 0.2, 0.4), low=not_negative))
 
 
 @jit_part
@@ -239,7 +255,8 @@ VISCOUS_ASYMMETRY = Effect(
     friction=viscous_asymmetry_torque,
     starts=lambda s: [[FreeParameter('Cva', 0.0, 0.3 * s.torque / s.speed)]],
     at_rest=lambda effect, sharpness: AtRest(abs(effect['Cva'])),
-    separated_by={'coulomb_asymmetry': _SEVERAL_SPEEDS, 'torque_offset': _SEVERAL_SPEEDS})
+    separated_by={'coulomb_asymmetry': _SEVERAL_SPEEDS, 'torque_offset': _SEVERAL_SPEEDS},
+    column=BalanceColumn(lambda m, _: np.abs(m.v)[:, None], one('Cva')))
 
 LOAD_FRICTION = Effect(
     'load_friction', 'motor_side', 'tau_f += Cl |tau_K| s(x3)',
@@ -247,12 +264,17 @@ LOAD_FRICTION = Effect(
     meaning='friction of the motor grows with the transmitted torque',
     in_filters=True, additive=True,
     starts=lambda s: [[FreeParameter('Cl', 0.0, 0.1, 0.0, 1.0)]],
-    separated_by={'motor_coulomb': 'several load amplitudes'})
+    separated_by={'motor_coulomb': 'several load amplitudes'},
+    column=BalanceColumn(
+        lambda m, _: (np.abs(m.load) * m.sign)[:, None], one('Cl'), low=not_negative))
 
 MOTOR_INERTIA = Effect(
     'motor_inertia', 'motor_side', 'm1 replaced', (_M1,),
     meaning='inertia of the motor is not that of the model', replaces='motor_inertia',
-    starts=of_model(_M1, 'motor_inertia', (1.0, 0.7, 1.4)))
+    starts=of_model(_M1, 'motor_inertia', (1.0, 0.7, 1.4)),
+    column=BalanceColumn(
+        lambda m, _: m.v[:, None], one('m1_change'), momentum=True,
+        low=lambda m: -math.inf if m.learnt else -m.armature))
 
 
 @jit_part
@@ -282,7 +304,11 @@ VISCOUS_DRIFT = Effect(
     'viscous_drift', 'motor_side', 'Cv -> Cv (1 + r (1 - exp(-t/T))), t from the start',
     (Parameter('r', '-', -1.0), Parameter('T', 's', 1e-2, 1e5)),
     meaning='viscous friction changes during the recording, as oil that warms up',
-    friction=drift_torque, starts=_drift_starts)
+    friction=drift_torque, starts=_drift_starts,
+    column=BalanceColumn(
+        lambda m, tc: (m.v * -np.expm1(-m.t / tc))[:, None],
+        lambda b, tc: {'Cv_change': float(b[0]), 'T': tc}, setting='T',
+        grid=lambda m: (3.0, 10.0)))
 
 
 # ---------------------------------------------------------------------- torque
@@ -308,4 +334,7 @@ def with_cogging(c: Coefficients, x1: float, x3: float, u: float) -> float:
 COGGING = Effect(
     'cogging', 'motor_side', "m1 x3' += A sin(N x1 + phi)", (Parameter('A', 'N m'), *PERIOD),
     meaning='torque of the motor varies with its angle, also without current',
-    motor_torque=with_cogging, starts=wave(lambda s: 0.1 * s.torque), rotary_only=True)
+    motor_torque=with_cogging, starts=wave(lambda s: 0.1 * s.torque), rotary_only=True,
+    column=BalanceColumn(
+        lambda m, n: waves(n * m.q), wave_values('A', -1.0), setting='N',
+        grid=lambda m: range(2, 41), whole=True))

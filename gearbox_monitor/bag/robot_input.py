@@ -1,0 +1,180 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Read a log of all joints of a robot: a bag with joint_states, or a table of columns.
+
+A table (CSV, gzipped or not, or Parquet) has t (s) and of each joint q_NAME (rad or m) and one of
+tau_NAME (N m or N), i_NAME (A) and setpoint_NAME (rad or m). v_NAME is not needed: speeds come
+from the positions.
+"""
+from collections.abc import Mapping, Sequence
+import gzip
+from pathlib import Path
+import zlib
+
+import numpy as np
+
+from gearbox_monitor.bag.importer.containers import opened_table
+from gearbox_monitor.bag.joint_input import find_topic, topics_called
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.balance.robot_log import CURRENT, RawLog, SETPOINT, TORQUE
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.packed_files import lines_of
+from gearbox_monitor.kernels.types import Array
+
+TABLES = ('.parquet', '.pq')
+TEXTS = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')
+PREFIXES = {'tau_': TORQUE, 'i_': CURRENT, 'setpoint_': SETPOINT}
+SETPOINTS = 'joint_setpoints'
+COLUMNS = 't, q_NAME and tau_NAME, i_NAME or setpoint_NAME of each joint'
+
+
+def read_robot_log(path: str | Path, joints: Sequence[str], recorded: Mapping[str, str],
+                   constants: Mapping[str, float] | None = None, servo: bool = False,
+                   topic: str = 'joint_states') -> RawLog:
+    """
+    Return the RawLog of a file.
+
+    Args:
+        path: of a bag, CSV or Parquet file.
+        joints: of the model.
+        recorded: {joint: its name in the log}, where they differ.
+        constants: torque per current, N m/A, of each joint; None where they are not known.
+        servo: the model has position actuators: setpoints may be used.
+        topic: of the joint states in a bag.
+
+    Raises:
+        InputError: it cannot be read, or lacks a joint.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f'{path}: no such file or directory, expected a bag, a CSV or a Parquet '
+                         'file')
+    name = path.name.lower()
+    if name.endswith(TEXTS):
+        columns = _text_columns(path)
+    elif name.endswith(TABLES):
+        table = opened_table(path, 'parquet')
+        columns = {c: np.asarray(table[c].to_numpy(), float) for c in table.column_names
+                   if c == 't' or c.startswith(('q_', *PREFIXES))}
+    else:
+        return _from_bag(path, joints, recorded, servo, topic)
+    return _from_columns(path, columns, joints, recorded, constants, servo)
+
+
+def _text_columns(path: Path) -> dict[str, Array]:
+    """Return {column: values} of a text with a header row; an empty value is NaN."""
+    header: list[str] = []
+    delimiter, rows = ',', []
+    try:
+        for number, line in enumerate(lines_of(path, 'utf-8'), 1):
+            line = line.removeprefix('\ufeff').strip()
+            if not line or line.startswith('#'):
+                continue
+            if not header:
+                delimiter = max((',', ';', '\t'), key=line.count)
+                header = [word.strip().strip('"') for word in line.split(delimiter)]
+                continue
+            words = line.split(delimiter)
+            if len(words) != len(header):
+                raise InputError(f'{path}: line {number}: {len(words)} values, expected '
+                                 f'{len(header)}')
+            try:
+                rows.append([float(word) if word.strip() else np.nan for word in words])
+            except ValueError:
+                wrong = next(i for i, word in enumerate(words) if not _is_number(word))
+                raise InputError(f'{path}: line {number}: column {header[wrong]}: '
+                                 f'{words[wrong][:30]!r}, expected a number') from None
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise InputError(f'{path}: {error}, expected a whole gzip file') from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, 'strerror', None) or 'not text'
+        raise InputError(f'{path}: {reason}, expected a header row {COLUMNS}') from None
+    twice = [word for word in header if header.count(word) > 1]
+    if twice:
+        raise InputError(f'{path}: header row: column {twice[0]!r} stands '
+                         f'{header.count(twice[0])} times, expected once')
+    values = np.array(rows, float).reshape(-1, len(header))
+    return dict(zip(header, values.T))
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word or 'nan')
+    except ValueError:
+        return False
+    return True
+
+
+def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str],
+                  recorded: Mapping[str, str], constants: Mapping[str, float] | None, servo: bool
+                  ) -> RawLog:
+    if 't' not in columns:
+        raise InputError(f'{path}: no column t in {", ".join(columns)[:80]!r}, expected {COLUMNS}')
+    names = {joint: recorded.get(joint, joint) for joint in joints}
+    position = {joint: columns[f'q_{name}'] for joint, name in names.items()
+                if f'q_{name}' in columns}
+    prefix = next((p for p in PREFIXES if (p != 'setpoint_' or servo)
+                   and all(p + name in columns for name in names.values())), None)
+    if prefix is None:
+        what = [c for c in columns if c.startswith(tuple(PREFIXES))]
+        hint = '; setpoints need position actuators in the model or gains in --values' if any(
+            c.startswith('setpoint_') for c in what) else ''
+        raise InputError(f'{path}: no torque of all joints ({", ".join(what)[:120] or "none"}), '
+                         f'expected tau_NAME, i_NAME or setpoint_NAME of {", ".join(joints)}'
+                         f'{hint} (--recorded NAME=LOGNAME maps a name)')
+    kind, notes = PREFIXES[prefix], []
+    inputs = {joint: columns[prefix + name] for joint, name in names.items()}
+    if kind == CURRENT and constants is not None:
+        lacking = [joint for joint in joints if joint not in constants]
+        if lacking:
+            raise InputError(f'{path}: torque_constants: none of {", ".join(lacking)}, expected '
+                             'N m/A of each joint')
+        inputs = {joint: x * constants[joint] for joint, x in inputs.items()}
+        notes.append('torque is current times its constant: masses come in the scale of the '
+                     'constants (m / K)')
+    unused = [c for c in columns if c != 't' and not c.startswith('v_') and c not in {
+        f'q_{n}' for n in names.values()} | {prefix + n for n in names.values()}]
+    if unused:
+        notes.append(f'columns that are not used: {", ".join(unused)[:200]}')
+    return RawLog(path.name, columns['t'], position, inputs, kind, kind == CURRENT, tuple(notes))
+
+
+def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], servo: bool,
+              topic: str) -> RawLog:
+    names = [recorded.get(joint, joint) for joint in joints]
+    with open_bag(path) as reader:
+        states = reader.joint_states(find_topic(reader, topic), names)
+        notes = [reader.notice] if reader.notice else []
+        t = (states.stamp_ns - states.stamp_ns[0]) * 1e-9
+        setpoints = topics_called(reader, SETPOINTS)
+        position = dict(zip(joints, states.position.T))
+        if np.isfinite(states.effort).any(axis=0).all():
+            return RawLog(path.name, t, position, dict(zip(joints, states.effort.T)), TORQUE,
+                          notes=tuple(notes))
+        if not servo or not setpoints:
+            without = [j for j, e in zip(joints, states.effort.T) if not np.isfinite(e).any()]
+            raise InputError(
+                f'{path}: no effort of {", ".join(without)}, expected the torque of all joints, '
+                f'or {SETPOINTS} and position actuators in the model')
+        goal = reader.joint_states(setpoints[0], names)
+        at = (goal.stamp_ns - states.stamp_ns[0]) * 1e-9
+        inputs = {}
+        for joint, x in zip(joints, goal.position.T):
+            good = np.isfinite(x)
+            # A servo holds the setpoint until the next one comes.
+            row = np.searchsorted(at[good], t, 'right') - 1
+            inputs[joint] = np.where(row >= 0, x[good][np.maximum(row, 0)], np.nan)
+    return RawLog(path.name, t, position, inputs, SETPOINT, notes=tuple(notes))

@@ -1,0 +1,64 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Bursts: energy of what remains that comes in few segments."""
+import numpy as np
+
+from gearbox_monitor.balance.evidence import Evidence, Fit
+from gearbox_monitor.balance.local_cosines import COVERED
+from gearbox_monitor.kernels.types import Array
+
+LEAST = 10  # segments
+
+
+def burstiness(evidence: Evidence, fit: Fit) -> tuple[Array, list[list[tuple[float, float]]]]:
+    """
+    Return how bursty the residual is.
+
+    Returns:
+        Whitened energy of the worst tenth of the segments over the median one, per joint [J]: that
+        of noise is near 2; and the (begin, end) of these segments, s.
+    """
+    out = np.zeros(evidence.joints)
+    times: list[list[tuple[float, float]]] = []
+    starts = np.concatenate([rows.motion.t[rows.tests.starts] for rows in evidence.recordings])
+    seconds = 2.0 * evidence.settings.hop
+    for j, a in enumerate(evidence.at):
+        energy = np.bincount(a.segment, a.spread(fit.weights[j]) * fit.residual[j] ** 2,
+                             evidence.segments)
+        covered = np.concatenate([rows.tests.covered[:, j] for rows in evidence.recordings])
+        use = np.flatnonzero(covered > COVERED)
+        times.append([])
+        if len(use) >= LEAST:
+            ranked = use[np.argsort(energy[use] / covered[use])]
+            top = ranked[-max(1, len(ranked) // 10):]
+            e = energy / np.maximum(covered, 1e-9)
+            out[j] = e[top].mean() / np.median(e[use])
+            times[j] = sorted((float(starts[s]), float(starts[s]) + seconds) for s in top)
+    return out, times
+
+
+def worst_segments(evidence: Evidence, fit: Fit) -> Array:
+    """Return the rms [J] of what a fit leaves in the worst tenth of the segments, N m."""
+    out = np.zeros(evidence.joints)
+    hops = np.concatenate([np.full(len(rows.tests.starts), rows.tests.value.shape[0] / 2.0)
+                           for rows in evidence.recordings])
+    for j, a in enumerate(evidence.at):
+        energy = np.bincount(a.segment, fit.residual[j] ** 2, evidence.segments) / hops
+        covered = np.concatenate([rows.tests.covered[:, j] for rows in evidence.recordings])
+        use = covered > COVERED
+        if use.any():
+            e = np.sort(energy[use] / covered[use])
+            out[j] = np.sqrt(e[-max(1, len(e) // 10):].mean())
+    return out

@@ -1,0 +1,227 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Candidates: every effect at every place as columns, and functions without a law beside them."""
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+import math
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from gearbox_monitor.balance.robot_effects import (
+    BASE, centre_of, LINK, PAYLOAD, ROBOT_EFFECTS, RobotEffect)
+from gearbox_monitor.balance.rows import Rows
+from gearbox_monitor.balance.settings import SETTINGS
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects.balance_column import (
+    BalanceColumn, COMMAND, JointMotion, SETPOINT, TORQUE)
+
+Columns = Mapping[int, Array]  # {joint: [R, k]} of all recordings, one behind the other
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """
+    An effect, or a function without a law (`free`), at a place.
+
+    joint, link: where; both None is the base. columns: {joint: [R, k]}. setting: of its nonlinear
+    parameter. again(setting): the candidate for another one, None if there is none to refine.
+    low, high: bounds of the first coefficient. values(b): parameters of the coefficients.
+    twins: effects with the same columns. over: variable of a free function. fixed_point: the
+    setting follows from the coefficients b: next_setting(b).
+    """
+
+    effect: str
+    columns: Columns
+    joint: str | None = None
+    link: str | None = None
+    setting: Any = None
+    again: Callable[[Any], 'Candidate'] | None = None
+    low: float = -math.inf
+    high: float = math.inf
+    values: Callable[[Array], Mapping[str, float]] | None = None
+    twins: tuple[str, ...] = ()
+    free: bool = False
+    over: str = ''
+    extra: int = 0
+    next_setting: Callable[[Array], Any] | None = None
+
+    @property
+    def width(self) -> int:
+        """Number of coefficients."""
+        return next(iter(self.columns.values())).shape[1]
+
+    @property
+    def size(self) -> int:
+        """Number of parameters."""
+        return self.width + self.extra
+
+    @property
+    def place(self) -> str:
+        """Joint, link or base."""
+        return self.joint or self.link or BASE
+
+    @property
+    def name(self) -> tuple[str, str, str]:
+        """What it is, whatever its setting."""
+        return self.effect, self.place, self.over
+
+
+def _stacked(parts: Sequence[Columns]) -> Columns:
+    return {j: np.concatenate([part[j] for part in parts]) for j in parts[0]}
+
+
+def library(recordings: Sequence[Rows], effects: Sequence[str] | None = None) -> list[Candidate]:
+    """
+    Return all effects at all places that the recordings can show.
+
+    Args:
+        recordings: of one robot, of one kind of input.
+        effects: ids to try, None for all.
+    """
+    out: list[Candidate] = []
+    first = recordings[0]
+    chain = first.robot.chain
+    columns = [(e.id, e.column, e.rotary_only) for e in EFFECTS.values() if e.column is not None]
+    columns += [(e.id, e.column, False) for e in ROBOT_EFFECTS if e.column is not None]
+    for j, name in enumerate(chain.joints):
+        for name_of_effect, column, rotary in columns:
+            wished = effects is None or name_of_effect in effects
+            if wished and visible_in(column, first) and not (rotary and chain.links[j].slides):
+                out += _of_joint(name_of_effect, column, recordings, j, name)
+    for effect in ROBOT_EFFECTS:
+        if effect.column is None and (effects is None or effect.id in effects):
+            out += _of_robot(effect, recordings)
+    return [c for c in out if any(np.abs(x).max() > 1e-9 for x in c.columns.values())]
+
+
+def visible_in(column: BalanceColumn, rows: Rows) -> bool:
+    """Return whether the input of the recording `rows` shows an effect with this `column`."""
+    return {COMMAND: not rows.setpoint and not rows.measured, TORQUE: not rows.setpoint,
+            SETPOINT: rows.setpoint}.get(column.needs, True)
+
+
+def tries(column: BalanceColumn, setting: float, m: JointMotion, rate: float) -> bool:
+    """Return whether a log of `rate` (Hz) is fast enough for a wave or a speed of `setting`."""
+    if column.setting == 'T' and column.needs == COMMAND and rate < SETTINGS.full_rate:
+        return False
+    if column.setting == 'N':
+        return setting * float(np.quantile(np.abs(m.v), 0.5)) / (2.0 * math.pi) < 0.3 * rate
+    return True
+
+
+def _of_joint(effect: str, column: BalanceColumn, recordings: Sequence[Rows], joint: int,
+              name: str) -> list[Candidate]:
+    """Return an effect of one joint for each setting of its grid."""
+    motions = [rows.joints[joint] for rows in recordings]
+    setting_of = max(motions, key=lambda m: float(np.std(m.effort)))
+
+    def made(setting: float) -> Candidate:
+        parts = [{joint: rows.tested(joint, column.series(m, setting), column.momentum)}
+                 for rows, m in zip(recordings, motions)]
+        return Candidate(
+            effect, _stacked(parts), joint=name, setting=setting if column.setting else None,
+            again=made if column.setting and not column.whole else None,
+            low=max(column.low(m) for m in motions), high=column.high,
+            values=lambda b: column.values(b, setting), twins=column.twins,
+            extra=1 if column.setting and not column.fixed_point else 0,
+            next_setting=(lambda b: float(np.clip(b[0], 1e-3, column.high)))
+            if column.fixed_point else None)
+    rate = min(rows.rate for rows in recordings)
+    return [made(setting) for setting in column.grid(setting_of)
+            if tries(column, setting, setting_of, rate)]
+
+
+def _of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate]:
+    """Return an effect of links, the base or several joints at each place."""
+    chain, columns, values = recordings[0].robot.chain, effect.columns, effect.values
+    assert columns is not None and values is not None
+    count = len(chain.links)
+
+    def made(index: int, centre: Array) -> Candidate:
+        where: dict[str, Any] = {}
+        if effect.place == LINK:
+            where['link'] = chain.links[index].name
+        elif effect.id == 'joint_coupling':
+            where.update(joint=chain.joints[index // count],
+                         over=f'motion of {chain.joints[index % count]}')
+        elif effect.place != BASE:
+            where['joint'] = chain.joints[index]
+        return Candidate(
+            effect.id, _stacked([columns(rows, index, centre) for rows in recordings]),
+            setting=centre, again=(lambda c: made(index, c)) if effect is PAYLOAD else None,
+            low=-math.inf if recordings[0].robot.learnt else effect.low,
+            values=lambda b: values(b, centre),
+            next_setting=centre_of if effect is PAYLOAD else None, **where)
+    if effect.place == LINK:
+        indices = [i for i, link in enumerate(chain.links) if link.mass > 0.0]
+    elif effect.place == BASE:
+        indices = [0]
+    elif effect.id == 'joint_coupling':
+        indices = [j * count + k for j in range(count) for k in range(count) if j != k]
+    else:
+        indices = [j for j in range(count) if recordings[0].zero[j]]
+    return [made(i, np.zeros(3)) for i in indices]
+
+
+def splines(x: Array, count: int = 8, robust: bool = True) -> Array:
+    """Return `count` - 1 cubic B-splines of `x` [N] over its range, without their constant."""
+    low, high = np.quantile(x, (0.005, 0.995)) if robust else (x.min(), x.max())
+    if high - low < 1e-9:
+        return np.zeros((len(x), 0))
+    u = (np.clip(x, low, high) - low) / (high - low) * (1.0 - 1e-9)
+    knots = np.r_[[0.0] * 3, np.linspace(0.0, 1.0, count - 2), [1.0] * 3]
+    columns = BSpline.design_matrix(u, knots, 3).toarray()
+    return (columns - columns.mean(axis=0))[:, 1:]
+
+
+def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
+    """Return functions without a law: where one beats the library, the cause is unknown."""
+    joints = recordings[0].robot.chain.joints
+    sizes = [len(rows.motion.t) for rows in recordings]
+    ends = np.cumsum(sizes)[:-1]
+    out: list[Candidate] = []
+
+    def whole(get: Callable[[JointMotion], Array], j: int) -> Array:
+        return np.concatenate([get(rows.joints[j]) for rows in recordings])
+
+    def add(j: int, over: str, series: Array) -> None:
+        if series.shape[1]:
+            parts = [rows.tested(j, x) for rows, x in zip(recordings, np.split(series, ends))]
+            out.append(Candidate('function', {j: np.concatenate(parts)}, joint=joints[j],
+                                 free=True, over=over))
+    for j in range(len(joints)):
+        q, v, load, sign, t = (whole(get, j) for get in (
+            lambda m: m.q, lambda m: m.v, lambda m: m.load, lambda m: m.sign, lambda m: m.t))
+        add(j, 'angle', splines(q))
+        add(j, 'speed', splines(v))
+        add(j, 'load', splines(load))
+        add(j, 'time', splines(t, 8, robust=False))
+        add(j, 'friction over time', sign[:, None] * splines(t, 6, robust=False))
+        add(j, 'friction over angle', sign[:, None] * splines(q, 6))
+        for k, other in enumerate(joints):
+            if k != j:
+                add(j, f'angle of {other}', splines(whole(lambda m: m.q, k), 6))
+                add(j, f'speed of {other}', np.stack(
+                    [whole(lambda m: m.v, k), whole(lambda m: m.sign, k)], axis=1))
+    return out
+
+
+def with_setting(candidate: Candidate, setting: Any) -> Candidate:
+    """Return `candidate` with another value of its nonlinear parameter."""
+    assert candidate.again is not None
+    return replace(candidate.again(setting))

@@ -1,0 +1,227 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The contest: laws and functions without a law compete for what the nuisance leaves.
+
+One more effect is taken while it pays by extended BIC (Chen and Chen, 2008), beyond what differs
+between healthy parts and beyond the over-dispersion of its joint. Where a function without a law
+pays more than every law, the cause is unknown.
+"""
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gearbox_monitor.balance.candidates import Candidate, with_setting
+from gearbox_monitor.balance.evidence import Evidence, Fit
+from gearbox_monitor.balance.knowledge import key_of, Knowledge
+from gearbox_monitor.kernels.types import Array
+
+PER_NAME = 2          # settings of one effect among the finalists
+STEPS = (1.25, 1.08, 1.025)
+LEAST_GAIN = 0.3      # of deviance, for which a setting is moved
+
+
+@dataclass(frozen=True, eq=False)
+class Scales:
+    """
+    What the evidence of a candidate is measured by.
+
+    scatter: {key: deviations} between healthy parts; dispersion [J]; names: number of laws;
+    lawless: number of functions.
+    """
+
+    scatter: dict[str, Array]
+    dispersion: Array
+    names: int
+    lawless: int
+
+
+def scales_of(laws: Sequence[Candidate], free: Sequence[Candidate], knowledge: Knowledge | None,
+              joints: int) -> Scales:
+    """
+    Return the Scales of a contest.
+
+    Args:
+        laws: candidates.
+        free: functions.
+        knowledge: of references, None without one.
+        joints: of the robot.
+    """
+    names = max(len({c.name for c in laws}), 1)
+    if knowledge is None:
+        return Scales({}, np.ones(joints), names, max(len(free), 1))
+    return Scales(dict(knowledge.scatter), knowledge.dispersion, names, max(len(free), 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A candidate in the contest: its worth beyond its cost, and the fit with it."""
+
+    worth: float
+    fit: Fit
+
+    @property
+    def candidate(self) -> Candidate:
+        """The candidate that was added."""
+        return self.fit.chosen[-1]
+
+
+def over_dispersion(evidence: Evidence, candidate: Candidate, scales: Scales, fit: Fit) -> float:
+    """Return the over-dispersion of a candidate, of several joints by their information."""
+    if len(candidate.columns) == 1:
+        return float(scales.dispersion[next(iter(candidate.columns))])
+    total = {}
+    for j, x in candidate.columns.items():
+        a = evidence.at[j]
+        total[j] = float(a.spread(fit.weights[j]) @ (x[a.order] ** 2).sum(axis=1))
+    whole = sum(total.values()) + 1e-300
+    return sum(scales.dispersion[j] * t for j, t in total.items()) / whole
+
+
+def tempered(values: Array, covariance: Array, scatter: Array | None, dispersion: float) -> float:
+    """
+    Return the share of a gain that is more than healthy parts differ by.
+
+    Args:
+        values: coefficients [k].
+        covariance: of the likelihood [k, k].
+        scatter: deviations between healthy parts [k], None for none.
+        dispersion: of the joint.
+    """
+    size = np.sqrt(np.maximum(np.diag(covariance), 1e-60))
+    plain, b = covariance / np.outer(size, size), values / size
+    wide = plain * dispersion
+    if scatter is not None and len(scatter) == len(b):
+        wide = wide + np.diag((scatter / size) ** 2)
+    own = float(b @ np.linalg.solve(plain + 1e-9 * np.eye(len(b)), b))
+    tame = float(b @ np.linalg.solve(wide + 1e-9 * np.eye(len(b)), b))
+    return tame / own if own > 0.0 else 1.0
+
+
+def cost(evidence: Evidence, candidate: Candidate, scales: Scales) -> float:
+    """Return the extended BIC of a candidate: ln n per parameter and the choice among all."""
+    count = scales.lawless if candidate.free else scales.names
+    return float(candidate.size * np.log(max(evidence.rows_in(candidate), 3.0))
+                 + 2.0 * np.log(count))
+
+
+def contest(evidence: Evidence, current: Fit, candidates: Sequence[Candidate], scales: Scales,
+            finalists: int) -> list[Entry]:
+    """
+    Return the candidates that pay most, as Entries, worthiest first.
+
+    Args:
+        evidence: of the recordings.
+        current: fit so far.
+        candidates: to add one of.
+        scales: of their evidence.
+        finalists: number of candidates of the score test that are fitted.
+    """
+    taken = {c.name for c in current.chosen}
+    field = [c for c in candidates if c.name not in taken]
+    worth = []
+    for c, e in zip(field, evidence.estimates(current, field)):
+        share = tempered(e.values, e.covariance, scales.scatter.get(key_of(c)),
+                         over_dispersion(evidence, c, scales, current))
+        worth.append(e.gain * share - cost(evidence, c, scales))
+    chosen: list[Candidate] = []
+    count: dict[tuple[str, str, str], int] = {}
+    for i in np.argsort(-np.array(worth)):
+        c = field[i]
+        if count.get(c.name, 0) < PER_NAME and (worth[i] > -40.0 or not chosen):
+            count[c.name] = count.get(c.name, 0) + 1
+            chosen.append(c)
+        if len(chosen) == finalists:
+            break
+    entries = []
+    for c in chosen:
+        fit = evidence.fit((*current.chosen, c), current.weights, 4)
+        if c.again is not None and current.deviance - fit.deviance > cost(evidence, c, scales):
+            fit = _refined(evidence, fit)
+        if _allowed(fit):
+            entries.append(Entry(worth_of(evidence, current, fit, scales), fit))
+    return sorted(entries, key=lambda e: -e.worth)
+
+
+def worth_of(evidence: Evidence, current: Fit, fit: Fit, scales: Scales) -> float:
+    """Return the tempered gain of the candidate that `fit` adds to `current`, less its cost."""
+    c, own = fit.chosen[-1], fit.of(len(fit.chosen) - 1)
+    k = evidence.n_nuisance
+    inside = slice(k + own.start, k + own.stop)
+    covariance = fit.covariance[inside, inside] / np.outer(fit.scale[own], fit.scale[own])
+    share = tempered(fit.values[own], covariance, scales.scatter.get(key_of(c)),
+                     over_dispersion(evidence, c, scales, fit))
+    return (current.deviance - fit.deviance) * share - cost(evidence, c, scales)
+
+
+def _allowed(fit: Fit) -> bool:
+    """Return whether physics allows the values of the newest candidate."""
+    c = fit.chosen[-1]
+    return bool(c.low <= fit.values[fit.of(len(fit.chosen) - 1).start] <= c.high)
+
+
+def _refined(evidence: Evidence, fit: Fit) -> Fit:
+    """
+    Return `fit` with a better setting of its newest candidate.
+
+    A place of mass by its fixed point, a speed or level by a search around the grid's.
+    """
+    c, base = fit.chosen[-1], fit.chosen[:-1]
+    if c.next_setting is not None:
+        for _ in range(3):
+            c = with_setting(c, c.next_setting(fit.values[fit.of(len(base))]))
+            fit = evidence.fit((*base, c), fit.weights, 3)
+        return fit
+    middle = float(c.setting)
+    reach = 1.6 if c.effect == 'stribeck' else 1.2   # beyond, the next of the grid is nearer
+    for factor in STEPS:
+        for direction in (factor, 1.0 / factor):
+            while True:
+                assert c.setting is not None
+                setting = float(c.setting) * direction
+                if not 1.0 / reach <= setting / middle <= reach:
+                    break
+                candidate = replace(with_setting(c, setting))
+                trial = evidence.fit((*base, candidate), fit.weights, 3)
+                if trial.deviance > fit.deviance - LEAST_GAIN:
+                    break
+                c, fit = candidate, trial
+    return fit
+
+
+def pruned(evidence: Evidence, fit: Fit, scales: Scales) -> tuple[Fit, list[int]]:
+    """
+    Return a fit without what no longer pays beside the newer candidates, and who stayed.
+
+    Args:
+        evidence: of the recordings.
+        fit: with its candidates.
+        scales: of their evidence.
+    """
+    numbers = list(range(len(fit.chosen)))
+    while len(numbers) > 1:
+        worth = []
+        for i in range(len(fit.chosen)):
+            ordered = (*fit.chosen[:i], *fit.chosen[i + 1:], fit.chosen[i])
+            less = evidence.fit(ordered[:-1], fit.weights, 4)
+            whole = evidence.fit(ordered, fit.weights, 2)
+            worth.append(worth_of(evidence, less, whole, scales))
+        i = int(np.argmin(worth))
+        if worth[i] >= evidence.settings.margin:
+            break
+        fit = evidence.fit((*fit.chosen[:i], *fit.chosen[i + 1:]), fit.weights, 4)
+        del numbers[i]
+    return fit, numbers

@@ -1,0 +1,293 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What references teach of a robot: Knowledge, the prior of every comparison.
+
+Friction in any shape, rotor inertias and wrong link inertias stand in a reference as in what is
+compared with it. So they are learnt, until nothing more pays; what differs between healthy parts
+of the references is measured for every effect, and their over-dispersion for every joint.
+"""
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gearbox_monitor.balance.bursts import worst_segments
+from gearbox_monitor.balance.candidates import Candidate, free_functions, library
+from gearbox_monitor.balance.evidence import Evidence, Fit, Prior
+from gearbox_monitor.balance.robot_log import RobotLog
+from gearbox_monitor.balance.rows import nuisance_of, RobotModel, rows_of
+from gearbox_monitor.balance.settings import SETTINGS, Settings
+from gearbox_monitor.balance.shapes import dictionary, shape_of
+from gearbox_monitor.balance.visits import Visits, visits_of
+from gearbox_monitor.kernels.types import Array, Integers
+
+VERSION = 1
+MOST_PARTS = 12
+CALMED = 0.9  # the shapes have made parts alike where their over-dispersion falls to this
+MOST_PASSES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """
+    What healthy recordings of a robot taught.
+
+    prior: of the nuisance, for another day. shapes: (joint, name) that its friction needs.
+    scatter: {key of an effect: deviation of each coefficient between healthy parts}.
+    dispersion [J]: squared misfit of the model between parts over what noise explains, 1 or more.
+    bursts [J]: rms of what is left in the worst tenth of the segments, N m. visits: {joint:
+    {variable: Visits}}; sizes [J]: rms of the taught torque, N m. variance [J, bands]: of what is
+    left, per row: a part of it is no noise, and other recordings have it as well.
+    joints, kind, measured, rate: of the logs; references: their names; seconds: their length;
+    model: hash of the file; parts: number of parts compared.
+    """
+
+    prior: Prior
+    shapes: tuple[tuple[int, str], ...]
+    scatter: Mapping[str, Array]
+    dispersion: Array
+    bursts: Array
+    visits: Mapping[str, Mapping[str, Visits]]
+    sizes: Array
+    variance: Array
+    joints: tuple[str, ...]
+    kind: str
+    measured: bool
+    rate: float
+    references: tuple[str, ...]
+    seconds: float
+    parts: int
+    model: str = ''
+    version: int = VERSION
+
+    @property
+    def mean(self) -> dict[str, float]:
+        """{label: coefficient} that was taught."""
+        return dict(zip(self.prior.labels, self.prior.mean.tolist()))
+
+
+def key_of(candidate: Candidate) -> str:
+    """Return what names an effect and its place in a Knowledge, whatever its setting."""
+    side = '' if candidate.effect != 'end_spring' else 'ul'[
+        candidate.values is not None and candidate.values(np.ones(1)).get('side', 0.0) < 0.0]
+    return '|'.join((*candidate.name, side))
+
+
+def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
+          settings: Settings = SETTINGS,
+          progress: Callable[[int, int], None] = lambda done, of: None) -> Knowledge:
+    """
+    Return the Knowledge that `logs` of a healthy robot teach.
+
+    Args:
+        robot: its model; `learnt` must be set.
+        logs: references.
+        model: hash of the model's file.
+        settings: limits.
+        progress: called with (steps done, steps in sum).
+    """
+    shapes = _shapes(robot, logs, settings, progress)
+    recordings = [rows_of(log, robot, shapes, settings=settings) for log in logs]
+    for _ in range(2):     # the second time with the torque that the first one taught
+        evidence = Evidence(recordings)
+        prior = evidence.posterior(evidence.fit())
+        mean = dict(zip(prior.labels, prior.mean.tolist()))
+        recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
+    evidence = Evidence(recordings)
+    fit = evidence.fit()
+    candidates = [c for c in library(recordings) + free_functions(recordings)
+                  if c.effect not in ('saturation', 'cogging', 'torque_ripple')]
+    scatter, dispersion, parts = scattered(evidence, fit, candidates)
+    progress(settings.rounds + 1, settings.rounds + 1)
+    joints = range(evidence.joints)
+    taught = [np.concatenate([r.joints[j].model - r.joints[j].load for r in recordings])
+              for j in joints]
+    return Knowledge(
+        _next_day(evidence, fit, settings), tuple(shapes), scatter, dispersion,
+        worst_segments(evidence, fit),
+        {name: visits_of(recordings, j) for j, name in enumerate(robot.chain.joints)},
+        np.array([np.sqrt(np.mean(x ** 2)) for x in taught]), _variance(evidence, fit),
+        logs[0].joints, logs[0].kind, logs[0].measured,
+        float(np.median([log.rate for log in logs])), tuple(log.name for log in logs),
+        sum(log.seconds for log in logs), parts, model)
+
+
+def _variance(evidence: Evidence, fit: Fit) -> Array:
+    """Return the variance [J, bands] of what a fit leaves, 0 where there are no rows."""
+    out = np.zeros((evidence.joints, len(evidence.settings.bands) - 1))
+    for j, a in enumerate(evidence.at):
+        total, rows = np.zeros(out.shape[1]), np.zeros(out.shape[1])
+        np.add.at(total, a.band, a.count / fit.weights[j])
+        np.add.at(rows, a.band, a.count)
+        out[j] = np.where(rows > 0.0, total / np.maximum(rows, 1e-9), 0.0)
+    return out
+
+
+def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
+            progress: Callable[[int, int], None]) -> list[tuple[int, str]]:
+    """
+    Return the shapes that references need: one more per joint and round while it pays.
+
+    It pays if it gains more than the over-dispersion of the joint: where parts of the references
+    differ, what one of them needs is no property of the joint.
+    """
+    shapes: list[tuple[int, str]] = []
+    recordings = [rows_of(log, robot, settings=settings) for log in logs]
+    joints, names = range(len(robot.chain.links)), list(dictionary())
+    offers: list[list[Candidate]] = []
+    for j in joints:
+        offers.append([])
+        for name in names:
+            parts = [rows.tested(j, shape_of(name)(rows.joints[j])) for rows in recordings]
+            offers[j].append(Candidate(name, {j: np.concatenate(parts)}))
+    free = free_functions(recordings)
+    evidence = Evidence(recordings)
+    fit = evidence.fit()
+    dispersion = scattered(evidence, fit, free)[1]
+    done, open_joints = 0, set(joints)
+    for _ in range(MOST_PASSES):
+        while open_joints and done < settings.rounds:
+            progress(done, settings.rounds + 1)
+            done += 1
+            before = len(shapes)
+            for j in sorted(open_joints):
+                left = [c for c in offers[j] if (j, c.effect) not in shapes]
+                rows = max(evidence.at[j].count.sum(), 3.0)
+                worth = [e.gain / dispersion[j] - c.width * np.log(rows)
+                         - 2.0 * np.log(len(names))
+                         for c, e in zip(left, evidence.estimates(fit, left))]
+                i = int(np.argmax(worth))
+                if worth[i] > settings.margin:
+                    shapes.append((j, left[i].effect))
+                else:
+                    open_joints.discard(j)
+            if len(shapes) > before:
+                recordings = [replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
+                              for rows in recordings]
+                evidence = Evidence(recordings)
+                fit = evidence.fit()
+        before_pass, dispersion = dispersion, scattered(evidence, fit, free)[1]
+        open_joints = set(np.flatnonzero(dispersion < CALMED * before_pass).tolist())
+        if not open_joints or done >= settings.rounds:
+            break
+    return shapes
+
+
+def _next_day(evidence: Evidence, fit: Fit, settings: Settings) -> Prior:
+    """
+    Return the prior of another day.
+
+    Dry friction of a joint scales as a whole, and so does viscous (temperature), a little of both
+    column by column; the lag of a recording is its own.
+    """
+    prior = evidence.posterior(fit)
+    group_of = {c.label: c.group for rows in evidence.recordings for c in rows.nuisance}
+    groups = [group_of[label] for label in prior.labels]
+    covariance = prior.covariance.copy()
+    for group in {g for g in groups if g is not None}:
+        whole = np.where([g == group for g in groups], prior.mean, 0.0)
+        covariance += settings.drift ** 2 * np.outer(whole, whole)
+    own = np.array([g is not None for g in groups])
+    covariance += np.diag(np.where(own, settings.drift_own * prior.mean, 0.0) ** 2)
+    keep = np.array([not label.startswith('lag of ') for label in prior.labels])
+    return Prior(tuple(label for label, k in zip(prior.labels, keep) if k), prior.mean[keep],
+                 covariance[np.ix_(keep, keep)])
+
+
+def partitions(evidence: Evidence) -> list[list[Array]]:
+    """
+    Return divisions of the references' segments [S] into parts: by time, by speed, by posture.
+
+    Equal repeats of a motion do not differ over time; where the robot stands and how fast it
+    moves, a wrong model differs even then.
+    """
+    settings = evidence.settings
+    number, speed, posture, time, begin = [], [], [], [], 0.0
+    for i, rows in enumerate(evidence.recordings):
+        hop = rows.tests.value.shape[0]
+        for s in rows.tests.starts:
+            number.append(i)
+            speed.append(np.sqrt(np.mean(rows.motion.v[s:s + hop] ** 2, axis=0)))
+            posture.append(rows.motion.q[s:s + hop].mean(axis=0))
+            time.append(begin + rows.motion.t[s])
+        begin = time[-1] + 1e3 if time else 0.0
+    by_time: list[int] = []
+    for i in range(len(evidence.recordings)):
+        own = np.flatnonzero(np.array(number) == i)
+        count = max(2 if len(evidence.recordings) == 1 else 1,
+                    int(len(own) * settings.hop / settings.part))
+        by_time += [100 * i + int(k) for k in np.arange(len(own)) * count // max(len(own), 1)]
+    out = [_parts(np.array(by_time))]
+    for feature in (speed, posture):
+        x = np.array(feature)
+        x = (x - x.mean(axis=0)) / (x.std(axis=0) + 1e-9)
+        main = x @ np.linalg.svd(x, full_matrices=False)[2][0]
+        rank = np.argsort(np.argsort(main))
+        out.append(_parts(rank * 3 // len(rank)))
+    return [p for p in out if len(p) > 1]
+
+
+def _parts(labels: Integers) -> list[Array]:
+    """Return a flag [S] of each label."""
+    values = np.unique(labels)
+    if len(values) > MOST_PARTS:
+        labels = np.searchsorted(values, labels) * MOST_PARTS // len(values)
+        values = np.unique(labels)
+    return [labels == v for v in values]
+
+
+def scattered(evidence: Evidence, fit: Fit, candidates: Sequence[Candidate]
+              ) -> tuple[dict[str, Array], Array, int]:
+    """
+    Return what differs between healthy parts.
+
+    Each part is compared with all others: an effect that acts in it alone would be 0 were the
+    model true. The mean gain per coefficient of all effects of a joint is its over-dispersion; the
+    variance of one effect's coefficients beyond it is the scatter of this effect.
+
+    Args:
+        evidence: of the references.
+        fit: of their nuisance.
+        candidates: effects and functions to compare.
+
+    Returns:
+        {key: deviation of each coefficient}, over-dispersion [J], number of parts.
+    """
+    joints = {name: j for j, name in enumerate(evidence.recordings[0].robot.chain.joints)}
+    table: dict[str, list[tuple[Array, Array]]] = {}
+    over, count = np.ones(len(joints)), 0
+    for division in partitions(evidence):
+        division_gains: list[list[float]] = [[] for _ in joints]
+        for flags in division:
+            count += 1
+            part = [flags[a.segment].astype(float) for a in evidence.at]
+            for c, e in zip(candidates, evidence.estimates(fit, candidates, part)):
+                if len(c.columns) == 1:
+                    j = next(iter(c.columns))
+                    division_gains[j].append(e.gain / c.width)
+                table.setdefault(key_of(c), []).append((e.values, np.diag(e.covariance)))
+        over = np.maximum(over, np.array([np.mean(g) if g else 1.0 for g in division_gains]))
+    scatter = {}
+    of_key = {key_of(c): c for c in candidates}
+    for key, entries in table.items():
+        c = of_key[key]
+        phi = float(np.mean([over[j] for j in c.columns]))
+        values = np.array([v for v, _ in entries])
+        variance = np.array([s for _, s in entries])
+        weight = 1.0 / (variance + 1e-300)
+        excess = (weight * (values ** 2 - phi * variance)).sum(axis=0) / weight.sum(axis=0)
+        scatter[key] = np.sqrt(np.maximum(excess, 0.0))
+    return scatter, over, count

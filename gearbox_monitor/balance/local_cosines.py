@@ -1,0 +1,118 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Test functions: local cosines, multiplied by a mask that leaves out rest and reversal.
+
+Local cosines with a sine window (Malvar's lapped transform) are orthonormal and zero at both ends:
+one per time and frequency. White noise stays white, coloured noise gets one variance per band.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearbox_monitor.balance.motion import Motion
+from gearbox_monitor.balance.settings import Settings
+from gearbox_monitor.kernels.types import Array, Integers
+
+COVERED = 0.3  # share of a segment in motion from which its energy counts
+
+
+@dataclass(frozen=True, eq=False)
+class LocalCosines:
+    """
+    Test functions of one motion, with the masks of its joints.
+
+    value, slope [2 hop, M]: the M functions of a segment and their derivatives, 1/s.
+    starts [S]: first sample of each segment; frequency [S M] Hz of each row, band [S M].
+    mask, mask_slope [N, J]: 1 where a joint moves, 0 at rest, and its derivative.
+    """
+
+    value: Array
+    slope: Array
+    starts: Integers
+    frequency: Array
+    band: Integers
+    mask: Array
+    mask_slope: Array
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.frequency)
+
+    @property
+    def share(self) -> Array:
+        """Mean square of the mask of each joint [J] in the segments."""
+        return (self.covered ** 1).mean(axis=0)
+
+    @property
+    def covered(self) -> Array:
+        """Mean square of the mask in each segment [S, J]."""
+        window = self.value[:, 0] ** 2 + self.value[:, 1] ** 2
+        window = window / window.sum()
+        return np.stack([window @ self.mask[s:s + len(window)] ** 2 for s in self.starts])
+
+    def _project(self, x: Array, basis: Array) -> Array:
+        blocks = np.stack([x[s:s + len(basis)] for s in self.starts])     # S, 2 hop, K
+        return np.matmul(basis.T, blocks).reshape(-1, x.shape[1])
+
+    def of(self, x: Array, joint: int) -> Array:
+        """Return the integrals [R, K] of phi mu x, `x` [N, K] acting on `joint`."""
+        return self._project(x * self.mask[:, joint, None], self.value)
+
+    def of_rate(self, x: Array, joint: int) -> Array:
+        """Return the integrals [R, K] of phi mu dx/dt, by parts: `x` is not differentiated."""
+        return -self._project(x * self.mask[:, joint, None], self.slope) \
+            - self._project(x * self.mask_slope[:, joint, None], self.value)
+
+
+def local_cosines(motion: Motion, highest: float, settings: Settings) -> LocalCosines:
+    """Return the test functions of `motion` up to `highest` Hz."""
+    step = motion.step
+    hop = int(round(settings.hop / step))
+    n, count = np.arange(2 * hop) + 0.5, int(min(highest, 0.4 / step) * 2 * hop * step)
+    order = np.arange(count) + 0.5
+    phase = np.pi / hop * np.outer(n + hop / 2.0, order)
+    window, fall = np.sin(np.pi * n / (2 * hop)), np.cos(np.pi * n / (2 * hop))
+    scale, rate = np.sqrt(2.0 / hop), np.pi / hop / step
+    value = scale * window[:, None] * np.cos(phase)
+    slope = scale * rate * (0.5 * fall[:, None] * np.cos(phase)
+                            - window[:, None] * order * np.sin(phase))
+    starts = np.concatenate([np.arange(s.start, s.stop - 2 * hop + 1, hop)
+                             for s in motion.sections])
+    frequency = np.tile(order / (2 * hop * step), len(starts))
+    mask, mask_slope = _masks(motion, settings)
+    return LocalCosines(value, slope, starts, frequency,
+                        np.digitize(frequency, settings.bands) - 1, mask, mask_slope)
+
+
+def _masks(motion: Motion, settings: Settings) -> tuple[Array, Array]:
+    """
+    Return the masks [N, J] and their derivatives, 1/s.
+
+    Static friction is any torque up to Coulomb's: no law can be held against it. The mask
+    multiplies the test functions, so the weak form stays exact.
+    """
+    slow = np.maximum(3.0 * motion.sigma_v, settings.slow)
+    width = max(1, int(round(settings.ramp / motion.step)))
+    ones, bell = np.ones(2 * width + 1), np.hanning(2 * width + 3)[1:-1]
+    mask, slope = np.empty_like(motion.v), np.empty_like(motion.v)
+    for section in motion.sections:
+        for j in range(motion.v.shape[1]):
+            still = np.abs(motion.v[section, j]) < slow[j]
+            wide = np.convolve(still, ones, 'same') > 0.5
+            mask[section, j] = np.clip(1.0 - np.convolve(wide, bell / bell.sum(), 'same'), 0, 1)
+        slope[section] = np.gradient(mask[section], motion.step, axis=0)
+    return mask, slope

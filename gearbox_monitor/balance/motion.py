@@ -1,0 +1,128 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The motion of a robot on a uniform grid: smoothed positions and speeds, input, noise."""
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, sosfiltfilt, welch
+from scipy.special import erf
+
+from gearbox_monitor.balance.robot_log import RobotLog, Section
+from gearbox_monitor.balance.settings import SETTINGS, Settings
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """
+    Uniform samples of one recording, its sections one behind the other.
+
+    t [N] s from the begin; q, v [N, J] smoothed; input [N, J]: torque or setpoint;
+    input_speed [N, J]: derivative of a setpoint, else zeros. sigma_v [J]: deviation of v;
+    sigma_q [J]: of q as measured. step s; sections: slices of samples without a gap.
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    input: Array
+    input_speed: Array
+    sigma_v: Array
+    sigma_q: Array
+    step: float
+    sections: tuple[slice, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    t: Array
+    q: Array
+    input: Array
+
+
+def motion_of(log: RobotLog, settings: Settings = SETTINGS) -> Motion:
+    """
+    Return the Motion of a log, smoothed by each joint's own noise floor.
+
+    The cut-off of a joint is where its spectrum meets the floor (Wiener). Both ends of a section
+    are cut: a smoother is wrong there.
+    """
+    rate = min(log.rate, settings.grid)
+    grids = [_on_grid(section, rate, log.rate) for section in log.sections]
+    cut, floor = _cut_offs(grids, rate, settings)
+    margin = int(np.ceil(2.0 * rate / cut.min()))
+    parts, sections, begin = [], [], 0
+    for grid in grids:
+        if len(grid.t) < 2 * margin + 2.0 * settings.hop * rate + 2:
+            continue
+        smooth = np.column_stack([
+            sosfiltfilt(butter(4, cut[j], fs=rate, output='sos'), grid.q[:, j])
+            for j in range(len(cut))])
+        inside = slice(margin, len(grid.t) - margin)
+        speed = CubicSpline(grid.t, smooth)(grid.t[inside], 1)
+        input_speed = np.gradient(grid.input, 1.0 / rate, axis=0)[inside] if (
+            log.kind == 'setpoint') else np.zeros_like(speed)
+        parts.append((grid.t[inside], smooth[inside], speed, grid.input[inside], input_speed))
+        sections.append(slice(begin, begin + len(speed)))
+        begin += len(speed)
+    if not parts:
+        raise InputError(f'{log.name}: no part without gaps is longer than '
+                         f'{2 * margin / rate + 2 * settings.hop:.1f} s, expected a longer log')
+    t, q, v, inputs, input_speed = (np.concatenate(x) for x in zip(*parts))
+    return Motion(t - log.sections[0].t[0], q, v, inputs, input_speed,
+                  np.sqrt(floor * (2.0 * np.pi) ** 2 * cut ** 3 / 3.0),
+                  np.sqrt(floor * rate / 2.0), 1.0 / rate, tuple(sections))
+
+
+def _on_grid(section: Section, rate: float, of_log: float) -> _Grid:
+    """Return a section on a uniform grid; of a faster log the means between grid points."""
+    t = np.arange(section.t[0], section.t[-1], 1.0 / rate)
+    if of_log > 1.5 * rate:
+        edges = np.append(t, t[-1] + 1.0 / rate)
+        edges[-1] = min(edges[-1], section.t[-1])
+        width = np.diff(edges)[:, None]
+
+        def means(x: Array) -> Array:
+            """Return the integral of `x` [N, J] between grid points over their distance."""
+            whole = cumulative_trapezoid(x, section.t, axis=0, initial=0.0)
+            at = np.column_stack([np.interp(edges, section.t, c) for c in whole.T])
+            return np.diff(at, axis=0) / np.maximum(width, 1e-9)
+        good = width[:, 0] > 0.5 / rate
+        return _Grid((t + 0.5 / rate)[good], means(section.position)[good],
+                     means(section.input)[good])
+    onto = np.column_stack([np.interp(t, section.t, c) for c in section.input.T])
+    return _Grid(t, CubicSpline(section.t, section.position)(t), onto)
+
+
+def _cut_offs(grids: list[_Grid], rate: float, settings: Settings) -> tuple[Array, Array]:
+    """Return cut-off (Hz) and noise floor (1/Hz) of each joint, from its longest section."""
+    q = max((grid.q for grid in grids), key=len)
+    low, high = settings.cut_off
+    high = min(high, 0.4 * rate)
+    f, power = welch(q - q.mean(axis=0), rate, nperseg=min(len(q), int(4 * rate)), axis=0)
+    floor = np.median(power[f > 0.35 * rate], axis=0)
+    cut = np.empty(q.shape[1])
+    for j in range(q.shape[1]):
+        above = f[power[:, j] > 6.0 * floor[j]]
+        cut[j] = np.clip(1.3 * above[-1] if len(above) else low, low, high)
+    return cut, floor
+
+
+def smooth_sign(v: Array, sigma: Array, settings: Settings = SETTINGS) -> Array:
+    """Return the expected sign of speeds `v` [N, J] with the deviations `sigma` [J]."""
+    return erf(v / np.sqrt(2.0) / np.maximum(sigma, settings.presliding))

@@ -1,0 +1,154 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Effects that only a robot has: of its links, its base, two joints, an end of a range.
+
+Each says what it adds to the balance and what its coefficients mean; those of a single joint's
+drive stand beside their equations in plant.effects.
+"""
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+import math
+from types import MappingProxyType
+from typing import TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.balance.rows import Rows
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects.balance_column import (
+    BalanceColumn, JointMotion, not_negative, one)
+
+JOINT, LINK, BASE = 'joint', 'link', 'base'
+GRAVITY_SIZE = 9.80665
+WIDEST = 0.6  # m: farthest place of a payload from its link's frame
+LEAST_MASS = 1e-3  # kg, below which a payload has no centre
+Columns: TypeAlias = Mapping[int, Array]  # {joint: [R, k]}
+
+
+@dataclass(frozen=True)
+class RobotEffect:
+    """
+    An effect of a robot.
+
+    id, meaning: as of an Effect; units {parameter: unit}. place: JOINT, LINK or BASE. column: of
+    an effect of one joint; else columns(rows, index, centre) of the joint or link `index`, and
+    values(b, centre). low: of the first coefficient, beside a model file.
+    """
+
+    id: str
+    meaning: str
+    units: Mapping[str, str]
+    place: str
+    column: BalanceColumn | None = None
+    columns: Callable[[Rows, int, Array], Columns] | None = None
+    values: Callable[[Array, Array], Mapping[str, float]] | None = None
+    low: float = -math.inf
+
+
+def compact(centre: Array) -> Array:
+    """
+    Return d theta / d(m, m c) [10, 4] of a compact mass at `centre` [3] (m).
+
+    Its inertia is quadratic in m c over m, so theta is homogeneous of degree 1: it equals this
+    matrix times (m, m c).
+    """
+    x, y, z = centre
+    out = np.zeros((10, 4))
+    out[:4] = np.eye(4)
+    out[4:, 0] = -(y * y + z * z), -(x * x + z * z), -(x * x + y * y), x * y, x * z, y * z
+    out[4:, 1:] = [[0, 2 * y, 2 * z], [2 * x, 0, 2 * z], [2 * x, 2 * y, 0],
+                   [-y, -x, 0], [-z, 0, -x], [0, -z, -y]]
+    return out
+
+
+def _mass(rows: Rows, link: int, centre: Array) -> Columns:
+    return {j: rows.inertial[link, j] @ compact(centre) for j in rows.robot.chain.movers[link]}
+
+
+def _mass_values(b: Array, centre: Array) -> dict[str, float]:
+    at = b[1:4] / b[0] if abs(b[0]) > 1e-9 else np.zeros(3)
+    return {'m': float(b[0]), **{name: float(v) for name, v in zip(('cx', 'cy', 'cz'), at)}}
+
+
+def centre_of(b: Array) -> Array:
+    """Return the centre [3] of a mass with the coefficients `b` [4], within WIDEST."""
+    return np.clip(b[1:4] / b[0], -WIDEST, WIDEST) if abs(b[0]) > LEAST_MASS else np.zeros(3)
+
+
+def _inertia(rows: Rows, link: int, centre: Array) -> Columns:
+    return {j: rows.inertial[link, j][:, 4:] for j in rows.robot.chain.movers[link]}
+
+
+def _tilt(rows: Rows, index: int, centre: Array) -> Columns:
+    return rows.tilt
+
+
+def _tilt_values(b: Array, centre: Array) -> dict[str, float]:
+    return {'ax': float(b[0]) / GRAVITY_SIZE, 'ay': float(b[1]) / GRAVITY_SIZE}
+
+
+def _zero(rows: Rows, joint: int, centre: Array) -> Columns:
+    return rows.zero[joint]
+
+
+INERTIA_NAMES = ('Ixx', 'Iyy', 'Izz', 'Ixy', 'Ixz', 'Iyz')
+PAYLOAD = RobotEffect(
+    'payload', 'a mass that the model does not have', MappingProxyType(
+        {'m': 'kg', 'cx': 'm', 'cy': 'm', 'cz': 'm'}), LINK, columns=_mass, values=_mass_values,
+    low=0.0)
+LINK_INERTIA = RobotEffect(
+    'link_inertia', 'inertia of a link is not that of the model', MappingProxyType(
+        dict.fromkeys(INERTIA_NAMES, 'kg m^2')), LINK, columns=_inertia,
+    values=lambda b, c: dict(zip(INERTIA_NAMES, b.tolist())))
+BASE_TILT = RobotEffect(
+    'base_tilt', 'the base is not level as the model says', MappingProxyType(
+        {'ax': 'rad', 'ay': 'rad'}), BASE, columns=_tilt, values=_tilt_values)
+JOINT_ZERO = RobotEffect(
+    'joint_zero', 'the encoder of a joint has another zero', MappingProxyType({'c': 'rad'}),
+    JOINT, columns=_zero, values=lambda b, c: {'c': float(b[0])})
+QUADRATIC = RobotEffect(
+    'quadratic_friction', 'friction that grows with the square of the speed', MappingProxyType(
+        {'Cq': 'N m s^2/rad^2'}), JOINT, BalanceColumn(
+            lambda m, _: (m.v * np.abs(m.v))[:, None], one('Cq'), low=not_negative))
+
+
+def _ends(m: JointMotion, shares: Sequence[float]) -> list[float]:
+    values: list[float] = np.quantile(m.q, shares).tolist()
+    return list(dict.fromkeys(values))
+
+
+UPPER_SPRING = RobotEffect(
+    'end_spring', 'a spring or a cable pulls back at the upper end of the range',
+    MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
+        lambda m, q0: np.maximum(m.q - q0, 0.0)[:, None],
+        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': 1.0}, setting='q0',
+        grid=lambda m: _ends(m, (0.5, 0.65, 0.8, 0.9)), low=not_negative))
+LOWER_SPRING = RobotEffect(
+    'end_spring', 'a spring or a cable pulls back at the lower end of the range',
+    MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
+        lambda m, q0: np.minimum(m.q - q0, 0.0)[:, None],
+        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': -1.0}, setting='q0',
+        grid=lambda m: _ends(m, (0.1, 0.2, 0.35, 0.5)), low=not_negative))
+COUPLING = RobotEffect(
+    'joint_coupling', 'the motion of another joint drags this one', MappingProxyType(
+        {'Cc': 'N m', 'Cv': 'N m s/rad'}), JOINT, columns=lambda rows, pair, c: {
+            pair // len(rows.joints): rows.tested(
+                pair // len(rows.joints), np.stack([
+                    rows.joints[pair % len(rows.joints)].sign,
+                    rows.joints[pair % len(rows.joints)].v], axis=1))},
+    values=lambda b, c: {'Cc': float(b[0]), 'Cv': float(b[1])})
+ROBOT_EFFECTS = (PAYLOAD, LINK_INERTIA, BASE_TILT, JOINT_ZERO, QUADRATIC, UPPER_SPRING,
+                 LOWER_SPRING, COUPLING)

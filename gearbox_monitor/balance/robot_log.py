@@ -1,0 +1,141 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A log of all joints of a robot, checked and cut into sections at its gaps."""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearbox_monitor.balance.settings import SETTINGS, Settings
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Array
+
+TORQUE, CURRENT, SETPOINT = 'torque', 'current', 'setpoint'
+LEAST_SECONDS = 4.0  # a section holds at least one test function and what a smoother loses
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """Samples without a gap: t [N] s, position [N, J], input [N, J] (torque or setpoint)."""
+
+    t: Array
+    position: Array
+    input: Array
+
+
+@dataclass(frozen=True, eq=False)
+class RobotLog:
+    """
+    A recording of the joints `joints` in the order of the model.
+
+    kind: of the input: TORQUE (N m), CURRENT (made a torque by constants) or SETPOINT (rad).
+    measured: the torque is measured behind the drive's limits, not commanded. rate: usual samples
+    per second. notes: what was left out or repaired, in words.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    kind: str
+    sections: tuple[Section, ...]
+    rate: float
+    measured: bool = False
+    notes: tuple[str, ...] = ()
+
+    @property
+    def seconds(self) -> float:
+        """Time that the sections cover."""
+        return float(sum(section.t[-1] - section.t[0] for section in self.sections))
+
+
+@dataclass(frozen=True, eq=False)
+class RawLog:
+    """
+    Columns as a file holds them: t [N] s; by joint of the model position and input [N].
+
+    kind, measured: as of RobotLog.
+    """
+
+    name: str
+    t: Array
+    position: Mapping[str, Array]
+    input: Mapping[str, Array]
+    kind: str
+    measured: bool = False
+    notes: tuple[str, ...] = ()
+
+
+def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTINGS) -> RobotLog:
+    """
+    Return the RobotLog of a file's columns.
+
+    Args:
+        raw: the columns.
+        joints: of the model, in its order.
+        settings: limits.
+
+    Returns:
+        The log, in sections without gaps.
+
+    Raises:
+        InputError: a joint is missing, values are not finite, or the log is too slow or short.
+    """
+    for joint in joints:
+        if joint not in raw.position or joint not in raw.input:
+            what = 'position' if joint not in raw.position else raw.kind
+            raise InputError(
+                f'{raw.name}: joint {joint}: no {what}, expected all joints of the model; the log '
+                f'has {", ".join(raw.position) or "none"} (--recorded NAME=LOGNAME maps a name)')
+    values = np.column_stack([raw.position[j] for j in joints] + [raw.input[j] for j in joints])
+    good = np.isfinite(values).all(axis=1) & np.isfinite(raw.t)
+    notes = list(raw.notes)
+    if not good.all():
+        notes.append(f'{int(np.sum(~good))} of {len(good)} samples without all joints are left '
+                     'out')
+    t, values = raw.t[good], values[good]
+    if len(t) < 3:
+        raise InputError(f'{raw.name}: {len(t)} whole samples, expected {LEAST_SECONDS:g} s or '
+                         'more')
+    latest = np.maximum.accumulate(t)
+    # The step in which half of the time passes: many stamps on top of each other do not move it.
+    steps = np.sort(np.diff(latest))
+    period = float(steps[np.searchsorted(np.cumsum(steps), 0.5 * steps.sum())])
+    if not period > 0.0:
+        raise InputError(f'{raw.name}: t: all stamps are the same, expected seconds that rise')
+    rate = 1.0 / period
+    if rate < settings.least_rate:
+        raise InputError(
+            f'{raw.name}: {rate:.3g} samples/s, expected {settings.least_rate:g} or more: between '
+            'slower samples a joint moves too far for its speed to be known')
+    # Stamps on top of each other would tear a spline; those that go back are not in order.
+    keep = np.ones(len(t), bool)
+    for i in np.flatnonzero(np.diff(t) < settings.near * period) + 1:
+        keep[i] = t[i] - latest[i - 1] >= settings.near * period
+    dropped = int(np.sum(~keep))
+    if dropped:
+        notes.append(f'{dropped} samples with a stamp at or before another one are left out')
+    t, values = t[keep], values[keep]
+    ends = np.flatnonzero(np.diff(t) > max(settings.gap * period, settings.gap_seconds)) + 1
+    count, sections = len(joints), []
+    for rows in np.split(np.arange(len(t)), ends):
+        if len(rows) > 3 and t[rows[-1]] - t[rows[0]] >= LEAST_SECONDS:
+            sections.append(Section(t[rows], values[rows, :count], values[rows, count:]))
+    if not sections:
+        raise InputError(f'{raw.name}: {t[-1] - t[0]:.3g} s in {len(ends) + 1} parts, expected '
+                         f'one part without gaps of {LEAST_SECONDS:g} s or more')
+    used = sum(len(section.t) for section in sections)
+    if len(ends):
+        notes.append(f'{len(ends)} gaps in the stamps: {used} of {len(t)} samples are used')
+    return RobotLog(raw.name, tuple(joints), raw.kind, tuple(sections), rate, raw.measured,
+                    tuple(notes))

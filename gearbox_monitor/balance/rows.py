@@ -1,0 +1,274 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The rows of one recording: every term of the balance, tested.
+
+Rows are (segment, frequency) of each joint. What the model leaves of the effort is the target;
+nuisance columns are what may be off without being a finding, with the deviations of their
+coefficients.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, sosfiltfilt
+
+from gearbox_monitor.balance.local_cosines import local_cosines, LocalCosines
+from gearbox_monitor.balance.motion import Motion, motion_of, smooth_sign
+from gearbox_monitor.balance.robot_log import RobotLog, SETPOINT
+from gearbox_monitor.balance.settings import SETTINGS, Settings
+from gearbox_monitor.balance.shapes import DRY, FIRST, group_of, shape_of, VISCOUS
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects.balance_column import JointMotion
+from gearbox_monitor.robot.chain import Chain, PER_LINK
+
+STEADY = 10.0  # Hz, of the effort without its noise
+
+
+@dataclass(frozen=True, eq=False)
+class RobotModel:
+    """
+    A robot and what is known of its accuracy.
+
+    tolerance [J]: relative, of mass, centre and inertia of each link; friction_tolerance: of
+    friction and armature. learnt: friction of any shape and armature come from a reference.
+    kp N m/rad, kd N m s/rad [J]: servo, where setpoints are logged; compensated: it adds the
+    weight of the model. gain_tolerance: relative, of kp and kd.
+    """
+
+    chain: Chain
+    tolerance: Array
+    friction_tolerance: float = SETTINGS.tolerance
+    learnt: bool = False
+    kp: Array | None = None
+    kd: Array | None = None
+    compensated: bool = False
+    gain_tolerance: float = SETTINGS.gain_tolerance
+
+
+@dataclass(frozen=True, eq=False)
+class NuisanceColumn:
+    """
+    A column that is no finding: rows {joint: [R]}, `deviation` of its coefficient.
+
+    group: (joint, DRY or VISCOUS) of friction that scales as a whole with the day, None for
+    others.
+    """
+
+    label: str
+    rows: Mapping[int, Array]
+    deviation: float
+    group: tuple[int, str] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """
+    One recording, tested.
+
+    target [J, R]: effort less model. inertial {(link, joint): [R, 10]}. model [J, R]: of the file.
+    joints: JointMotion of each joint. nuisance: columns.
+    """
+
+    name: str
+    robot: RobotModel
+    motion: Motion
+    tests: LocalCosines
+    sign: Array
+    target: Array
+    model: Array
+    inertial: Mapping[tuple[int, int], Array]
+    joints: tuple[JointMotion, ...]
+    nuisance: tuple[NuisanceColumn, ...]
+    measured: bool = False
+    setpoint: bool = False
+    rate: float = 100.0
+    settings: Settings = field(default=SETTINGS)
+
+    def tested(self, joint: int, series: Array, momentum: bool = False) -> Array:
+        """Return the rows [R, k] of `series` [N, k] at `joint`, with `momentum` of its rate."""
+        return (self.tests.of_rate if momentum else self.tests.of)(series, joint)
+
+    @cached_property
+    def tilt(self) -> Mapping[int, Array]:
+        """Rows {joint: [R, 2]} of an acceleration of 1 m/s^2 along x and y of the base."""
+        still, theta = np.zeros_like(self.motion.v), self.robot.chain.theta
+        count = len(self.joints)
+        series = np.zeros((2, count, len(self.motion.t)))
+        for axis in range(2):
+            for r in self.robot.chain.regressors(self.motion.q, still, np.eye(3)[axis]):
+                series[axis, r.joint] += r.g @ theta[r.link]
+        return {j: self.tested(j, series[:, j].T) for j in range(count)}
+
+    @cached_property
+    def zero(self) -> tuple[Mapping[int, Array], ...]:
+        """Of each joint the rows {joint: [R, 1]} of a reading that is 1 rad (1 m) too large."""
+        chain, still, step = self.robot.chain, np.zeros_like(self.motion.v), 1e-4
+        weight = np.zeros_like(self.motion.q)
+        for r in chain.regressors(self.motion.q, still):
+            weight[:, r.joint] += r.g @ chain.theta[r.link]
+        out = []
+        for j in range(len(self.joints)):
+            moved, shifted = self.motion.q.copy(), np.zeros_like(weight)
+            moved[:, j] -= step
+            for r in chain.regressors(moved, still):
+                shifted[:, r.joint] += r.g @ chain.theta[r.link]
+            change = (shifted - weight) / step
+            size = np.abs(change).max(axis=0)
+            out.append({k: self.tested(k, change[:, k, None]) for k in range(len(size))
+                        if size[k] > 1e-9})
+        return tuple(out)
+
+
+def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] = (),
+            mean: Mapping[str, float] | None = None, settings: Settings = SETTINGS) -> Rows:
+    """
+    Return the Rows of a recording.
+
+    Args:
+        log: the recording.
+        robot: its model.
+        shapes: (joint, name) of shapes that a reference needed.
+        mean: {label: coefficient} that a reference taught, for the torque of the model.
+        settings: limits.
+    """
+    motion, chain = motion_of(log, settings), robot.chain
+    setpoint = log.kind == SETPOINT
+    highest = min(settings.highest_servo if setpoint else settings.highest,
+                  settings.highest_share * log.rate)
+    tests = local_cosines(motion, highest, settings)
+    count, n = len(chain.links), len(motion.t)
+    inertial: dict[tuple[int, int], Array] = {}
+    load, weight, momentum = (np.zeros((n, count)) for _ in range(3))
+    for r in chain.regressors(motion.q, motion.v):
+        inertial[r.link, r.joint] = tests.of_rate(r.p, r.joint) + tests.of(r.g - r.k, r.joint)
+        theta = chain.links[r.link].theta
+        load[:, r.joint] += (r.g - r.k) @ theta
+        weight[:, r.joint] += r.g @ theta
+        momentum[:, r.joint] += r.p @ theta
+    # A series of accelerations: for shapes over the load and small shifts in time only.
+    load += _rate(motion, momentum)
+    sign = smooth_sign(motion.v, motion.sigma_v, settings)
+    # Friction that is learnt is learnt whole: on another day all of it scales.
+    coulomb, viscous = ((np.zeros(count),) * 2 if robot.learnt else
+                        (chain.coulomb, chain.viscous))
+    passive = viscous * motion.v + chain.spring * (motion.q - chain.spring_zero)
+    model = np.empty((count, tests.rows))
+    for j in range(count):
+        model[j] = sum(inertial[k, j] @ chain.links[k].theta for k in chain.moved_by(j))
+        model[j] += tests.of_rate(chain.armature[j] * motion.v[:, j, None], j)[:, 0]
+        series = passive[:, j, None] + coulomb[j] * sign[:, j, None]
+        model[j] += tests.of(series, j)[:, 0]
+    kp, kd = (np.zeros(count) if x is None else x for x in (robot.kp, robot.kd))
+    error = motion.input - motion.q
+    added = weight if setpoint and robot.compensated else np.zeros_like(weight)
+    effort = kp * error - kd * motion.v + added if setpoint else motion.input
+    target = np.stack([tests.of(effort[:, j, None], j)[:, 0] for j in range(count)]) - model
+    steady = _steady(motion, effort)
+    smooth = passive + chain.armature * _rate(motion, motion.v)
+    friction = smooth + coulomb * sign
+    joints = [JointMotion(
+        motion.t, motion.q[:, j], motion.v[:, j], sign[:, j], load[:, j],
+        load[:, j] + smooth[:, j], load[:, j] + friction[:, j], steady[:, j], error[:, j],
+        motion.input_speed[:, j], added[:, j], kp[j], kd[j],
+        float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
+        float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
+        robot.learnt, *np.zeros((2, n))) for j in range(count)]
+    rows = Rows(log.name, robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
+                log.measured, setpoint, log.rate, settings)
+    if robot.learnt and mean:
+        joints = [_taught(m, name, shapes, mean, j, _rate(motion, motion.v)[:, j])
+                  for j, (m, name) in enumerate(zip(joints, chain.joints))]
+        rows = replace(rows, joints=tuple(joints))
+    return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
+
+
+def _rate(motion: Motion, x: Array) -> Array:
+    """Return dx/dt of `x` [N, K], section by section."""
+    out = np.empty_like(x)
+    for section in motion.sections:
+        out[section] = CubicSpline(motion.t[section], x[section])(motion.t[section], 1)
+    return out
+
+
+def _steady(motion: Motion, effort: Array) -> Array:
+    """Return the effort [N, J] without what is faster than STEADY."""
+    filter_ = butter(3, min(STEADY, 0.4 / motion.step), fs=1.0 / motion.step, output='sos')
+    return np.concatenate([sosfiltfilt(filter_, effort[s], axis=0) for s in motion.sections])
+
+
+def _taught(m: JointMotion, name: str, shapes: Sequence[tuple[int, str]],
+            mean: Mapping[str, float], joint: int, acceleration: Array) -> JointMotion:
+    """Return `m` with the torque that a reference taught of the joint."""
+    rotor = mean.get(f'armature {name}', 0.0) * acceleration
+    model, smooth = m.model + rotor, m.smooth + rotor
+    groups = {DRY: np.zeros_like(model), VISCOUS: np.zeros_like(model), '': np.zeros_like(model)}
+    for shape in (*FIRST, *(s for j, s in shapes if j == joint)):
+        series = shape_of(shape)(m)
+        for k in range(series.shape[1]):
+            groups[group_of(shape)] += mean.get(f'{name}: {shape} {k}', 0.0) * series[:, k]
+    return replace(m, model=model + sum(groups.values()), smooth=smooth, dry=groups[DRY],
+                   wet=groups[VISCOUS])
+
+
+def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceColumn]:
+    """Return what may be off: bodies, armature, friction, time, and shapes of friction."""
+    robot, chain, s = rows.robot, rows.robot.chain, rows.settings
+    columns: list[NuisanceColumn] = []
+    for i, link in enumerate(chain.links):
+        reach = link.reach + 0.03
+        for p in range(PER_LINK) if link.mass > 0.0 else ():
+            size = robot.tolerance[i] * link.mass * (1.0, reach, reach ** 2)[(p > 0) + (p > 3)]
+            columns.append(NuisanceColumn(
+                f'{link.name} {p}', {j: rows.inertial[i, j][:, p] for j in chain.movers[i]}, size))
+    late = {}
+    for j, name in enumerate(chain.joints):
+        m, torque = rows.joints[j], float(np.std(rows.joints[j].effort)) + 1e-9
+
+        def add(label: str, x: Array, deviation: float, group: str = '', rate: bool = False,
+                j: int = j) -> None:
+            columns.append(NuisanceColumn(label, {j: rows.tested(j, x[:, None], rate)[:, 0]},
+                                          deviation, (j, group) if group else None))
+        spread = s.armature_learnt * torque / 20.0 if robot.learnt else 0.0
+        add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
+            rate=True)
+        late[j] = rows.tested(j, m.smooth[:, None], True)[:, 0]
+        columns.append(NuisanceColumn(f'lag {name}', {j: late[j]},
+                                      max(s.lag_joint, 0.25 * rows.motion.step)))
+        slow = m.sign * np.exp(-(m.v / s.creep) ** 2)
+        if not robot.learnt:
+            add(f'viscous {name}', m.v, robot.friction_tolerance * m.viscous + 1e-9, VISCOUS)
+            add(f'coulomb {name}', m.sign, robot.friction_tolerance * m.coulomb + 1e-9, DRY)
+            add(f'creep {name}', slow, m.coulomb + 1e-9, DRY)
+        else:
+            add(f'creep {name}', slow, s.learnt * torque, DRY)
+            for shape in (*FIRST, *(x for k, x in shapes if k == j)):
+                series = shape_of(shape)(m)
+                for k in range(series.shape[1]):
+                    size = np.std(series[:, k]) + 1e-3 * np.abs(series[:, k]).max() + 1e-12
+                    add(f'{name}: {shape} {k}', series[:, k], s.learnt * torque / size,
+                        group_of(shape))
+        if rows.setpoint:
+            gain = robot.gain_tolerance
+            columns.append(NuisanceColumn(f'kp {name}', {
+                j: rows.model[j] + rows.tested(
+                    j, (m.kd * m.v - m.compensation)[:, None])[:, 0]}, gain))
+            add(f'kd {name}', m.kd * m.v, gain)
+            add(f'setpoint lag {name}', m.kp * m.setpoint_speed, max(0.25 * rows.motion.step,
+                                                                     0.003))
+    columns.append(NuisanceColumn(f'lag of {rows.name}', late, s.lag))
+    return columns

@@ -1,0 +1,76 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Every limit of the balance in one place, with its reason."""
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Settings:
+    """
+    Limits of the whole-robot diagnosis.
+
+    Rows: grid Hz, fastest grid; hop s, distance of test functions; highest Hz, of test functions,
+    and highest_share, of the log's rate; highest_servo Hz, where noise of the position is on both
+    sides; bands Hz, edges: each has its own variance per joint.
+    Motion: cut_off Hz, limits of the smoother; slow rad/s, below which friction is any torque up
+    to Coulomb's; ramp s, half width of the mask's edges; presliding rad/s, no sign is sharper.
+    Rate: least Hz, refused below; full Hz, from which all effects are tried; gap periods, and
+    gap_seconds, after which a section ends; near periods, stamps closer than that are one.
+    """
+
+    grid: float = 200.0
+    hop: float = 1.0
+    highest: float = 10.0
+    highest_share: float = 0.2
+    highest_servo: float = 4.0
+    bands: tuple[float, ...] = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.5, 7.5, 10.01)
+    cut_off: tuple[float, float] = (4.0, 20.0)
+    slow: float = 0.02
+    ramp: float = 0.06
+    presliding: float = 0.005
+    least_rate: float = 30.0
+    full_rate: float = 47.0      # a log of 50 Hz that loses a few samples is one of 50 Hz
+    gap: float = 4.0
+    gap_seconds: float = 0.1
+    near: float = 0.3
+
+    # Tolerances of a nominal file: relative, of masses, centres, inertias, friction and armature.
+    tolerance: float = 0.05
+    # With a reference: what a file may be off before the reference is learnt, and how much of the
+    # torque (rms) friction of unknown shape may be.
+    tolerance_learnt: float = 0.4
+    learnt: float = 0.5
+    armature_learnt: float = 1.0  # kg m^2 at 20 N m of rms torque, in proportion
+    lag: float = 0.004           # s: the log's effort behind its positions, one of a recording
+    lag_joint: float = 0.0015    # s: of one joint beside it; at least a quarter of the period
+    creep: float = 0.03          # rad/s: friction of slower motion is any part of Coulomb's
+    gain_tolerance: float = 0.2  # of servo gains
+    # Another day: friction of a joint scales as a whole (temperature), and a little by column.
+    drift: float = 0.10
+    drift_own: float = 0.03
+
+    margin: float = 6.0          # 2 log likelihood beyond BIC that a finding needs
+    most: int = 4                # findings
+    finalists: int = 10          # of a score test that are fitted
+    rounds: int = 20             # of the dictionary of shapes, one per joint and round
+    part: float = 10.0           # s: healthy parts whose scatter is measured
+    shrink: float = 60.0         # rows' worth of belief that the spectrum of a residual is smooth
+    floor: float = 3e-4          # no model is better than this part of its own torque
+    bursts: float = 12.0         # energy of the worst tenth of segments over the median
+    share_unknown: float = 0.25  # of the gain so far that a function without a law must add
+    visited: float = 0.8         # of a motion's samples near those of the reference
+
+
+SETTINGS = Settings()

@@ -1,0 +1,380 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The verdict on a whole robot: findings of joints and links, what remains, what would show."""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+import math
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.balance.bursts import burstiness, worst_segments
+from gearbox_monitor.balance.candidates import Candidate, free_functions, library
+from gearbox_monitor.balance.contest import (
+    contest, cost, Entry, over_dispersion, pruned, Scales, scales_of, tempered)
+from gearbox_monitor.balance.evidence import Evidence, Fit, Prior
+from gearbox_monitor.balance.knowledge import key_of, Knowledge
+from gearbox_monitor.balance.robot_effects import BASE, PAYLOAD, ROBOT_EFFECTS
+from gearbox_monitor.balance.robot_log import RobotLog
+from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
+from gearbox_monitor.balance.settings import SETTINGS, Settings
+from gearbox_monitor.balance.visits import unvisited, with_unvisited
+from gearbox_monitor.identification.findings import Finding, kind_of, NONE, Remainder
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects import EFFECTS
+
+TWO_HEIGHTS = {'motor_coulomb', 'torque_offset'}
+TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined
+WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not determined
+LARGER = 1.5       # bursts of healthy references that were as large are none
+TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
+          'm1_change': ('m1', 'armature')}
+
+
+@dataclass(frozen=True)
+class JointGap:
+    """Of a joint: rms of the effort less the model before and after the findings, N m or N."""
+
+    joint: str
+    before: float
+    after: float
+    effort: float
+    evidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class RobotVerdict:
+    """
+    A diagnosis of a robot.
+
+    findings, remainders; ranked: gaps, the worst first; visible {effect: {place: smallest size
+    that would have been seen}}; not_tried {effect: why}; cautions: what weakens the verdict.
+    fit, evidence: behind it.
+    """
+
+    findings: tuple[Finding, ...]
+    remainders: tuple[Remainder, ...]
+    ranked: tuple[JointGap, ...]
+    visible: Mapping[str, Mapping[str, float]]
+    not_tried: Mapping[str, str]
+    cautions: tuple[str, ...]
+    fit: Fit
+    evidence: Evidence
+
+    @property
+    def kind(self) -> str:
+        """One of findings.KINDS."""
+        return kind_of(bool(self.findings), bool(self.remainders))
+
+
+def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge | None = None,
+             effects: Sequence[str] | None = None, settings: Settings = SETTINGS) -> RobotVerdict:
+    """
+    Return the verdict on recordings of a robot.
+
+    Args:
+        robot: its model.
+        logs: recordings to judge.
+        knowledge: of references; None, the model's file with its tolerances.
+        effects: ids to try, None for all.
+        settings: limits.
+    """
+    shapes = knowledge.shapes if knowledge else ()
+    mean = knowledge.mean if knowledge else None
+    recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
+    if knowledge is None:
+        evidence = Evidence(recordings)
+    else:
+        recordings = [with_unvisited(rows, knowledge.visits, knowledge.sizes)
+                      for rows in recordings]
+        evidence = Evidence(recordings, knowledge.prior, knowledge.variance)
+    laws, free = library(recordings, effects), free_functions(recordings)
+    scales = scales_of(laws, free, knowledge, evidence.joints)
+    blank = evidence.fit()
+    fit, steps = _search(evidence, blank, laws, free, scales)
+    findings = _findings(evidence, blank, fit, steps, scales)
+    cautions, strange = _cautions(recordings, knowledge) if knowledge else ((), set())
+    remainders = _remainders(evidence, fit, steps, knowledge, settings)
+    # What a joint does where no reference was is no evidence of a fault.
+    cautions += tuple(f'{r.joint}: what remains over {r.over} may be usual there'
+                      for r in remainders if r.joint in strange)
+    return RobotVerdict(
+        findings, tuple(r for r in remainders if r.joint not in strange),
+        _ranked(evidence, blank, fit), _visible(evidence, blank, laws, scales),
+        _not_tried(recordings[0], laws), cautions, fit, evidence)
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A candidate that was taken: its worth, its rivals that explain the same, the gain."""
+
+    worth: float
+    rivals: tuple[str, ...]
+    gain: float
+
+
+def _search(evidence: Evidence, current: Fit, laws: Sequence[Candidate],
+            free: Sequence[Candidate], scales: Scales) -> tuple[Fit, list[Step]]:
+    """Return the fit with all that pays, and its steps, one of each chosen candidate."""
+    s, steps, blank = evidence.settings, [], current
+    for step in range(s.most + 1):
+        lawless = contest(evidence, current, free, scales, 6)[:1]
+        entries = contest(evidence, current, laws, scales, s.finalists) if step < s.most else []
+        law = entries[0].worth if entries else -math.inf
+        function = lawless[0].worth if lawless else -math.inf
+        if function > max(s.margin, law + s.margin):
+            gained = blank.deviance - current.deviance
+            if lawless[0].worth > s.share_unknown * gained:
+                current = lawless[0].fit
+                steps.append(Step(function, (), 0.0))
+            break
+        if law < s.margin:
+            break
+        steps.append(Step(law, _rivals(entries, s.margin),
+                          current.deviance - entries[0].fit.deviance))
+        current = entries[0].fit
+        if len(current.chosen) > 1:
+            current, stayed = pruned(evidence, current, scales)
+            steps = [steps[i] for i in stayed]
+    return current, steps
+
+
+def _rivals(entries: Sequence[Entry], margin: float) -> tuple[str, ...]:
+    """Return the effects, with their place, that explain the recording as well as the first."""
+    first = entries[0].candidate
+    names = [c.effect if c.place == first.place else f'{c.effect}@{c.place}'
+             for e in entries[1:] if e.worth > max(entries[0].worth - margin, 0.0)
+             for c in (e.candidate,) if c.name != first.name]
+    return tuple(dict.fromkeys((*names, *first.twins)))
+
+
+def _findings(evidence: Evidence, blank: Fit, fit: Fit, steps: Sequence[Step], scales: Scales
+              ) -> tuple[Finding, ...]:
+    """Return the laws of a fit as findings, worthiest first."""
+    covariance = evidence.sandwich(fit) if fit.chosen else np.zeros((0, 0))
+    total = max(blank.deviance - fit.deviance, 1e-9)
+    out = []
+    for i, (c, step) in enumerate(zip(fit.chosen, steps)):
+        if c.free or c.values is None:
+            continue
+        own = fit.of(i)
+        b, spread = fit.values[own], covariance[own, own]
+        phi = over_dispersion(evidence, c, scales, fit)
+        scatter = scales.scatter.get(key_of(c))
+        spread = spread * max(phi, 1.0)
+        if scatter is not None and len(scatter) == len(b):
+            spread = spread + np.diag(scatter ** 2)
+        values = dict(c.values(b))
+        deviations = _deviations(c, b, spread, _determined(evidence, c, spread))
+        values, deviations = _with_totals(evidence, c, values, deviations)
+        out.append(Finding(
+            c.effect, _location(c), values, deviations, round(step.worth, 3),
+            min(max(step.gain / total, 0.0), 1.0), channel=c.over or None, joint=c.joint,
+            link=c.link if c.link else (BASE if c.joint is None else None),
+            confusable=step.rivals))
+    return _joined(out)
+
+
+def _determined(evidence: Evidence, c: Candidate, covariance: Array) -> bool:
+    """Return whether the motion excites a candidate's first coefficient."""
+    torque, column, rows = 0.0, 0.0, evidence.recordings[0]
+    for j, x in c.columns.items():
+        torque += float(np.sum(evidence.at[j].y ** 2) + np.sum(rows.model[j] ** 2))
+        column += float(np.sum(x[:, 0] ** 2))
+    return covariance[0, 0] * column < TOO_WIDE ** 2 * torque
+
+
+def _deviations(c: Candidate, b: Array, covariance: Array, determined: bool
+                ) -> dict[str, float | None]:
+    """Return the deviation of each value, by the derivatives of values(b)."""
+    assert c.values is not None
+    base = c.values(b)
+    step = 1e-4 * np.maximum(np.abs(b), np.sqrt(np.diag(covariance))) + 1e-12
+    slopes: dict[str, Array] = {name: np.zeros(len(b)) for name in base}
+    for i in range(len(b)):
+        moved = b.copy()
+        moved[i] += step[i]
+        for name, value in c.values(moved).items():
+            slopes[name][i] = (value - base[name]) / step[i]
+    out: dict[str, float | None] = {}
+    for name, slope in slopes.items():
+        deviation = math.sqrt(max(float(slope @ covariance @ slope), 0.0))
+        place = name in ('cx', 'cy', 'cz') and deviation > WIDE_PLACE
+        fixed = not slope.any()
+        out[name] = 0.0 if fixed else deviation if determined and not place else None
+    return out
+
+
+def _with_totals(evidence: Evidence, c: Candidate, values: dict[str, float],
+                 deviations: dict[str, float | None]
+                 ) -> tuple[dict[str, float], dict[str, float | None]]:
+    """Return values with the whole friction or inertia beside its change, if the file has one."""
+    rows = evidence.recordings[0]
+    for change, (name, field) in TOTALS.items():
+        if change in values and c.joint is not None and not rows.robot.learnt:
+            joint = rows.joints[rows.robot.chain.joints.index(c.joint)]
+            values = {name: values[change] + getattr(joint, field), **values}
+            deviations = {name: deviations[change], **deviations}
+    return values, deviations
+
+
+def _location(c: Candidate) -> str:
+    """Return the location class of an effect."""
+    if c.effect in EFFECTS:
+        return EFFECTS[c.effect].location
+    return 'motor_side' if c.effect == 'quadratic_friction' else 'arm_side'
+
+
+def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return findings with an offset and a Coulomb friction of one joint as one: two heights."""
+    out: list[Finding] = []
+    for f in findings:
+        twin = next((g for g in out if g.joint == f.joint is not None
+                     and {g.effect, f.effect} == TWO_HEIGHTS), None)
+        if twin is None:
+            out.append(f)
+            continue
+        coulomb, offset = (twin, f) if twin.effect == 'motor_coulomb' else (f, twin)
+        out[out.index(twin)] = Finding(
+            'motor_coulomb', coulomb.place,
+            {**coulomb.values, 'Ca': -offset.values['u0']},
+            {**coulomb.deviations, 'Ca': offset.deviations['u0']},
+            (coulomb.evidence or 0.0) + (offset.evidence or 0.0),
+            min((coulomb.share or 0.0) + (offset.share or 0.0), 1.0), joint=coulomb.joint,
+            confusable=('coulomb_asymmetry', 'torque_offset'))
+    return tuple(sorted(out, key=lambda f: -(f.evidence or 0.0)))
+
+
+def _remainders(evidence: Evidence, fit: Fit, steps: Sequence[Step],
+                knowledge: Knowledge | None, settings: Settings) -> tuple[Remainder, ...]:
+    """Return what no law explains: functions that were taken, and bursts."""
+    out, chain = [], evidence.recordings[0].robot.chain
+    for i, (c, step) in enumerate(zip(fit.chosen, steps)):
+        if c.free and c.joint is not None:
+            j = chain.joints.index(c.joint)
+            x = c.columns[j] @ fit.values[fit.of(i)]
+            out.append(Remainder('motor_side' if 'friction' in c.over else 'arm_side', 'effort',
+                                 _rms(evidence, j, x), c.over, c.joint,
+                                 figures={'evidence': round(step.worth, 3)}))
+    size, times = burstiness(evidence, fit)
+    worst = worst_segments(evidence, fit)
+    for j in np.argsort(-size):
+        healthy = knowledge is not None and worst[j] < LARGER * knowledge.bursts[j]
+        if size[j] > settings.bursts and not healthy and all(
+                r.joint != chain.joints[j] for r in out):
+            out.append(Remainder('arm_side', 'effort', _rms(evidence, j, fit.residual[j]),
+                                 'bursts', chain.joints[j], tuple(times[j]),
+                                 {'burstiness': round(float(size[j]), 2)}))
+            break
+    return tuple(out)
+
+
+def _rms(evidence: Evidence, joint: int, rows: Array) -> float:
+    """Return the rms over the time in motion of what has the rows [R] at `joint`."""
+    samples = sum(len(r.tests.starts) * r.tests.value.shape[0] / 2.0 * r.tests.share[joint]
+                  for r in evidence.recordings)
+    return math.sqrt(float(np.sum(rows ** 2)) / max(samples, 1.0))
+
+
+def _ranked(evidence: Evidence, blank: Fit, fit: Fit) -> tuple[JointGap, ...]:
+    """Return the gaps of the joints, those with most evidence first."""
+    out = []
+    for j, name in enumerate(evidence.recordings[0].robot.chain.joints):
+        a = evidence.at[j]
+        change = float((a.count * np.log(fit.weights[j] / blank.weights[j])).sum())
+        effort = np.concatenate([r.joints[j].effort for r in evidence.recordings])
+        out.append(JointGap(name, _rms(evidence, j, a.y), _rms(evidence, j, fit.residual[j]),
+                            float(np.std(effort)), change))
+    return tuple(sorted(out, key=lambda g: -g.evidence))
+
+
+def _visible(evidence: Evidence, fit: Fit, laws: Sequence[Candidate], scales: Scales
+             ) -> dict[str, dict[str, float]]:
+    """Return {effect: {place: smallest size that would have been a finding in this motion}}."""
+    out: dict[str, dict[str, float]] = {}
+    links = {link.name: link for link in evidence.recordings[0].robot.chain.links}
+    for c, e in zip(laws, evidence.estimates(fit, laws)):
+        if c.values is None or c.over:
+            continue
+        along = np.zeros(c.width)
+        along[0] = 1.0
+        if c.effect == PAYLOAD.id and c.link is not None:
+            along[1:4] = links[c.link].theta[1:4] / links[c.link].mass
+        gain = float(along @ np.linalg.solve(e.covariance, along))
+        share = tempered(along, e.covariance, scales.scatter.get(key_of(c)),
+                         over_dispersion(evidence, c, scales, fit))
+        need = cost(evidence, c, scales) + evidence.settings.margin
+        size = math.sqrt(need / max(gain * share, 1e-300))
+        value = abs(next(iter(c.values(size * along).values())))
+        if c.effect == 'saturation' or not math.isfinite(value):
+            continue
+        places = out.setdefault(c.effect, {})
+        places[c.place] = min(places.get(c.place, math.inf), value)
+    return {name: {p: v for p, v in places.items() if v < 1e6} for name, places in out.items()}
+
+
+def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:
+    """Return {effect: why it was not tried} of the library's effects."""
+    tried = {c.effect for c in laws}
+    out = {}
+    for effect in EFFECTS.values():
+        if effect.id in tried:
+            continue
+        if effect.column is None:
+            out[effect.id] = 'the balance of torques of one encoder does not show it'
+        elif effect.column.needs == 'command' and rows.measured:
+            out[effect.id] = 'the torque is measured behind the drive, not commanded'
+        elif (effect.column.needs == 'setpoint') != rows.setpoint and (
+                effect.column.needs in ('setpoint', 'torque', 'command')):
+            out[effect.id] = ('needs setpoints' if effect.column.needs == 'setpoint'
+                              else 'needs a recorded torque')
+        else:
+            out[effect.id] = f'{rows.rate:.3g} samples/s or this motion do not show it'
+    out |= {e.id: 'this motion does not show it' for e in ROBOT_EFFECTS if e.id not in tried}
+    return out
+
+
+def _cautions(recordings: Sequence[Rows], knowledge: Knowledge
+              ) -> tuple[tuple[str, ...], set[str | None]]:
+    """Return what the references did not visit, in words, and the joints."""
+    out: list[str] = []
+    strange: set[str | None] = set()
+    for j, name in enumerate(knowledge.joints):
+        for variable, visits in knowledge.visits[name].items():
+            share = float(np.mean([unvisited(rows, j, variable, visits)[1]
+                                   for rows in recordings]))
+            if share > 1.0 - recordings[0].settings.visited:
+                out.append(f'{name}: in {100 * share:.0f} % of the motion no reference had '
+                           f'this {variable}')
+                strange.add(name)
+    return tuple(out), strange
+
+
+def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
+    """Return the verdict as plain data, for JSON."""
+    remainder = [r.to_dict() for r in verdict.remainders]
+    return {
+        'verdict': verdict.kind,
+        'findings': [f.to_dict() for f in verdict.findings],
+        'remainder': remainder[0] if remainder else None,
+        'remainders': remainder,
+        'ranked': [{'joint': g.joint, 'before': g.before, 'after': g.after, 'effort': g.effort,
+                    'evidence': g.evidence} for g in verdict.ranked],
+        'visible': {k: dict(v) for k, v in verdict.visible.items()},
+        'not_tried': dict(verdict.not_tried),
+        'cautions': list(verdict.cautions)}
+
+
+__all__ = ['NONE', 'JointGap', 'Prior', 'RobotVerdict', 'diagnose', 'verdict_data']

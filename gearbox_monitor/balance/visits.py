@@ -1,0 +1,114 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What references visited: a shape is certain only at the angles, speeds and loads they had.
+
+Beyond, the prior returns: hat functions over each variable where no reference was are nuisance,
+with the size that the taught torque of the joint has.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gearbox_monitor.balance.rows import NuisanceColumn, Rows
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant.effects.balance_column import JointMotion
+
+VARIABLES = ('angle', 'speed', 'load')
+SPACING = {'angle': 0.3, 'speed': 0.3, 'load': 0.5}  # rad; of the largest; of the deviation
+TURN = 21         # knots of a turn: the torque of a hinge is the same in every turn
+SECONDS = 0.5     # spent at a knot from which it is visited
+LEAST_LOAD = 0.2  # of the effort's deviation: a load that is less matters to no friction
+UNSURE = 0.3      # of the taught torque: what it may be elsewhere
+
+
+@dataclass(frozen=True)
+class Visits:
+    """Seconds spent at the knots k spacing of one variable, {k: s}."""
+
+    spacing: float
+    seconds: Mapping[int, float]
+
+
+def _value(m: JointMotion, variable: str) -> Array:
+    return {'angle': m.q, 'speed': m.v, 'load': m.load}[variable]
+
+
+def _hats(x: Array, spacing: float, turns: bool) -> tuple[Integers, Integers, Array]:
+    """Return the knots [N] below and above each value and the weight [N] of the one above."""
+    u = x / spacing
+    low = np.floor(u)
+    below, above = low.astype(np.int64), low.astype(np.int64) + 1
+    return (below % TURN, above % TURN, u - low) if turns else (below, above, u - low)
+
+
+def _turns(rows: Rows, joint: int, variable: str) -> bool:
+    return variable == 'angle' and not rows.robot.chain.links[joint].slides
+
+
+def visits_of(recordings: Sequence[Rows], joint: int) -> dict[str, Visits]:
+    """Return the Visits of a joint's variables in `recordings`."""
+    out = {}
+    for variable in VARIABLES:
+        values = [_value(rows.joints[joint], variable) for rows in recordings]
+        whole = np.concatenate(values)
+        size = {'angle': 1.0, 'speed': float(np.abs(whole).max()),
+                'load': max(float(np.std(whole)), LEAST_LOAD * max(
+                    float(np.std(rows.joints[joint].effort)) for rows in recordings))}[variable]
+        turns = _turns(recordings[0], joint, variable)
+        spacing = 2.0 * np.pi / TURN if turns else max(SPACING[variable] * size, 1e-6)
+        seconds: dict[int, float] = {}
+        for rows, x in zip(recordings, values):
+            low, high, share = _hats(x, spacing, turns)
+            for k, weight in ((low, 1.0 - share), (high, share)):
+                for knot in np.unique(k):
+                    spent = float(weight[k == knot].sum()) * rows.motion.step
+                    seconds[int(knot)] = seconds.get(int(knot), 0.0) + spent
+        out[variable] = Visits(spacing, seconds)
+    return out
+
+
+def unvisited(rows: Rows, joint: int, variable: str, visits: Visits) -> tuple[Array, float]:
+    """Return hat functions [N, k] where no reference was, and their share of the motion."""
+    x = _value(rows.joints[joint], variable)
+    low, high, share = _hats(x, visits.spacing, _turns(rows, joint, variable))
+    columns = []
+    for knot in np.unique(np.concatenate([low, high])).tolist():
+        if visits.seconds.get(knot, 0.0) < SECONDS:
+            hat = np.where(low == knot, 1.0 - share, 0.0) + np.where(high == knot, share, 0.0)
+            if hat.any():
+                columns.append(hat)
+    series = np.stack(columns, axis=1) if columns else np.zeros((len(x), 0))
+    return series, float(series.sum(axis=1).mean()) if columns else 0.0
+
+
+def with_unvisited(rows: Rows, visits: Mapping[str, Mapping[str, Visits]], sizes: Array) -> Rows:
+    """
+    Return `rows` with nuisance where no reference was.
+
+    Args:
+        rows: of a recording.
+        visits: {joint: {variable: Visits}} of the references.
+        sizes: taught torque [J], N m.
+    """
+    columns = list(rows.nuisance)
+    for j, name in enumerate(rows.robot.chain.joints):
+        for variable, of in visits[name].items():
+            series, _ = unvisited(rows, j, variable, of)
+            tested = rows.tested(j, series) if series.shape[1] else series
+            columns += [NuisanceColumn(f'beyond {name} {variable} {k}', {j: tested[:, k]},
+                                       UNSURE * sizes[j]) for k in range(series.shape[1])]
+    return replace(rows, nuisance=tuple(columns))

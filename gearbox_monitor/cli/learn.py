@@ -1,0 +1,77 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Learn a healthy robot from its logs: friction, rotors, ripple, and how much healthy parts differ.
+
+The file that it writes is a reference for diagnose: a comparison then takes about a second. Record
+30 s or more of a motion like the one to compare, better two motions, without a load.
+
+usage examples:
+  gearbox_monitor learn june1 june2 --model robot.xml --out robot.knowledge
+  gearbox_monitor learn log.csv --model arm.urdf --values values.yaml --out arm.knowledge
+  gearbox_monitor diagnose today --model robot.xml --reference robot.knowledge
+"""
+from argparse import ArgumentParser, Namespace
+
+from gearbox_monitor.cli.options import dump, expect_new
+from gearbox_monitor.cli.robot_inputs import (
+    add_robot_arguments, load_model, load_values, reference_knowledge)
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
+from gearbox_monitor.files.yaml_files import expect_folder_of
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    parser.add_argument('log', nargs='+', metavar='LOG',
+                        help='bag, CSV or Parquet file of all joints of the healthy robot')
+    parser.add_argument('--model', metavar='FILE', required=True,
+                        help='MJCF or URDF file of the robot')
+    parser.add_argument('--out', metavar='FILE', required=True,
+                        help=f'file to write, NAME{SUFFIX}')
+    parser.add_argument('--values', metavar='FILE', help='what is known beside the model file')
+    parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')
+    parser.add_argument('--json', action='store_true', help='print what was learnt as JSON')
+    add_robot_arguments(parser)
+
+
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    if not args.out.endswith(SUFFIX):
+        raise InputError(f'--out: {args.out}, expected a name that ends with {SUFFIX}')
+    if any(path.endswith(SUFFIX) for path in args.log):
+        raise InputError(f'{args.log[0]}: a file of learn, expected logs')
+    expect_new(args.out)
+    expect_folder_of(args.out)
+    file = load_model(args)
+    knowledge, notes = reference_knowledge(args.log, file, load_values(args.values, file), args)
+    save_knowledge(args.out, knowledge)
+    rows = {joint: (float(d), [name for j, name in knowledge.shapes if j == i])
+            for i, (joint, d) in enumerate(zip(knowledge.joints, knowledge.dispersion))}
+    data = {'out': args.out, 'seconds': knowledge.seconds, 'parts': knowledge.parts,
+            'kind': knowledge.kind, 'rate': knowledge.rate, 'warnings': notes,
+            'joints': {joint: {'dispersion': d, 'shapes': names}
+                       for joint, (d, names) in rows.items()}}
+    if args.json:
+        print(dump(data))
+        return 0
+    print(f'{args.out}: {knowledge.seconds:.0f} s of {len(args.log)} '
+          f'log{"s" if len(args.log) > 1 else ""}, {knowledge.parts} parts compared')
+    for note in notes:
+        print(f'  note: {note}')
+    for joint, (dispersion, names) in rows.items():
+        print(f'  {joint}: parts differ by {dispersion ** 0.5:.1f} times the noise; '
+              f'{", ".join(names) or "no further shape"}')
+    return 0

@@ -1,0 +1,155 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Read a whole robot in a simulator's file: a URDF by itself, an MJCF as MuJoCo compiles it.
+
+An open chain of hinges and slides on a fixed base. What is none is refused by name.
+"""
+from dataclasses import dataclass
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.compiling import compiled_model
+from gearbox_monitor.export.mjcf_file import read_file
+from gearbox_monitor.export.xml_edit import parse_xml
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.robot.chain import Chain, chain_of, inertial, joint_losses, Link, PER_LINK
+from gearbox_monitor.robot.compiled_model import mujoco_module
+from gearbox_monitor.robot.description import parse
+
+
+@dataclass(frozen=True, eq=False)
+class RobotFile:
+    """
+    A robot in a file.
+
+    chain: its balance; kp N m/rad, kd N m s/rad [J] of its position actuators, None where a joint
+    has none; digest: hash of the file; compiled: mujoco.MjModel of an MJCF, None of a URDF.
+    """
+
+    path: Path
+    chain: Chain
+    kp: Array | None
+    kd: Array | None
+    digest: str
+    compiled: Any = None
+
+
+def read_robot(path: str | Path) -> RobotFile:
+    """Return the RobotFile `path`. Raises InputError for what is no open chain."""
+    path = Path(path)
+    data = read_file(path)
+    digest = hashlib.sha256(data).hexdigest()
+    root = parse_xml(data, str(path)).root
+    if root.tag == 'robot':
+        text = data.decode('utf-8', 'replace')
+        chain = chain_of(parse(text, str(path)), joint_losses(text), str(path))
+        return RobotFile(path, chain, None, None, digest)
+    if root.tag != 'mujoco':
+        raise InputError(f'{path}: line {root.line}: <{root.tag}>, expected <mujoco> or <robot> '
+                         'of a URDF file')
+    m = compiled_model(data, path)
+    _refuse(m, path)
+    kp, kd = _servo(m)
+    return RobotFile(path, chain_of_compiled(m, path), kp, kd, digest, m)
+
+
+def _refuse(m: Any, path: Path) -> None:
+    """Raise InputError for what the balance of an open chain does not hold."""
+    mujoco = mujoco_module()
+    kinds = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+    for i in range(m.njnt):
+        if m.jnt_type[i] not in kinds:
+            name = m.joint(i).name or m.body(m.jnt_bodyid[i]).name
+            raise InputError(f'{path}: joint {name}: free or ball joint, expected hinges and '
+                             'slides on a fixed base: a floating base is not supported')
+    for i in range(m.neq):
+        if m.eq_active0[i]:
+            name = m.equality(i).name or f'equality {i + 1}'
+            raise InputError(f'{path}: {name}: an active equality closes or couples the chain, '
+                             'expected an open chain of independent joints')
+    for i in range(m.ntendon):
+        acts = (m.tendon_stiffness[i] or m.tendon_damping[i] or m.tendon_frictionloss[i]
+                or np.any((m.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
+                          & (m.actuator_trnid[:, 0] == i)))
+        if acts:
+            raise InputError(f'{path}: tendon {m.tendon(i).name or i + 1}: couples joints, '
+                             'expected an open chain of independent joints')
+    if np.any(m.body_gravcomp):
+        body = m.body(int(np.flatnonzero(m.body_gravcomp)[0])).name
+        raise InputError(f'{path}: body {body}: gravcomp, expected weights that the joints carry; '
+                         'leave it out: the recorded torque holds what compensates them')
+
+
+def _servo(m: Any) -> tuple[Array | None, Array | None]:
+    """Return kp and kd [J] of position actuators, None unless every joint has one."""
+    mujoco = mujoco_module()
+    kp, kd = np.zeros(m.njnt), np.zeros(m.njnt)
+    for i in range(m.nu):
+        if m.actuator_trntype[i] == int(mujoco.mjtTrn.mjTRN_JOINT):
+            joint, gear = int(m.actuator_trnid[i, 0]), float(m.actuator_gear[i, 0])
+            kp[joint] -= float(m.actuator_biasprm[i, 1]) * gear ** 2
+            kd[joint] -= float(m.actuator_biasprm[i, 2]) * gear ** 2
+    return (kp, kd) if np.all(kp > 0.0) else (None, None)
+
+
+def chain_of_compiled(m: Any, path: Path) -> Chain:
+    """
+    Return the Chain of a model that MuJoCo compiled.
+
+    Bodies that are welded to another one belong to its link. A link's frame is its joint's, in the
+    posture qpos0.
+
+    Args:
+        m: mujoco.MjModel of hinges and slides.
+        path: of its file, for messages.
+    """
+    mujoco = mujoco_module()
+    state = mujoco.MjData(m)
+    state.qpos[:] = m.qpos0
+    mujoco.mj_kinematics(m, state)
+    if m.njnt == 0:
+        raise InputError(f'{path}: no joint, expected at least one hinge or slide')
+    of_body = {0: -1}                       # body -> link that carries it
+    frames: list[tuple[Array, Array]] = []  # rotation and origin of links in the world
+    rows: list[dict[str, Any]] = []
+    theta = np.zeros((m.njnt, PER_LINK))
+    for b in range(1, m.nbody):
+        parent, turn = of_body[int(m.body_parentid[b])], state.xmat[b].reshape(3, 3)
+        for i in range(int(m.body_jntadr[b]), int(m.body_jntadr[b] + m.body_jntnum[b])):
+            base, at = frames[parent] if parent >= 0 else (np.eye(3), np.zeros(3))
+            anchor = state.xanchor[i]
+            rows.append({
+                'name': m.body(b).name or f'body{b}', 'joint': m.joint(i).name or f'joint{i}',
+                'parent': parent, 'rotation': base.T @ turn, 'origin': base.T @ (anchor - at),
+                'axis': turn.T @ state.xaxis[i],
+                'slides': bool(m.jnt_type[i] == int(mujoco.mjtJoint.mjJNT_SLIDE))})
+            frames.append((turn.copy(), anchor.copy()))
+            parent = len(rows) - 1
+        of_body[b] = parent
+        if parent >= 0 and m.body_mass[b] > 0.0:
+            base, at = frames[parent]
+            axes = base.T @ state.ximat[b].reshape(3, 3)
+            theta[parent] += inertial(float(m.body_mass[b]), base.T @ (state.xipos[b] - at),
+                                      axes @ np.diag(m.body_inertia[b]) @ axes.T)
+    damping = np.array(m.dof_damping, float).reshape(m.nv, -1)[:, 0]
+    return Chain(tuple(Link(**row, theta=x) for row, x in zip(rows, theta)),
+                 np.array(m.dof_armature), damping, np.array(m.dof_frictionloss),
+                 np.array(m.opt.gravity), np.array(m.qpos0), np.array(m.jnt_stiffness).reshape(
+                     m.njnt, -1)[:, 0], np.array(m.qpos_spring))

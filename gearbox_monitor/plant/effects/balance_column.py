@@ -1,0 +1,146 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What an effect of a joint is in the balance of a whole robot: columns of a linear regression.
+
+Their sign: torque that the drive must supply beside what the model says.
+"""
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+import math
+from typing import TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.kernels.types import Array
+
+ANY, COMMAND, TORQUE, SETPOINT = 'any', 'command', 'torque', 'setpoint'
+WAVE = 'wave'
+
+
+@dataclass(frozen=True, eq=False)
+class JointMotion:
+    """
+    One joint of a moving robot.
+
+    t s, q rad or m, v, sign (expected, of a noisy speed), load (torque of the rigid bodies without
+    friction), smooth (with what does not jump at reversal), model (all), effort (without noise):
+    [N] each, N m. error (setpoint less q), setpoint_speed, compensation (torque that it adds for
+    the weight) [N], kp, kd: of a servo. noise: of the effort, N m. coulomb, viscous, armature: of
+    the model file. learnt: the file's friction is not known but from a reference. dry, wet [N]:
+    friction that a reference taught, which scales with direction and with speed, else 0.
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    sign: Array
+    load: Array
+    smooth: Array
+    model: Array
+    effort: Array
+    error: Array
+    setpoint_speed: Array
+    compensation: Array
+    kp: float
+    kd: float
+    noise: float
+    coulomb: float
+    viscous: float
+    armature: float
+    learnt: bool
+    dry: Array
+    wet: Array
+
+
+Named: TypeAlias = Mapping[str, float]
+
+
+def one(name: str) -> Callable[[Array, float], Named]:
+    """Return what makes of one coefficient the value `name`."""
+    return lambda b, setting: {name: float(b[0])}
+
+
+def wave(name: str, sign: float = 1.0) -> Callable[[Array, float], Named]:
+    """Return what makes of the coefficients of sin and cos amplitude `name`, N and phi."""
+    def values(b: Array, setting: float) -> Named:
+        out = {name: math.hypot(b[0], b[1])}
+        if setting:
+            out['N'] = setting
+        return {**out, 'phi': math.atan2(sign * b[1], sign * b[0])}
+    return values
+
+
+def waves(x: Array) -> Array:
+    """Return sine and cosine [N, 2] of `x` [N]."""
+    return np.stack([np.sin(x), np.cos(x)], axis=1)
+
+
+def anything(m: JointMotion) -> float:
+    """Return the bound of a coefficient that may have any sign in the JointMotion `m`."""
+    return -math.inf
+
+
+def not_negative(m: JointMotion) -> float:
+    """Return the bound of what is not below 0 beside a model file; a difference may be."""
+    return -math.inf if m.learnt else 0.0
+
+
+def whole_friction(m: JointMotion) -> tuple[float, ...]:
+    """Return settings of a change of friction: by its law, and as all that was taught (1)."""
+    return (0.0, 1.0) if m.dry.any() and m.wet.any() else (0.0,)
+
+
+def per_unit(x: Array, y: Array) -> Array:
+    """Return `x` [N] as a column [N, 1] of the mean size that `y` [N] has."""
+    return (x * (float(np.mean(np.abs(y))) / max(float(np.mean(np.abs(x))), 1e-12)))[:, None]
+
+
+def moved(t: Array, x: Array, shift: float) -> Array:
+    """
+    Return (x(t + shift) - x(t - shift)) / (2 shift) [N, 1] of samples `x` [N] at `t` [N] (s).
+
+    The odd part of a shift in time. Its even part has the phase of the noise that a model has from
+    its positions, and would remove it: a column of x(t + shift) alone finds delays everywhere.
+    """
+    shift = max(shift, 1e-4)
+    return ((np.interp(t + shift, t, x) - np.interp(t - shift, t, x)) / (2.0 * shift))[:, None]
+
+
+@dataclass(frozen=True)
+class BalanceColumn:
+    """
+    The columns of an effect.
+
+    series(m, setting): torque [N, k] per unit of the coefficients of a JointMotion; with
+    `momentum` its derivative counts. values(b, setting): the effect's parameters of the
+    coefficients b [k]. setting: name of a nonlinear parameter, which grid(m) lists; `whole`: it is
+    a whole number, else it is refined; `fixed_point`: it is the first coefficient itself. low(m),
+    high: bounds of the first coefficient. needs: kind of input that shows it: ANY, COMMAND (torque
+    that is commanded, not measured), TORQUE, or SETPOINT. twins: ids of effects with the same
+    columns in motion.
+    """
+
+    series: Callable[[JointMotion, float], Array]
+    values: Callable[[Array, float], Named]
+    setting: str = ''
+    grid: Callable[[JointMotion], Sequence[float]] = lambda m: (0.0,)
+    whole: bool = False
+    fixed_point: bool = False
+    momentum: bool = False
+    low: Callable[[JointMotion], float] = anything
+    high: float = math.inf
+    needs: str = ANY
+    twins: tuple[str, ...] = ()

@@ -1,0 +1,244 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The page of a robot's gap: its joints with the worst first, what was found, what to do next."""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+import json
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.report.advice import NextSteps
+from gearbox_monitor.report.builder import Page, render_page, Section
+from gearbox_monitor.report.figures import BarRow, bars, BarView, PageTable
+from gearbox_monitor.report.robot_words import (
+    finding_words, MEANINGS, next_steps, remainder_words, robot_headline, SUBJECTS, unit_of)
+from gearbox_monitor.robot.chain import Chain, rotations
+
+VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a robot's verdict
+WIDTH, HEIGHT, MARGIN = 460.0, 300.0, 46.0
+ROLES = {'none': 'good', 'effect': '', 'incomplete': 'warn', 'unknown': 'warn'}
+
+
+def robot_gap_page(data: VerdictData, chain: Chain, posture: Array) -> str:
+    """
+    Return the page of a robot's verdict as HTML.
+
+    Args:
+        data: the verdict as plain data.
+        chain: the robot.
+        posture: usual positions [J].
+
+    Returns:
+        One file that loads nothing.
+    """
+    return render_page(Page(
+        f'The gap of {", ".join(data["logs"])}', RobotSummary.of(data), (
+            NextSteps([f'{step[0].upper()}{step[1:]}.' for step in next_steps(data)]),
+            RobotPicture.of(data, chain, posture), RobotFindings.of(data), RobotGaps.of(data),
+            VisibleSizes.of(data), RobotNumbers.of(data))))
+
+
+@dataclass(frozen=True)
+class RobotSummary(Section):
+    """The verdict in one line, and the main figures."""
+
+    template = 'robot_gap/summary.html'
+    kind: str
+    headline: str
+    facts: Sequence[tuple[str, str]]
+    notes: Sequence[str]
+
+    @classmethod
+    def of(cls, data: VerdictData) -> 'RobotSummary':
+        """Return it for a verdict's data."""
+        worst = data['ranked'][0]
+        facts = [('verdict', data['verdict']), ('worst joint', worst['joint']),
+                 ('its gap before', f'{worst["before"]:.3g} N m rms'),
+                 ('after', f'{worst["after"]:.3g} N m rms'),
+                 ('compared with', ', '.join(data['references']) or data['model'])]
+        return cls(ROLES[data['verdict']], robot_headline(data), facts,
+                   [f'{x}.' for x in (*data['cautions'], *data['warnings'])])
+
+
+@dataclass(frozen=True)
+class Dot:
+    """A joint in the picture: place in px, radius, role, name, what it says, rank."""
+
+    x: float
+    y: float
+    r: float
+    role: str
+    name: str
+    words: str
+    rank: int
+    left: bool
+
+
+@dataclass(frozen=True)
+class RobotPicture(Section):
+    """The robot from its side: a line per link, a dot per joint, as large as its gap."""
+
+    heading = 'Where it is'
+    template = 'robot_gap/picture.html'
+    lines: Sequence[tuple[float, float, float, float]]
+    dots: Sequence[Dot]
+
+    @classmethod
+    def of(cls, data: VerdictData, chain: Chain, posture: Array) -> 'RobotPicture':
+        """Return it for a verdict on `chain`, drawn at the positions `posture` [J]."""
+        places = joint_places(chain, posture)
+        flat = places - places.mean(axis=0)
+        turned = np.arctan2(*np.linalg.svd(flat[:, :2], full_matrices=False)[2][0][::-1])
+        across = flat[:, 0] * np.cos(turned) + flat[:, 1] * np.sin(turned)
+        points = np.column_stack([across, -flat[:, 2]])
+        low, size = points.min(axis=0), np.ptp(points, axis=0)
+        scale = float(min((WIDTH - 2 * MARGIN) / max(size[0], 1e-3),
+                          (HEIGHT - 2 * MARGIN) / max(size[1], 1e-3), 600.0))
+        shift = np.array([WIDTH, HEIGHT]) / 2 - scale * (low + size / 2)
+        xy = points * scale + shift
+        lines = [(*xy[link.parent + 1], *xy[i + 1]) for i, link in enumerate(chain.links)]
+        place_of = {link.joint: i for i, link in enumerate(chain.links)}
+        joint_of = {link.name: link.joint for link in chain.links}
+        hit = {f.get('joint') or joint_of.get(f.get('link') or '', '') for f in data['findings']}
+        lost = {r['joint'] for r in data['remainders']}
+        most = max((g['before'] / (g['effort'] + 1e-9) for g in data['ranked']), default=1.0)
+        dots = []
+        for rank, gap in enumerate(data['ranked'], 1):
+            x, y = xy[place_of[gap['joint']] + 1]
+            share = gap['before'] / (gap['effort'] + 1e-9) / max(most, 1e-9)
+            role = 'hit' if gap['joint'] in hit else 'lost' if gap['joint'] in lost else 'calm'
+            dots.append(Dot(float(x), float(y), 4.0 + 7.0 * share, role, gap['joint'],
+                            f'{gap["before"]:.2g} N m', rank, bool(x > 0.6 * WIDTH)))
+        return cls(lines, apart(dots))
+
+
+def apart(dots: Sequence[Dot]) -> list[Dot]:
+    """Return `dots` one by one, those that cover another one beside it."""
+    out: list[Dot] = []
+    for dot in dots:
+        while any(abs(dot.y - d.y) < 15.0 and abs(dot.x - d.x) < 110.0 for d in out):
+            dot = replace(dot, y=dot.y + 5.0)
+        out.append(dot)
+    return out
+
+
+def joint_places(chain: Chain, posture: Array) -> Array:
+    """Return the base and the joints' places [J + 1, 3] m at the positions `posture` [J]."""
+    turns: list[Array] = []
+    places: list[Array] = []
+    for i, link in enumerate(chain.links):
+        turn = turns[link.parent] if link.parent >= 0 else np.eye(3)
+        at = places[link.parent] if link.parent >= 0 else np.zeros(3)
+        place, turn = at + turn @ link.origin, turn @ link.rotation
+        q = float(posture[i] - np.broadcast_to(chain.zero, len(chain.links))[i])
+        if link.slides:
+            place = place + turn @ link.axis * q
+        else:
+            turn = turn @ rotations(link.axis, np.array([q]))[0]
+        turns.append(turn)
+        places.append(place)
+    return np.vstack([np.zeros(3), *places])
+
+
+@dataclass(frozen=True)
+class RobotFindings(Section):
+    """What was found, one line each; what remains."""
+
+    heading = 'What it is'
+    template = 'robot_gap/findings.html'
+    rows: PageTable
+    remains: Sequence[str]
+    meanings: Sequence[str]
+
+    @classmethod
+    def of(cls, data: VerdictData) -> 'RobotFindings':
+        """Return it for a verdict's data."""
+        rows = [(finding_words(f), f['effect'], f'{100 * (f["share"] or 0.0):.0f} %',
+                 f'{f["evidence"]:.0f}', ', '.join(f['confusable']) or '-')
+                for f in data['findings']]
+        return cls(PageTable(('what', 'effect', 'share', 'evidence', 'not told apart from'), rows,
+                             (2, 3)), [f'{remainder_words(r)}.' for r in data['remainders']],
+                   [f'{f["effect"]}: {MEANINGS[f["effect"]]}.' for f in data['findings']
+                    if f['effect'] in MEANINGS])
+
+
+@dataclass(frozen=True)
+class RobotGaps(Section):
+    """The torque that the model does not say, of each joint, before and after the findings."""
+
+    heading = 'The gap of each joint'
+    template = 'robot_gap/gaps.html'
+    gaps: Sequence[BarView]
+    runs: PageTable
+
+    @classmethod
+    def of(cls, data: VerdictData) -> 'RobotGaps':
+        """Return it for a verdict's data."""
+        rows = []
+        for gap in data['ranked']:
+            rows.append(BarRow(gap['joint'], 'before', gap['before'],
+                               f'{gap["before"]:.3g} N m', 'nominal'))
+            rows.append(BarRow('', 'after', gap['after'], f'{gap["after"]:.3g} N m', 'closed'))
+        confirmed = data.get('rollouts') or {}
+        return cls(bars(rows), PageTable(
+            ('joint', 'before (mrad)', 'after (mrad)'),
+            [(joint, f'{1e3 * v["before"]:.3g}', f'{1e3 * v["after"]:.3g}')
+             for joint, v in (confirmed.get('joints') or {}).items()], (1, 2)))
+
+
+@dataclass(frozen=True)
+class VisibleSizes(Section):
+    """The smallest size of each effect that this motion would have shown."""
+
+    heading = 'What would have been seen'
+    template = 'robot_gap/visible.html'
+    rows: PageTable
+    untried: Sequence[tuple[str, str]]
+
+    @classmethod
+    def of(cls, data: VerdictData) -> 'VisibleSizes':
+        """Return it for a verdict's data."""
+        rows = []
+        for effect, places in data['visible'].items():
+            if places:
+                low, high = min(places, key=places.get), max(places, key=places.get)
+                unit = _unit(effect)
+                rows.append((MEANINGS.get(effect, effect), f'{places[low]:.2g} {unit}', low,
+                             f'{places[high]:.2g} {unit}', high))
+        return cls(PageTable(('effect', 'from', 'at best at', 'from', 'at worst at'), rows),
+                   list(data['not_tried'].items()))
+
+
+def _unit(effect: str) -> str:
+    first = {'payload': 'm', 'motor_coulomb': 'Cc_change', 'motor_viscous': 'Cv_change',
+             'viscous_drift': 'Cv_change', 'motor_inertia': 'm1_change', 'base_tilt': 'ax',
+             'link_inertia': 'Ixx'}.get(effect) or SUBJECTS.get(effect, ('', ''))[0]
+    return unit_of(effect, first)
+
+
+@dataclass(frozen=True)
+class RobotNumbers(Section):
+    """The verdict as JSON."""
+
+    heading = 'All numbers'
+    template = 'robot_gap/numbers.html'
+    text: str
+
+    @classmethod
+    def of(cls, data: VerdictData) -> 'RobotNumbers':
+        """Return it for a verdict's data."""
+        return cls(json.dumps(data, indent=1))

@@ -1,0 +1,173 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A robot's verdict in words, for terminals and pages."""
+from collections.abc import Mapping
+import math
+from typing import Any
+
+from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
+from gearbox_monitor.plant.effects import EFFECTS
+
+OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
+              'T_change': 's', 'kp_factor': '', 'Ca': 'N m'}
+UNITS = {**{e.id: {p.name: p.unit for p in e.parameters} for e in EFFECTS.values()},
+         **{e.id: dict(e.units) for e in ROBOT_EFFECTS}}
+MEANINGS = {**{e.id: e.meaning for e in EFFECTS.values()},
+            **{e.id: e.meaning for e in ROBOT_EFFECTS}}
+CHANGES = {'Cc_change': 'Coulomb friction', 'Cv_change': 'viscous friction',
+           'm1_change': 'rotor inertia'}
+SUBJECTS = {
+    'stribeck': ('Cs', 'friction at low speed'), 'quadratic_friction': ('Cq', 'friction with the '
+                                                                         'square of the speed'),
+    'load_friction': ('Cl', 'friction per load'), 'viscous_asymmetry': (
+        'Cva', 'viscous friction that differs by direction'),
+    'torque_offset': ('u0', 'torque offset'), 'torque_gain': ('g', 'torque scale'),
+    'actuator_delay': ('T', 'delay of the torque'), 'gravity': ('G', 'weight'),
+    'cogging': ('A', 'ripple over the angle'), 'torque_ripple': ('A', 'ripple of the torque'),
+    'saturation': ('umax', 'torque limit'), 'end_spring': ('k', 'spring at the end of the range'),
+    'joint_zero': ('c', 'zero of the encoder'), 'servo_deadband': ('d', 'dead band'),
+    'setpoint_delay': ('T', 'delay of the setpoint'), 'servo_delay': ('T_change', 'servo delay'),
+    'servo_gain': ('kp_factor', 'gain of the servo, as a factor'),
+    'joint_coupling': ('Cc', 'drag by another joint')}
+
+
+def unit_of(effect: str, name: str) -> str:
+    """Return the unit of the value `name` of an effect, '' for a pure number."""
+    unit = OF_CHANGES.get(name) or UNITS.get(effect, {}).get(name, '')
+    return '' if unit == '-' else unit
+
+
+def rounded(value: float, deviation: float | None) -> str:
+    """Return `value` +- `deviation`, as many digits as the deviation has."""
+    if deviation is None:
+        return f'about {value:.2g} (not determined by this motion)'
+    if deviation <= 0.0 or not math.isfinite(deviation):
+        return f'{value:.3g}'
+    digits = min(max(1 - math.floor(math.log10(deviation)), 0), 6)
+    return f'{value:.{digits}f} ± {deviation:.{digits}f}'
+
+
+def finding_words(finding: Mapping[str, Any]) -> str:
+    """Return one sentence, without a full stop, on a finding of a verdict's data."""
+    values, deviations = finding['values'], finding['deviations']
+    where = finding.get('joint') or finding.get('link') or 'base'
+    effect = finding['effect']
+    if effect == 'payload':
+        reach = math.sqrt(sum(values[c] ** 2 for c in ('cx', 'cy', 'cz')))
+        size = rounded(abs(values['m']), deviations['m'])
+        more = 'more' if values['m'] >= 0.0 else 'less'
+        place = (f'centre {100 * reach:.0f} cm out'
+                 if None not in (deviations['cx'], deviations['cy'], deviations['cz'])
+                 else 'where, this motion does not say')
+        return f'{size} kg {more} at {where}, {place}'
+    if effect == 'base_tilt':
+        angle = math.degrees(math.hypot(values['ax'], values['ay']))
+        return f'the base is tilted by {angle:.2f}° against the model'
+    if effect == 'link_inertia':
+        return f'{where}: inertia of the link is not that of the model'
+    for name, words in CHANGES.items():
+        if name in values:
+            text = f'{where}: {words} {_signed(values[name], deviations[name])} '
+            text += unit_of(effect, name)
+            if 'Ca' in values:
+                text += f', {rounded(values["Ca"], deviations["Ca"])} N m more one way than the ' \
+                        'other'
+            return text
+    name, words = SUBJECTS.get(effect, (next(iter(values)), MEANINGS.get(effect, effect)))
+    unit = unit_of(effect, name)
+    text = f'{where}: {words} {rounded(values[name], deviations[name])} {unit}'.rstrip()
+    if 'N' in values:
+        text += f', {values["N"]:.0f} per turn'
+    if 'q0' in values:
+        text += f' from {values["q0"]:.2f} rad on'
+    return text + (f' ({finding["channel"]})' if finding.get('channel') else '')
+
+
+def _signed(value: float, deviation: float | None) -> str:
+    return ('+' if value >= 0.0 else '') + rounded(value, deviation)
+
+
+def remainder_words(remainder: Mapping[str, Any]) -> str:
+    """Return one sentence, without a full stop, on what no finding explains."""
+    size = f'{remainder["size"]:.2g} N m rms'
+    if remainder['over'] == 'bursts':
+        times = ', '.join(f'{a:.0f}' for a, _ in remainder['times'][:4])
+        return f'{remainder["joint"]}: {size} in bursts, at {times} s'
+    return f'{remainder["joint"]}: {size} over {remainder["over"]}, by no law of the library'
+
+
+def robot_headline(data: Mapping[str, Any]) -> str:
+    """Return the verdict in one line."""
+    findings, remainders = data['findings'], data['remainders']
+    against = 'the references' if data.get('references') else 'the model file'
+    if data['verdict'] == 'none':
+        return f'none: the robot is as {against} say' + ('s' if 'file' in against else '')
+    words = '; '.join(finding_words(f) for f in findings)
+    if data['verdict'] == 'effect':
+        return words
+    remains = remainder_words(remainders[0])
+    return f'unknown: {remains}' if data['verdict'] == 'unknown' else \
+        f'{words}; and more that is unknown: {remains}'
+
+
+def next_steps(data: Mapping[str, Any]) -> list[str]:
+    """Return what to do next, with real names."""
+    model, logs = data['model'], ' '.join(data['logs'])
+    steps = []
+    if data['cautions'] and data.get('references'):
+        steps.append('the reference visited less than this motion: record the healthy robot on it '
+                     f'too, and learn both: gearbox_monitor learn {" ".join(data["references"])} '
+                     f'NEW --model {model} --out robot.knowledge')
+    if data['verdict'] == 'none' and not data.get('references'):
+        steps.append('compare with a log of the healthy robot to see smaller changes: '
+                     f'gearbox_monitor diagnose {logs} --model {model} --reference HEALTHY')
+    for f in data['findings']:
+        rivals = [name for name in f['confusable'] if not name.startswith('arm_')]
+        if rivals:
+            steps.append(f'{f["effect"]} at {f.get("joint") or f.get("link")} is not told apart '
+                         f'from {", ".join(rivals)}')
+    if data['findings'] and data.get('closed'):
+        steps.append(f'use {data["closed"]}: the model with what was found')
+    if data['remainders']:
+        steps.append(f'look at {data["remainders"][0]["joint"]}: what remains follows no law; '
+                     'record slow moves of this joint alone')
+    return steps
+
+
+def robot_text(data: Mapping[str, Any]) -> str:
+    """Return the verdict in some ten lines."""
+    lines = [robot_headline(data)]
+    if len(data['findings']) > 1:
+        lines += [f'  {finding_words(f)}' for f in data['findings']]
+    lines += [f'  remains: {remainder_words(r)}' for r in data['remainders'][
+        0 if data['verdict'] == 'none' else 1:]]
+    gaps = ', '.join(f'{g["joint"]} {g["before"]:.2g} -> {g["after"]:.2g}'
+                     for g in data['ranked'][:4])
+    lines.append(f'gap of the torque, N m rms before -> after: {gaps}')
+    if data['verdict'] in ('none', 'unknown'):
+        sizes = [(e, p, v) for e in ('payload', 'motor_coulomb', 'motor_viscous')
+                 for p, v in data['visible'].get(e, {}).items()]
+        small: dict[str, tuple[str, float]] = {}
+        for e, p, v in sizes:
+            if e not in small or v < small[e][1]:
+                small[e] = (p, v)
+        units = {'payload': 'kg', 'motor_coulomb': 'N m', 'motor_viscous': 'N m s/rad'}
+        seen = ', '.join(f'{e} of {v:.2g} {units[e]} at {p}' for e, (p, v) in small.items())
+        if seen:
+            lines.append(f'would have been seen, from: {seen}')
+    lines += [f'caution: {c}' for c in data['cautions'][:3]]
+    lines += [f'note: {n}' for n in data['warnings'][:3]]
+    lines += [f'next: {s}' for s in next_steps(data)[:2]]
+    return '\n'.join(lines)

@@ -1,0 +1,120 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The traps of the balance, each of which once cost a wrong verdict; verdicts on random robots."""
+from pathlib import Path
+
+import numpy as np
+import pytest
+import random_robots
+import robot_gap
+
+from gearbox_monitor.balance.local_cosines import local_cosines
+from gearbox_monitor.balance.motion import Motion
+from gearbox_monitor.balance.robot_effects import compact
+from gearbox_monitor.balance.settings import SETTINGS
+from gearbox_monitor.balance.verdict import _joined
+from gearbox_monitor.identification.findings import Finding
+from gearbox_monitor.plant.effects.actuator import limits_reached
+from gearbox_monitor.plant.effects.balance_column import JointMotion
+from gearbox_monitor.report.robot_words import finding_words
+from gearbox_monitor.robot.chain import inertial
+
+
+def motion(seconds=12.0, rate=100.0):
+    """Return a Motion of one joint that rests and reverses."""
+    t = np.arange(0, seconds, 1 / rate)
+    q, v = np.sin(t)[:, None], np.cos(t)[:, None]
+    zero = np.zeros_like(q)
+    return Motion(t, q, v, zero, zero, np.array([1e-3]), np.array([1e-4]), 1 / rate,
+                  (slice(0, len(t)),))
+
+
+def test_local_cosines_are_orthonormal():
+    m = motion()
+    tests = local_cosines(m, 10.0, SETTINGS)
+    whole = np.zeros((tests.rows, len(m.t)))
+    per = tests.value.shape[1]
+    for s, start in enumerate(tests.starts):
+        whole[s * per:(s + 1) * per, start:start + len(tests.value)] = tests.value.T
+    np.testing.assert_allclose(whole @ whole.T, np.eye(tests.rows), atol=1e-9)
+
+
+def test_rate_is_tested_by_parts():
+    """No derivative of the series is formed, and the masked integral is the same."""
+    m = motion()
+    tests = local_cosines(m, 4.0, SETTINGS)
+    x, rate = np.sin(3 * m.t)[:, None], 3 * np.cos(3 * m.t)[:, None]
+    size = np.abs(tests.of(rate, 0)).max()
+    assert np.abs(tests.of_rate(x, 0) - tests.of(rate, 0)).max() < 0.02 * size
+
+
+def test_rest_and_reversal_have_no_weight():
+    """Static friction is any torque: with rests in the rows Coulomb friction is named."""
+    m = motion()
+    tests = local_cosines(m, 10.0, SETTINGS)
+    slow = np.abs(m.v[:, 0]) < SETTINGS.slow
+    assert slow.any() and tests.mask[slow, 0].max() < 0.05
+    assert tests.mask[np.abs(m.v[:, 0]) > 0.2, 0].min() > 0.95
+
+
+def test_compact_mass_is_homogeneous():
+    centre = np.array([0.1, -0.3, 0.2])
+    theta = compact(centre) @ np.array([2.0, *(2.0 * centre)])
+    np.testing.assert_allclose(theta, inertial(2.0, centre, np.zeros((3, 3))), atol=1e-12)
+
+
+def test_no_limit_is_tried_inside_the_noise():
+    """A level in the noise rectifies it: saturation at 1.00 with a gain of 16 000 was named."""
+    effort = 5.0 + 0.1 * np.sin(np.arange(2000) / 50.0)
+    zero = np.zeros(2000)
+    m = JointMotion(*[zero] * 7, effort, *[zero] * 3, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, False, zero,
+                    zero)
+    m = JointMotion(**{**vars(m), 'effort': effort})
+    assert limits_reached(m) == []
+    assert limits_reached(JointMotion(**{**vars(m), 'noise': 0.001}))
+
+
+def test_offset_and_coulomb_of_a_joint_are_one_finding_of_two_heights():
+    def finding(effect, values, joint='a'):
+        return Finding(effect, 'motor_side', values, dict.fromkeys(values, 0.1), 10.0, 0.2,
+                       joint=joint)
+    coulomb, offset = finding('motor_coulomb', {'Cc_change': 1.0}), finding(
+        'torque_offset', {'u0': -0.5})
+    assert len(_joined([coulomb, finding('torque_offset', {'u0': 1.0}, 'b')])) == 2
+    for order in ([coulomb, offset], [offset, coulomb]):
+        (joined,) = _joined(order)
+        assert joined.effect == 'motor_coulomb' and joined.evidence == 20.0
+        assert dict(joined.values) == {'Cc_change': 1.0, 'Ca': 0.5}
+        assert 'torque_offset' in joined.confusable
+
+
+def test_words_of_a_payload_and_of_what_is_not_determined():
+    data = {'effect': 'payload', 'link': 'flange', 'channel': None,
+            'values': {'m': 3.02, 'cx': 0.03, 'cy': 0.154, 'cz': 0.03},
+            'deviations': {'m': 0.1, 'cx': 0.001, 'cy': 0.001, 'cz': 0.001}}
+    assert finding_words(data) == '3.02 ± 0.10 kg more at flange, centre 16 cm out'
+    data['deviations']['cz'] = None
+    assert 'this motion does not say' in finding_words(data)
+
+
+@pytest.mark.parametrize('seed, pair, kinds, how', [
+    (7, False, [], 'none: right'), (10, False, ['motor_viscous'], 'one: right'),
+    (10, False, ['payload'], 'one: right'), (3, False, ['friction_jump'], 'outside: right'),
+    (16, True, [], 'none: right'), (16, True, ['gravity'], 'one: right')])
+def test_random_robots(seed, pair, kinds, how):
+    """Small: test/system/robot_gap.py judges many."""
+    record = robot_gap.run(seed, pair, change=kinds, rate=100)
+    assert record['how'] == how, record
+    assert record['cpu'][1] < 60.0 and Path(random_robots.__file__).exists()

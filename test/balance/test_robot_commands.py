@@ -1,0 +1,105 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Commands on whole robots: the simulated pair, learn, the file of knowledge, the page."""
+import json
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.export.robot_model import read_robot
+from gearbox_monitor.files.knowledge_file import load_knowledge, save_knowledge
+
+
+@pytest.fixture(scope='module')
+def arm(tmp_path_factory):
+    """Return a folder with a simulated pair and what was learnt of the healthy arm."""
+    folder = tmp_path_factory.mktemp('robot') / 'arm'
+    assert main(['example', str(folder), '--robot', '--seconds', '40']) == 0
+    assert main(['learn', str(folder / 'healthy.csv'), '--model', str(folder / 'robot.urdf'),
+                 '--out', str(folder / 'arm.knowledge')]) == 0
+    return folder
+
+
+def diagnose(arm, *options, log='today.csv'):
+    """Return the exit code of diagnose on a log of the arm."""
+    return main(['diagnose', str(arm / log), '--model', str(arm / 'robot.urdf'), *options])
+
+
+def test_pair_names_the_load_and_the_rubbing_joint(arm, tmp_path, capsys):
+    out = tmp_path / 'out'
+    assert diagnose(arm, '--reference', str(arm / 'arm.knowledge'), '--out', str(out)) == 1
+    assert 'kg more at flange' in capsys.readouterr().out
+    data = json.loads((out / 'verdict.json').read_text())
+    for key in ('verdict', 'findings', 'remainder', 'ranked', 'visible', 'not_tried', 'cpu_s'):
+        assert key in data
+    payload = next(f for f in data['findings'] if f['effect'] == 'payload')
+    assert payload['link'] == 'flange'
+    assert abs(payload['values']['m'] - 2.0) < 0.05 and abs(payload['values']['cz'] - 0.08) < 0.02
+    rubbing = next(f for f in data['findings'] if f['effect'] == 'motor_coulomb')
+    assert rubbing['joint'] == 'joint2' and 4.0 < rubbing['values']['Cc_change'] < 9.0
+    # The patched file has the load, and nothing else moved.
+    before, after = read_robot(arm / 'robot.urdf').chain, read_robot(
+        out / 'robot.closed.urdf').chain
+    added = after.theta - before.theta
+    assert added[-1, 0] == pytest.approx(payload['values']['m'], rel=1e-4)
+    np.testing.assert_allclose(added[:-1], 0.0, atol=1e-9)
+    assert after.coulomb[1] - before.coulomb[1] == pytest.approx(
+        rubbing['values']['Cc_change'], rel=1e-4)
+    page = (out / 'report.html').read_text()
+    assert 'kg more at flange' in page and '1. joint' in page
+
+
+def test_reference_itself_is_none(arm, capsys):
+    """Also as logs, to be learnt now."""
+    assert diagnose(arm, '--reference', str(arm / 'arm.knowledge'), '--json', '-',
+                    log='healthy.csv') == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data['verdict'] == 'none' and data['findings'] == []
+    assert data['visible']['payload']
+
+
+def test_knowledge_survives_its_file_and_is_refused_for_another_model(arm, tmp_path, capsys):
+    digest = read_robot(arm / 'robot.urdf').digest
+    knowledge = load_knowledge(arm / 'arm.knowledge', digest)
+    save_knowledge(tmp_path / 'copy.knowledge', knowledge)
+    copy = load_knowledge(tmp_path / 'copy.knowledge', digest)
+    np.testing.assert_array_equal(copy.prior.covariance, knowledge.prior.covariance)
+    assert copy.visits == knowledge.visits and copy.shapes == knowledge.shapes
+    text = (arm / 'robot.urdf').read_text()
+    (tmp_path / 'robot.urdf').write_text(text + '<!-- moved -->')
+    assert main(['diagnose', str(arm / 'today.csv'), '--model', str(tmp_path / 'robot.urdf'),
+                 '--reference', str(arm / 'arm.knowledge')]) == 2
+    assert 'learnt with another file' in capsys.readouterr().err
+    (tmp_path / 'bad.knowledge').write_bytes(b'PK\x03\x04 nothing')
+    assert diagnose(arm, '--reference', str(tmp_path / 'bad.knowledge')) == 2
+    assert 'expected a file that learn wrote' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('options, words', [
+    (['--recorded', 'jint1=a'], 'did you mean'), (['--recorded', 'joint1'], 'NAME=LOGNAME'),
+    (['--only', 'payloud'], "did you mean 'payload'"), (['--validate', 'x'], 'of one joint'),
+    (['--reference', 'a.knowledge', 'b.csv'], 'one file of learn')])
+def test_bad_options_are_one_line(arm, capsys, options, words):
+    assert diagnose(arm, *options) == 2
+    error = capsys.readouterr().err
+    assert words in error and error.count('\n') == 1
+
+
+def test_values_are_checked(arm, tmp_path, capsys):
+    values = tmp_path / 'values.yaml'
+    values.write_text('link_tolerance: {flangee: 0.2}\n')
+    assert diagnose(arm, '--values', str(values)) == 2
+    assert "did you mean 'flange'" in capsys.readouterr().err

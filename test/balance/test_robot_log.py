@@ -1,0 +1,103 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Logs of robots: sections, rates, stamps; what the files hold and what is refused."""
+import gzip
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.bag.robot_input import read_robot_log
+from gearbox_monitor.balance.robot_log import checked_log, RawLog
+from gearbox_monitor.errors import InputError
+
+JOINTS = ('a', 'b')
+
+
+def raw(t, **changes):
+    """Return a RawLog of two joints at the times `t`."""
+    x = np.sin(t)
+    return RawLog(**{'name': 'log', 't': t, 'position': {'a': x, 'b': 2 * x},
+                     'input': {'a': x, 'b': x}, 'kind': 'torque', **changes})
+
+
+def test_gaps_make_sections_and_short_ones_are_counted():
+    t = np.arange(0, 20, 0.01)
+    log = checked_log(raw(np.delete(t, slice(800, 830))), JOINTS)
+    assert [len(s.t) for s in log.sections] == [800, 1170]
+    short = checked_log(raw(np.delete(t, slice(100, 130))), JOINTS)
+    assert [len(s.t) for s in short.sections] == [1870]
+    assert any('1870 of 1970 samples' in note for note in short.notes)
+
+
+def test_lost_samples_make_no_gap():
+    t = np.delete(np.arange(0, 20, 0.01), [300, 301, 900])
+    assert len(checked_log(raw(t), JOINTS).sections) == 1
+
+
+def test_stamps_on_top_of_each_other_are_left_out():
+    """A spline through stamps 1 ns apart named a payload of -6.6 kg."""
+    t = np.repeat(np.arange(0, 10, 0.01), 2)
+    t[1::2] += 1e-9
+    log = checked_log(raw(t), JOINTS)
+    assert np.diff(log.sections[0].t).min() > 0.009
+    assert any('1000 samples' in note for note in log.notes)
+
+
+@pytest.mark.parametrize('rate, refused', [(29, True), (31, False)])
+def test_slow_logs_are_refused_below_30_hz(rate, refused):
+    t = np.arange(0, 20, 1 / rate)
+    if refused:
+        with pytest.raises(InputError, match='29 samples/s, expected 30'):
+            checked_log(raw(t), JOINTS)
+    else:
+        assert checked_log(raw(t), JOINTS).rate == pytest.approx(rate)
+
+
+def test_missing_joint_names_what_the_log_has():
+    with pytest.raises(InputError, match='joint c: no position.*has a, b'):
+        checked_log(raw(np.arange(0, 10, 0.01)), ('a', 'c'))
+
+
+def table(path, header, columns, opener=open):
+    """Write a CSV file."""
+    rows = '\n'.join(','.join(f'{x:.6g}' for x in row) for row in np.column_stack(columns))
+    with opener(path, 'wt') as file:
+        file.write(header + '\n' + rows + '\n')
+    return path
+
+
+def test_table_with_mapped_names_and_current(tmp_path):
+    t = np.arange(0, 5, 0.01)
+    path = table(tmp_path / 'log.csv.gz', 't,q_a,q_motor2,i_a,i_motor2,v_a',
+                 [t, t, 2 * t, 3 * t, 4 * t, t], gzip.open)
+    log = read_robot_log(path, JOINTS, {'b': 'motor2'}, {'a': 10.0, 'b': 2.0})
+    assert log.kind == 'current' and log.measured
+    np.testing.assert_allclose(log.position['b'], 2 * t, atol=1e-5)
+    np.testing.assert_allclose(log.input['a'], 30 * t, atol=1e-4)
+    np.testing.assert_allclose(log.input['b'], 8 * t, atol=1e-4)
+
+
+@pytest.mark.parametrize('header, row, words', [
+    ('q_a,q_b,tau_a,tau_b', '0,0,0,0', 'no column t'),
+    ('t,q_a,q_b,tau_a', '0,0,0,0', 'no torque of all joints .tau_a.'),
+    ('t,q_a,q_b,setpoint_a,setpoint_b', '0,0,0,0,0', 'need position actuators'),
+    ('t,q_a,q_b,tau_a,tau_b', '0,0,x1,0,0', "line 2: column q_b: 'x1', expected a number"),
+    ('t,q_a,q_b,tau_a,tau_b', '0,0,1,0', 'line 2: 4 values, expected 5'),
+    ('t,q_a,q_a,tau_a,tau_b', '0,0,1,0,0', "'q_a' stands 2 times")])
+def test_bad_tables_are_refused_with_their_place(tmp_path, header, row, words):
+    path = tmp_path / 'log.csv'
+    path.write_text(f'{header}\n{row}\n')
+    with pytest.raises(InputError, match=words):
+        read_robot_log(path, JOINTS, {})

@@ -1,0 +1,101 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The balance of momentum of a chain, against Newton-Euler kernels and MuJoCo."""
+from pathlib import Path
+
+import numpy as np
+import pytest
+from random_robots import make
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.robot_model import chain_of_compiled, read_robot
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.robot.chain import body_of, chain_of, inertial, joint_losses
+from gearbox_monitor.robot.description import parse
+from gearbox_monitor.robot.dynamics import arrays_of, move, torque_on
+
+mujoco = pytest.importorskip('mujoco')
+
+
+def effort(chain, q, v, a, h=1e-5):
+    """Return d/dt p - k + g [J] by a central difference of p."""
+    def parts(q, v):
+        out = np.zeros((3, len(chain.links)))
+        for r in chain.regressors(q[None], v[None]):
+            for row, x in enumerate((r.p, r.k, r.g)):
+                out[row, r.joint] += x[0] @ chain.theta[r.link]
+        return out
+    curve = 0.5 * h * h * a
+    after, before = parts(q + h * v + curve, v + h * a), parts(q - h * v + curve, v - h * a)
+    _, k, g = parts(q, v)
+    return (after[0] - before[0]) / (2.0 * h) - k + g
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_balance_is_that_of_mujoco(seed):
+    """Arms, legs, SCARA and torso: the effort without friction equals inverse dynamics."""
+    m = mujoco.MjModel.from_xml_string(make(seed).xml)
+    m.dof_damping[:], m.dof_frictionloss[:], m.dof_armature[:] = 0, 0, 0
+    chain, d = chain_of_compiled(m, Path('robot.xml')), mujoco.MjData(m)
+    d.qpos[:], d.qvel[:], d.qacc[:] = np.random.default_rng(seed).normal(size=(3, m.nv))
+    mujoco.mj_inverse(m, d)
+    np.testing.assert_allclose(effort(chain, d.qpos, d.qvel, d.qacc), d.qfrc_inverse,
+                               rtol=1e-6, atol=1e-7)
+
+
+def test_urdf_balance_is_that_of_the_newton_euler_kernels():
+    text = config_path('arm6.urdf').read_text(encoding='utf-8')
+    description = parse(text, 'arm6.urdf')
+    chain = chain_of(description, joint_losses(text), 'arm6.urdf')
+    motion = np.random.default_rng(1).normal(size=(3, len(chain.links)))
+    arrays = arrays_of(description)
+    move(arrays, motion)
+    kernels = [torque_on(arrays, j)[0] for j in range(len(chain.links))]
+    np.testing.assert_allclose(effort(chain, *motion), kernels, rtol=1e-6, atol=1e-7)
+
+
+def test_theta_and_body_are_inverse():
+    theta = inertial(2.0, np.array([0.1, -0.2, 0.3]), np.diag([0.1, 0.2, 0.25]))
+    mass, centre, tensor = body_of(theta)
+    np.testing.assert_allclose(inertial(mass, centre, tensor), theta)
+
+
+ROBOT = ('<mujoco><worldbody><body name="a"><joint name="j" {joint}/><geom size=".1"/>'
+         '<body name="b"><joint name="k"/><geom size=".1"/></body></body></worldbody>'
+         '{more}</mujoco>')
+
+
+@pytest.mark.parametrize('joint, more, words', [
+    ('type="free"', '', 'joint j: free or ball'),
+    ('', '<equality><joint name="gears" joint1="j" joint2="k"/></equality>', 'gears'),
+    ('', '<tendon><fixed name="cable" stiffness="5"><joint joint="j" coef="1"/></fixed></tendon>',
+     'cable')])
+def test_closed_and_coupled_chains_are_refused_by_name(tmp_path, joint, more, words):
+    path = tmp_path / 'robot.xml'
+    path.write_text(ROBOT.format(joint=joint, more=more))
+    with pytest.raises(InputError, match=words):
+        read_robot(path)
+
+
+def test_mimic_joints_are_refused_by_name():
+    link = ('<link name="{}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/>'
+            '</inertial></link>')
+    joint = ('<joint name="{0}" type="revolute"><parent link="{1}"/><child link="{2}"/>{3}'
+             '</joint>')
+    text = '<robot name="r">' + ''.join(link.format(x) for x in 'abc') + joint.format(
+        'first', 'a', 'b', '') + joint.format(
+            'second', 'b', 'c', '<mimic joint="first"/>') + '</robot>'
+    with pytest.raises(InputError, match='mimic first'):
+        chain_of(parse(text, 'hand.urdf'), {}, 'hand.urdf')

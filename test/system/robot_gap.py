@@ -1,0 +1,227 @@
+#!/usr/bin/env python3
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Judge the diagnosis of whole robots on random ones that MuJoCo simulates, with known changes.
+
+Each seed is one robot and one case. A change counts as visible if an oracle that knows its torque
+gains 40 in 2 log likelihood. One line of JSON per case, then a table with 90 % intervals.
+
+usage examples:
+  robot_gap.py --seeds 5000 5100                 # beside the nominal file
+  robot_gap.py --seeds 6000 6060 --pair          # against a reference
+  robot_gap.py --seeds 7000 7040 --setpoint --out cases.jsonl
+"""
+import argparse
+import json
+from pathlib import Path
+import sys
+import time
+
+import mujoco
+import numpy as np
+import random_robots
+from scipy.stats import beta
+
+from gearbox_monitor.balance.candidates import Candidate, library, with_setting
+from gearbox_monitor.balance.knowledge import learn
+from gearbox_monitor.balance.rows import RobotModel
+from gearbox_monitor.balance.verdict import diagnose
+from gearbox_monitor.export.robot_model import chain_of_compiled
+
+VISIBLE = 40.0
+OFFSETS = ('torque_offset', 'coulomb_asymmetry')
+FIRST_VALUE = {'motor_coulomb': 'Cc_change', 'motor_viscous': 'Cv_change', 'stribeck': 'Cs',
+               'motor_inertia': 'm1_change', 'quadratic_friction': 'Cq', 'load_friction': 'Cl',
+               'torque_offset': 'u0', 'torque_gain': 'g', 'actuator_delay': 'T', 'gravity': 'G',
+               'cogging': 'A', 'payload': 'm'}
+
+
+def place_of(case, e):
+    """Return where a change is."""
+    if e['kind'] == 'base_tilt':
+        return 'base'
+    return case.links[e['link']] if 'link' in e else case.joints[e['joint']]
+
+
+def gain_of_truth(verdict, case, oracle):
+    """Return 2 log likelihood that the true torque gains an oracle."""
+    rows = verdict.evidence.recordings[0]
+    t, torque = oracle
+    evidence = verdict.evidence
+    begin = rows.motion.t + case.begin
+    columns = {}
+    inertial = [e for e in case.truth if e['kind'] in ('payload', 'base_tilt', 'motor_inertia')]
+    # Inertial torque from the same smoothed motion: the true one would know the smoother's error.
+    for e in inertial:
+        for c in library([rows], [e['kind']]):
+            if c.place == place_of(case, e):
+                b = {'payload': lambda e: np.r_[e['m'], e['m'] * np.array(e['c'])],
+                     'base_tilt': lambda e: -9.81 * np.sin(e['angle']) * np.array(
+                         [-np.cos(e['phase']), -np.sin(e['phase'])]),
+                     'motor_inertia': lambda e: np.array([e['size']])}[e['kind']](e)
+                c = with_setting(c, np.array(e['c'])) if e['kind'] == 'payload' else c
+                for j, x in c.columns.items():
+                    columns[j] = columns.get(j, 0.0) + (x @ b)[:, None]
+    for j in range(len(case.joints)):
+        series = np.interp(begin, t, torque[:, j])
+        if np.abs(series).max() > 1e-12 and not inertial:
+            columns[j] = rows.tested(j, series[:, None])
+    if not columns:
+        return 0.0
+    truth = Candidate('truth', columns)
+    blank = evidence.fit()
+    return blank.deviance - evidence.fit((truth,)).deviance
+
+
+def run(seed, pair=False, setpoint=False, change=None, rate=None):
+    """Return the record of one case."""
+    case = random_robots.make(seed, pair, change, rate)
+    chain = chain_of_compiled(mujoco.MjModel.from_xml_string(case.xml), Path('robot.xml'))
+    n = len(case.joints)
+    log, oracle, (kp, kd) = random_robots.log(case, 1, 40.0, True, setpoint)
+    case.begin = log.sections[0].t[0]
+    reference = random_robots.log(case, 2, 60.0, False, setpoint)[0] if pair else None
+    began = time.process_time()
+    knowledge, learnt = None, 0.0
+    servo = {'kp': kp, 'kd': kd, 'compensated': True} if setpoint else {}
+    if pair:
+        robot = RobotModel(chain, np.full(n, .4), 0.0, learnt=True, **servo)
+        knowledge = learn(robot, [reference])
+        learnt = time.process_time() - began
+    else:
+        robot = RobotModel(chain, np.full(n, .05), .05, **servo)
+    verdict = diagnose(robot, [log], knowledge)
+    spent = time.process_time() - began - learnt
+    kinds = [f.effect for f in verdict.findings]
+    out = {
+        'seed': seed, 'robot': case.kind, 'joints': n, 'rate': case.rate, 'uneven': case.uneven,
+        'truth': [[e['kind'], place_of(case, e)] for e in case.truth],
+        'sizes': [float(e.get('size', e.get('m', e.get('angle', 0)))) for e in case.truth],
+        'visible': round(gain_of_truth(verdict, case, oracle), 1), 'verdict': verdict.kind,
+        'findings': [[f.effect, f.joint or f.link,
+                      {k: float(np.round(v, 5)) for k, v in f.values.items()},
+                      {k: v and round(v, 5) for k, v in f.deviations.items()},
+                      round(f.evidence), list(f.confusable)] for f in verdict.findings],
+        'remainder': [[r.joint, r.over] for r in verdict.remainders], 'kinds': kinds,
+        'cautions': len(verdict.cautions),
+        'cpu': [round(learnt, 2), round(spent, 2)]}
+    if knowledge is not None:
+        out['dispersion'] = knowledge.dispersion.round(1).tolist()
+        out['shapes'] = len(knowledge.shapes)
+    out['how'] = judged(out)
+    return out
+
+
+def same(kind, finding):
+    """Return whether a finding names the effect `kind`, by itself or among its equals."""
+    names = {finding[0], *finding[5]}
+    if kind in OFFSETS:
+        return bool(names & set(OFFSETS)) or 'Ca' in finding[2]
+    return kind in names
+
+
+def judged(r):
+    """Return 'kind: how' of a record."""
+    truth, findings = r['truth'], r['findings']
+    if not truth:
+        return 'none: ' + ('right' if r['verdict'] == 'none' else
+                           'false ' + (findings[0][0] if findings else 'unknown'))
+    if truth[0][0] in random_robots.OUTSIDE:
+        joints = [x[0] for x in r['remainder']]
+        good = r['verdict'] in ('unknown', 'incomplete') and truth[0][1] in joints
+        return 'outside: ' + ('right' if good else r['verdict'] if not findings else
+                              f'named {findings[0][0]}' + (
+                                  '' if findings[0][1] == truth[0][1] else ' elsewhere'))
+    kind = 'two' if len(truth) == 2 else 'one'
+    hit = [any(same(t[0], f) and f[1] == t[1] for f in findings) for t in truth]
+    if all(hit):
+        exact = all(any(t[0] == f[0] and f[1] == t[1] for f in findings) for t in truth)
+        return f'{kind}: ' + ('right' if exact else 'confusable') + (
+            ' and more' if len(findings) > len(truth) else '')
+    if kind == 'two' and any(hit):
+        return 'two: one of them'
+    if not findings:
+        return f'{kind}: {r["verdict"]}'
+    places = [t[1] for t in truth]
+    return f'{kind}: ' + ('wrong law' if any(f[1] in places for f in findings) else 'wrong joint')
+
+
+def interval(good, count):
+    """Return the 90 % interval of a share (Clopper and Pearson)."""
+    low = beta.ppf(.05, good, count - good + 1) if good else 0.0
+    high = beta.ppf(.95, good + 1, count - good) if good < count else 1.0
+    return f'{good} of {count} ({100 * low:.0f} to {100 * high:.0f} %)'
+
+
+def table(records):
+    """Return lines of a summary."""
+    lines, visible = [], [r for r in records if not r['truth'] or r['visible'] >= VISIBLE]
+    for kind in ('none', 'one', 'two', 'outside'):
+        part = [r for r in visible if r['how'].startswith(kind + ':')]
+        if part:
+            hows = {}
+            for r in part:
+                hows.setdefault(r['how'].split(': ')[1], []).append(r['seed'])
+            good = sum(len(v) for k, v in hows.items() if k.startswith(('right', 'confusable')))
+            lines.append(f'{kind}: {interval(good, len(part))} ' + ', '.join(
+                f'{k} {len(v)}' + ('' if k == 'right' else f' {v}') for k, v in hows.items()))
+    hidden = [r for r in records if r['truth'] and r['visible'] < VISIBLE]
+    lines.append(f'not visible: {len(hidden)}, of which none '
+                 f'{sum(r["verdict"] == "none" for r in hidden)}')
+    z = []
+    for r in visible:
+        for t, size in zip(r['truth'], r['sizes']):
+            key = FIRST_VALUE.get(t[0])
+            for f in r['findings']:
+                if f[0] == t[0] and f[1] == t[1] and key in f[2] and f[3].get(key):
+                    z.append((abs(f[2][key]) - abs(size)) / f[3][key])
+    if z:
+        z = np.abs(z)
+        lines.append(f'sizes within 1 deviation {interval(int((z < 1).sum()), len(z))}, within 2 '
+                     f'{interval(int((z < 2).sum()), len(z))}')
+    cpu = np.array([r['cpu'] for r in records])
+    lines.append(f'cpu: learn {np.median(cpu[:, 0]):.1f} s (most {cpu[:, 0].max():.1f}), judge '
+                 f'{np.median(cpu[:, 1]):.1f} s (most {cpu[:, 1].max():.1f})')
+    return lines
+
+
+def main():
+    """Run the cases and return the exit code: 1 if a bar is missed."""
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--seeds', type=int, nargs=2, default=(5000, 5040), metavar='N')
+    parser.add_argument('--pair', action='store_true', help='against a reference')
+    parser.add_argument('--setpoint', action='store_true', help='logs of setpoints')
+    parser.add_argument('--rate', type=float, help='samples per second of all logs')
+    parser.add_argument('--change', nargs='*', help='kinds of all changes; none: healthy')
+    parser.add_argument('--out', help='file for one line of JSON per case')
+    args = parser.parse_args()
+    records = []
+    for seed in range(*args.seeds):
+        record = run(seed, args.pair, args.setpoint, args.change, args.rate)
+        records.append(record)
+        line = json.dumps(record, default=float)
+        print(line if args.out is None else f'{seed} {record["how"]}', flush=True)
+        if args.out:
+            with open(args.out, 'a', encoding='utf-8') as file:
+                file.write(line + '\n')
+    print('\n'.join(table(records)))
+    wrong = [r for r in records if 'wrong joint' in r['how']]
+    return 1 if wrong else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
