@@ -25,6 +25,8 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 
+NO_SERIAL = ('no gearbox_serial is recorded: taken for the same gearbox as all bags without one; '
+             '--gearbox names gearboxes by the path')
 NO_MODEL = ('the bag records no model and --model names none: the values of the packaged '
             'drive.yaml were used, which are wrong for any other drive')
 

@@ -43,8 +43,7 @@ import re
 import sys
 from typing import Any
 
-
-from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
+from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
 from gearbox_monitor.cli.options import estimator_options
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
@@ -189,6 +188,8 @@ def finish(table: Any, key: str, counts: Mapping[str, int]) -> dict[str, Any]:
         'to_be_tried_again': sum(bool(row['retry']) for row in failed),
         'without_model': sum(NO_MODEL in (row.get('notes') or '') for row in rows
                              if row['status'] == 'done'),
+        'without_serial': sum(NO_SERIAL in (row.get('notes') or '') for row in rows
+                              if row['status'] == 'done'),
         'headline': headline(boxes), 'other_settings': other_settings,
         'gearboxes': [{**{name: value for name, value in box.items()
                           if name not in ('start', 'value', 'std', 'line', 'reach')},
@@ -217,6 +218,8 @@ def text(data: Mapping[str, Any]) -> str:
              f'fleet        {data["headline"]}']
     if data['without_model']:
         lines.append(f'warning      {counted(data["without_model"], "bag")}: {NO_MODEL}')
+    if data['without_serial'] > 1:
+        lines.append(f'warning      {counted(data["without_serial"], "bag")}: {NO_SERIAL}')
     for label, entries in (
             ('gearboxes', [f'{box["gearbox"]}: {box["summary"]}' for box in data['gearboxes']]),
             ('failed', [entry['reason'] + (' (will be tried again)' if entry['retry'] else '')

@@ -36,7 +36,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.player import Player
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recorded_samples import joined_samples, samples_of
-from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
+from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.fleet.paths import content_hash, fetched
@@ -166,6 +166,8 @@ def _analysed(path: Path, url: str, settings: JobSettings) -> tuple[Row, list[Wi
         notes = monitor.estimator.warnings + monitor.estimator.divergence_notes()
         notes += [reader.notice] if reader.notice else []
         notes += [NO_MODEL] if NO_MODEL in player.notes else []
+        unnamed = not settings.gearbox and gearbox == EstimatorParameters().gearbox_serial
+        notes += [NO_SERIAL] if unnamed else []
         row['notes'] = '; '.join(note.replace(str(path), url) for note in notes)
     return row, windows
 

@@ -52,7 +52,7 @@ def _of_test(test: ChangeTest) -> tuple[DiagnosticKey, ...]:
         test.component, *scores,
         (f'{size}_warn', '-', 'limit for "plan a service"'), (f'{size}_error', '-', 'its limit'),
         *(() if size == 'growth' else ((size, '-', 'size of the change, while there is one'),)),
-        (f'{size}_std', '-', 'its standard deviation, while there is one'),
+        (f'{size}_std', '-', 'its standard deviation'),
         (f'{size}_since', '', 'when it began'))
 
 
@@ -186,7 +186,8 @@ DIAGNOSTIC_KEYS = (
          ('coverage', '-', 'number of gap crossings'),
          ('baseline_gap_rad', 'rad', 'healthy gap at this operating point'),
          ('baseline_stiffness', 'N m/rad', 'healthy stiffness at this operating point'),
-         ('growth', '-', 'relative growth of the gap: of the newest window, or of the change'),
+         ('growth', '-', 'relative growth of the gap (lost motion): of the newest windows, or of '
+          'the change'),
          ('forecast_s', 's', 'time until the limit is reached'),
          ('forecast_earliest_s', 's', 'its 95 % interval'),
          ('forecast_latest_s', 's', 'its 95 % interval'),

@@ -15,6 +15,7 @@
 """The page of a fleet: backlash of each gearbox over time, the most worn first; failed bags."""
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+import math
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -92,14 +93,26 @@ def headline(gearboxes: Sequence[Gearbox]) -> str:
         return ('No gearbox was measured twice: growth needs two bags, each with a window '
                 'in which it moves both ways.')
     if not worn:
-        return (f'No growth: {counted(compared, "gearbox")} {"was" if compared == 1 else "were"} '
-                f'measured more than once, none has significantly grown.{ended}')
+        doubtful = [box for box in gearboxes if box['growth'] is not None
+                    and box['growth'] > box['growth_std'] and box['growth'] > NOTABLE]
+        doubt = f' {_not_significant(max(doubtful, key=lambda box: box["growth"]))}' \
+            if doubtful else ''
+        return (f'No significant growth: {counted(compared, "gearbox")} '
+                f'{"was" if compared == 1 else "were"} measured more than once.{doubt}{ended}')
     first = worn[0]
     has = 'has' if len(worn) == 1 else 'have'
     return (f'{len(worn)} of {counted(compared, "gearbox")} {has} grown; '
             f'most of all {first["gearbox"]}: '
             f'{FEATURES[first["feature"]]} {growth_text(first)} since '
             f'{day(first["start"][0])}.{ended}')
+
+
+def _not_significant(gearbox: Gearbox) -> str:
+    """Return the words for a growth that is more than its deviation, and what would settle it."""
+    growth, std = gearbox['growth'], gearbox['growth_std']
+    times = math.ceil((SIGNIFICANT * std / (growth - NOTABLE)) ** 2)
+    return (f'{growth_text(gearbox)} of {gearbox["gearbox"]} is not significant: record '
+            f'{max(times, 2)} times as long.')
 
 
 def growth_text(gearbox: Gearbox) -> str:

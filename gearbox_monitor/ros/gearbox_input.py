@@ -18,6 +18,7 @@ import time
 from typing import Any, TypeAlias
 
 from rclpy.node import Node
+from rclpy.qos import qos_check_compatible, QoSCompatibility
 from sensor_msgs.msg import JointState
 
 from gearbox_monitor.errors import InputError
@@ -199,6 +200,20 @@ class GearboxInput:
         if self.joiner is not None and self.joiner.dropped and not has_samples:
             return (f'messages of the arm came on {self.arm_topic}, none of '
                     f'{self.joints[0]!r} on {self.motor_topic}', 'check motor_joint and its topic')
+        return None if has_samples else self._mismatch()
+
+    def _mismatch(self) -> tuple[str, str] | None:
+        """Return (which publisher's QoS does not fit ours, the cure), or None."""
+        node, ours = self._node, (self._node.get_name(), self._node.get_namespace())
+        for topic in filter(None, (self.motor_topic, self.arm_topic)):
+            asked = [info.qos_profile for info in node.get_subscriptions_info_by_topic(topic)
+                     if (info.node_name, info.node_namespace) == ours]
+            for info in node.get_publishers_info_by_topic(topic):
+                for qos in asked:
+                    fits, reason = qos_check_compatible(info.qos_profile, qos)
+                    if fits == QoSCompatibility.ERROR:
+                        return (f'the QoS of {info.node_name} on {topic} does not fit ours '
+                                f'({reason.strip("; ")})', f'change qos_overrides.{topic}')
         return None
 
     def strangers(self) -> tuple[dict[str, int | str], str]:

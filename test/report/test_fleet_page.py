@@ -17,7 +17,7 @@ from pages import overflowing
 import pytest
 
 from gearbox_monitor.fleet.trend import gearboxes
-from gearbox_monitor.report.fleet_page import fleet_page
+from gearbox_monitor.report.fleet_page import fleet_page, headline
 
 DAY = 86_400_000_000_000
 T0 = 1_768_435_200_000_000_000  # 2026-01-15
@@ -57,3 +57,10 @@ def test_nothing_is_cut_off(browser, tmp_path, width):
     name = 'line_7_cell_12_robot_3_joint_5_gearbox_SN0815_of_2019'
     file.write_text(page(*(bag(name, 30 * k, 0.2 + 0.01 * k) for k in range(6)), bag('b', 1, 0.2)))
     assert overflowing(browser, file.as_uri(), width) == []
+
+
+def test_growth_that_is_not_significant_says_what_would_settle_it():
+    wide = [{**bag('SN1', 30 * k, gap), 'gap_std': 0.013} for k, gap in enumerate((0.2, 0.236))]
+    text = headline(gearboxes(wide))
+    assert text.startswith('No significant growth: 1 gearbox was measured more than once.')
+    assert '+18.0 ± ' in text and 'of SN1 is not significant: record 2 times as long' in text

@@ -281,11 +281,10 @@ def run(args):
         for name in ('judged', 'right', 'open', 'silent', 'false_alarms', 'healthy', 'scores'):
             setattr(total, name, getattr(total, name) + getattr(verdict, name))
         total.wrong += verdict.wrong
-        if verdict.wrong:
-            print(f'seed {seed}: ' + ', '.join(
-                f'{e.kind} {e.size:+.2g} at {e.window}' + (f' over {e.over}' * bool(e.over))
-                for e in history.events))
-            print(''.join(f'    {text}\n' for text in verdict.wrong), end='', flush=True)
+        print(f'seed {seed}: {verdict.right} of {verdict.judged} right: ' + ', '.join(
+            f'{e.kind} {e.size:+.2g} at {e.window}' + (f' over {e.over}' * bool(e.over))
+            for e in history.events))
+        print(''.join(f'    {text}\n' for text in verdict.wrong), end='', flush=True)
     z = np.array(total.scores)
     actual = float(np.sqrt(np.mean(z ** 2))) if len(z) else math.nan
     print(f'{total.right} of {total.judged} right, {total.open} not separable or not compared, '

@@ -583,7 +583,7 @@ class Tracker:
         if not feature.steps and not feature.pending:
             recent = np.flatnonzero(o.weight[-o.rows:] > 0.0)
             if len(recent):
-                k = recent[-min(RECENT, len(recent))]
+                k = recent[-min(RECENT, (len(recent) + 1) // 2)]
                 feature.value, feature.std = float(scanned.size[k]), float(scanned.std[k])
         up, down = (next(t for t in TESTS if t.column == column and t.sign == sign)
                     for sign in (1, -1))

@@ -15,14 +15,14 @@
 """
 Whether the curve that the filter has learnt is that of the model file.
 
-A load on the arm absorbs an error of the torque, but not the curve. Where the random walk is the
-likelier model no curve fits, and what was learnt says nothing.
+A load on the arm absorbs an error of the torque, but not the curve. Where the learned curve is
+not the likeliest model, what was learnt says nothing.
 """
 from collections.abc import Mapping
 from dataclasses import replace
 
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
-from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
+from gearbox_monitor.parameters import EstimatorParameters, LEARNED
 from gearbox_monitor.plant.drive import DriveModel
 
 SIGMAS = 3.0
@@ -31,7 +31,7 @@ LIKELY = 0.5
 
 _WHEN = (f'{{}} from the model file by more than `{{}}`, its deviation < {LEARNT:g} of it, and '
          f'more than {SIGMAS:g} deviations beyond; `tau_k_model` learned, or mixed with a '
-         f'probability of the random walk < {LIKELY:g}')
+         f'probability of the learned curve >= {LIKELY:g}')
 STIFFNESS = Condition(
     'model', Level.WARN, 'learned stiffness differs from the model file',
     _WHEN.format('`learned_stiffness` differs', 'stiffness_error'), 'the evaluation',
@@ -56,7 +56,7 @@ def check(values: Mapping[str, float], drive: DriveModel,
         parameters: how far the values may be from it.
 
     """
-    if not values or values.get(f'probability_{RANDOM_WALK}', 0.0) > LIKELY:
+    if not values or values.get(f'probability_{LEARNED}', 1.0) < LIKELY:
         return []
     shape, broken = drive.transmission, []
     for condition, key, model, tolerance in (
