@@ -297,7 +297,7 @@ def test_a_run_of_the_file_has_no_gap(name, tmp_path, monkeypatch):
     u = sum(np.sin(rate * t + k) for k, rate in enumerate((2.6, 5.1, 9.0, 14.3)))
     servo = model.controller is not None
     u *= 0.25 if servo else 2.0
-    y = run_of(drive, u if servo else u / model.torque_constant, u)
+    y = run_of(drive, u if servo else u / model.effort_scale, u)
     random = np.random.default_rng(3)
     y += 0.004 * np.std(y) * random.standard_normal(len(y))
     column = 'setpoint' if servo else 'u'
