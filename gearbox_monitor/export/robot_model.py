@@ -35,7 +35,7 @@ from gearbox_monitor.robot.description import parse
 
 
 @dataclass(frozen=True, eq=False)
-class RobotFile:
+class ChainFile:
     """
     A robot in a file.
 
@@ -51,8 +51,8 @@ class RobotFile:
     compiled: Any = None
 
 
-def read_robot(path: str | Path) -> RobotFile:
-    """Return the RobotFile `path`. Raises InputError for what is no open chain."""
+def read_robot(path: str | Path) -> ChainFile:
+    """Return the ChainFile `path`. Raises InputError for what is no open chain."""
     path = Path(path)
     data = read_file(path)
     digest = hashlib.sha256(data).hexdigest()
@@ -60,14 +60,14 @@ def read_robot(path: str | Path) -> RobotFile:
     if root.tag == 'robot':
         text = data.decode('utf-8', 'replace')
         chain = chain_of(parse(text, str(path)), joint_losses(text), str(path))
-        return RobotFile(path, chain, None, None, digest)
+        return ChainFile(path, chain, None, None, digest)
     if root.tag != 'mujoco':
         raise InputError(f'{path}: line {root.line}: <{root.tag}>, expected <mujoco> or <robot> '
                          'of a URDF file')
     m = compiled_model(data, path)
     _refuse(m, path)
     kp, kd = _servo(m)
-    return RobotFile(path, chain_of_compiled(m, path), kp, kd, digest, m)
+    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m)
 
 
 def _refuse(m: Any, path: Path) -> None:
