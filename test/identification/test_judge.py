@@ -20,6 +20,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import closed_model, diagnose, isolability, localisation
 from gearbox_monitor.identification.adequacy import adequacy_of
 from gearbox_monitor.identification.bursts import at_ends_of_travel, best_pulses, pulses_in
@@ -36,7 +37,7 @@ from gearbox_monitor.identification.verdict import Dependence, remaining_place
 from gearbox_monitor.kernels import sensor_noise
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.quality.recording import Doubt, UniformRecording
 
 DT, SIGMA = 0.001, np.array([0.002, 0.002])
 CASES = {
@@ -278,6 +279,19 @@ def test_a_window_in_which_nothing_moves_has_no_pulse():
         np.zeros((5, 5)), 100.0 * np.eye(5)]))
     mask, cost = best_pulses(free, 1.0)
     assert not mask[0].any() and cost[0] == 0.0 and mask[1].all()
+
+
+def test_a_doubt_about_signs_must_be_likelier_than_any_effect():
+    """The same doubt about a recording as it is, with a gain, and with the sign turned."""
+    right = record([{'id': 'torque_gain', 'g': 0.3}])
+    doubt = Doubt('the sign of the torque u is wrong', torque=-1.0)
+    data = diagnose.diagnose([replace(right, doubt=doubt)], DriveModel(),
+                             only=['torque_gain']).data
+    assert data['effect'] == 'torque_gain'
+    assert any('the verdict explains the recording better' in w for w in data['warnings'])
+    turned = replace(right, u=-right.u, name='turned', doubt=doubt)
+    with pytest.raises(InputError, match='turned: the sign of the torque u is wrong'):
+        diagnose.diagnose([turned], DriveModel(), only=['motor_viscous'])
 
 
 @pytest.mark.parametrize('law', ['mujoco'])
