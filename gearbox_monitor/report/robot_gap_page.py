@@ -171,7 +171,8 @@ class RobotFindings(Section):
                  f'{f["evidence"]:.0f}', ', '.join(f['confusable']) or '-')
                 for f in data['findings']]
         header = ('what', 'effect', 'share', 'evidence', 'indistinguishable from')
-        return cls(PageTable(header, rows, (2, 3)), [f'{remainder_words(r)}.' for r in data['remainders']],
+        remains = [f'{remainder_words(r)}.' for r in data['remainders']]
+        return cls(PageTable(header, rows, (2, 3)), remains,
                    [f'{f["effect"]}: {MEANINGS[f["effect"]]}.' for f in data['findings']
                     if f['effect'] in MEANINGS])
 
