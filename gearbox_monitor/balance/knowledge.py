@@ -48,7 +48,7 @@ class Knowledge:
     prior: of the nuisance, for another day. shapes: (joint, name) that its friction needs.
     scatter: {key of an effect: deviation of each coefficient between healthy parts}.
     dispersion [J]: squared misfit of the model between parts over what noise explains, 1 or more.
-    bursts [J]: rms of what is left in the worst tenth of the segments, N m. visits: {joint:
+    bursts [J]: rms of the residual in the worst tenth of the segments, N m. visits: {joint:
     {variable: Visits}}; sizes [J]: rms of the taught torque, N m. variance [J, bands]: of what is
     left, per row: a part of it is no noise, and other recordings have it as well.
     joints, kind, measured, rate: of the logs; references: their names; seconds: their length;

@@ -152,7 +152,7 @@ def _search(evidence: Evidence, current: Fit, laws: Sequence[Candidate],
 
 
 def _rivals(entries: Sequence[Entry], margin: float) -> tuple[str, ...]:
-    """Return the effects, with their place, that explain the recording as well as the first."""
+    """Return the effects, with their place, that explain a recording like the first."""
     first = entries[0].candidate
     names = [c.effect if c.place == first.place else f'{c.effect}@{c.place}'
              for e in entries[1:] if e.worth > max(entries[0].worth - margin, 0.0)

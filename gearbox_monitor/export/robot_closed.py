@@ -123,7 +123,7 @@ def _heavier(theta: Array, where: str) -> tuple[float, Array, Array]:
         raise InputError(f'{where}: mass {theta[0]:.3g} kg with the finding, expected more than 0')
     mass, centre, tensor = body_of(theta)
     least = float(np.linalg.eigvalsh(tensor)[0])
-    if least <= 0.0:   # a mass less than a point's: what is left must still be a body
+    if least <= 0.0:   # a mass less than a point's: the remainder must be a body
         tensor = tensor + (1e-9 - least) * np.eye(3)
     return mass, centre, tensor
 

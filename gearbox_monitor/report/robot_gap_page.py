@@ -170,8 +170,9 @@ class RobotFindings(Section):
         rows = [(finding_words(f), f['effect'], f'{100 * (f["share"] or 0.0):.0f} %',
                  f'{f["evidence"]:.0f}', ', '.join(f['confusable']) or '-')
                 for f in data['findings']]
-        return cls(PageTable(('what', 'effect', 'share', 'evidence', 'not told apart from'), rows,
-                             (2, 3)), [f'{remainder_words(r)}.' for r in data['remainders']],
+        header = ('what', 'effect', 'share', 'evidence', 'indistinguishable from')
+        remains = [f'{remainder_words(r)}.' for r in data['remainders']]
+        return cls(PageTable(header, rows, (2, 3)), remains,
                    [f'{f["effect"]}: {MEANINGS[f["effect"]]}.' for f in data['findings']
                     if f['effect'] in MEANINGS])
 

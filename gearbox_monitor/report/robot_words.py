@@ -136,8 +136,8 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
     for f in data['findings']:
         rivals = [name for name in f['confusable'] if not name.startswith('arm_')]
         if rivals:
-            steps.append(f'{f["effect"]} at {f.get("joint") or f.get("link")} is not told apart '
-                         f'from {", ".join(rivals)}')
+            steps.append(f'{f["effect"]} at {f.get("joint") or f.get("link")} is '
+                         f'indistinguishable from {", ".join(rivals)}')
     if data['findings'] and data.get('closed'):
         steps.append(f'use {data["closed"]}: the model with what was found')
     if data['remainders']:
