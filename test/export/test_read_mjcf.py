@@ -286,7 +286,7 @@ def test_a_small_file_that_costs_much_ends(text, tmp_path, monkeypatch):
 
 @pytest.mark.system
 @pytest.mark.parametrize('name', ['gravcomp', 'spring', 'lag', 'servo at its limit', 'dcmotor',
-                                  'force limit', 'slide'])
+                                  'force limit'])
 def test_a_run_of_the_file_has_no_gap(name, tmp_path, monkeypatch):
     """MuJoCo's run, diagnosed with the file that it is of, says none."""
     monkeypatch.chdir(tmp_path)
