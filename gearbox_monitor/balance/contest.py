@@ -28,6 +28,7 @@ from gearbox_monitor.balance.candidates import Candidate, with_setting
 from gearbox_monitor.balance.evidence import Evidence, Fit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects.motor_side import STRIBECK
 
 PER_NAME = 2          # settings of one effect among the finalists
 STEPS = (1.25, 1.08, 1.025)
@@ -186,7 +187,7 @@ def _refined(evidence: Evidence, fit: Fit) -> Fit:
             fit = evidence.fit((*base, c), fit.weights, 3)
         return fit
     middle = float(c.setting)
-    reach = 1.6 if c.effect == 'stribeck' else 1.2   # beyond, the next of the grid is nearer
+    reach = 1.6 if c.effect == STRIBECK.id else 1.2   # beyond, the next of the grid is nearer
     for factor in STEPS:
         for direction in (factor, 1.0 / factor):
             while True:

@@ -33,6 +33,8 @@ from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.shapes import dictionary, shape_of
 from gearbox_monitor.balance.visits import Visits, visits_of
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_RIPPLE
+from gearbox_monitor.plant.effects.motor_side import COGGING
 
 VERSION = 1
 MOST_PARTS = 12
@@ -109,7 +111,7 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     evidence = Evidence(recordings)
     fit = evidence.fit()
     candidates = [c for c in library(recordings) + free_functions(recordings)
-                  if c.effect not in ('saturation', 'cogging', 'torque_ripple')]
+                  if c.effect not in (SATURATION.id, COGGING.id, TORQUE_RIPPLE.id)]
     scatter, dispersion, parts = scattered(evidence, fit, candidates)
     progress(settings.rounds + 1, settings.rounds + 1)
     joints = range(evidence.joints)

@@ -45,7 +45,8 @@ class RobotEffect:
 
     id, meaning: as of an Effect; units {parameter: unit}. place: JOINT, LINK or BASE. column: of
     an effect of one joint; else columns(rows, index, centre) of the joint or link `index`, and
-    values(b, centre). low: of the first coefficient, beside a model file.
+    values(b, centre). low: of the first coefficient, beside a model file. subject: the value by
+    which reports state it, and what it is in words.
     """
 
     id: str
@@ -56,6 +57,7 @@ class RobotEffect:
     columns: Callable[[Rows, int, Array], Columns] | None = None
     values: Callable[[Array, Array], Mapping[str, float]] | None = None
     low: float = -math.inf
+    subject: tuple[str, str] = ('', '')
 
 
 def compact(centre: Array) -> Array:
@@ -118,11 +120,13 @@ BASE_TILT = RobotEffect(
         {'ax': 'rad', 'ay': 'rad'}), BASE, columns=_tilt, values=_tilt_values)
 JOINT_ZERO = RobotEffect(
     'joint_zero', 'the encoder of a joint has another zero', MappingProxyType({'c': 'rad'}),
-    JOINT, columns=_zero, values=lambda b, c: {'c': float(b[0])})
+    JOINT, columns=_zero, values=lambda b, c: {'c': float(b[0])},
+        subject=('c', 'zero of the encoder'))
 QUADRATIC = RobotEffect(
     'quadratic_friction', 'friction that grows with the square of the speed', MappingProxyType(
         {'Cq': 'N m s^2/rad^2'}), JOINT, BalanceColumn(
-            lambda m, _: (m.v * np.abs(m.v))[:, None], one('Cq'), low=not_negative))
+            lambda m, _: (m.v * np.abs(m.v))[:, None], one('Cq'), low=not_negative),
+        subject=('Cq', 'friction with the square of the speed'))
 
 
 def _ends(m: JointMotion, shares: Sequence[float]) -> list[float]:
@@ -135,13 +139,15 @@ UPPER_SPRING = RobotEffect(
     MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
         lambda m, q0: np.maximum(m.q - q0, 0.0)[:, None],
         lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': 1.0}, setting='q0',
-        grid=lambda m: _ends(m, (0.5, 0.65, 0.8, 0.9)), low=not_negative))
+        grid=lambda m: _ends(m, (0.5, 0.65, 0.8, 0.9)), low=not_negative),
+        subject=('k', 'spring at the end of the range'))
 LOWER_SPRING = RobotEffect(
     'end_spring', 'a spring or a cable pulls back at the lower end of the range',
     MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
         lambda m, q0: np.minimum(m.q - q0, 0.0)[:, None],
         lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': -1.0}, setting='q0',
-        grid=lambda m: _ends(m, (0.1, 0.2, 0.35, 0.5)), low=not_negative))
+        grid=lambda m: _ends(m, (0.1, 0.2, 0.35, 0.5)), low=not_negative),
+        subject=('k', 'spring at the end of the range'))
 COUPLING = RobotEffect(
     'joint_coupling', 'the motion of another joint drags this one', MappingProxyType(
         {'Cc': 'N m', 'Cv': 'N m s/rad'}), JOINT, columns=lambda rows, pair, c: {
@@ -149,6 +155,7 @@ COUPLING = RobotEffect(
                 pair // len(rows.joints), np.stack([
                     rows.joints[pair % len(rows.joints)].sign,
                     rows.joints[pair % len(rows.joints)].v], axis=1))},
-    values=lambda b, c: {'Cc': float(b[0]), 'Cv': float(b[1])})
+    values=lambda b, c: {'Cc': float(b[0]), 'Cv': float(b[1])},
+        subject=('Cc', 'drag by another joint'))
 ROBOT_EFFECTS = (PAYLOAD, LINK_INERTIA, BASE_TILT, JOINT_ZERO, QUADRATIC, UPPER_SPRING,
                  LOWER_SPRING, COUPLING)

@@ -34,8 +34,10 @@ from gearbox_monitor.balance.visits import unvisited, with_unvisited
 from gearbox_monitor.identification.findings import Finding, kind_of, NONE, Remainder
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_OFFSET
+from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
 
-TWO_HEIGHTS = {'motor_coulomb', 'torque_offset'}
+TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
 TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined
 WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not determined
 LARGER = 1.5       # bursts of healthy references that were as large are none
@@ -246,14 +248,14 @@ def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
         if twin is None:
             out.append(f)
             continue
-        coulomb, offset = (twin, f) if twin.effect == 'motor_coulomb' else (f, twin)
+        coulomb, offset = (twin, f) if twin.effect == MOTOR_COULOMB.id else (f, twin)
         out[out.index(twin)] = Finding(
-            'motor_coulomb', coulomb.place,
+            MOTOR_COULOMB.id, coulomb.place,
             {**coulomb.values, 'Ca': -offset.values['u0']},
             {**coulomb.deviations, 'Ca': offset.deviations['u0']},
             (coulomb.evidence or 0.0) + (offset.evidence or 0.0),
             min((coulomb.share or 0.0) + (offset.share or 0.0), 1.0), joint=coulomb.joint,
-            confusable=('coulomb_asymmetry', 'torque_offset'))
+            confusable=(COULOMB_ASYMMETRY.id, TORQUE_OFFSET.id))
     return tuple(sorted(out, key=lambda f: -(f.evidence or 0.0)))
 
 
@@ -318,7 +320,7 @@ def _visible(evidence: Evidence, fit: Fit, laws: Sequence[Candidate], scales: Sc
         need = cost(evidence, c, scales) + evidence.settings.margin
         size = math.sqrt(need / max(gain * share, 1e-300))
         value = abs(next(iter(c.values(size * along).values())))
-        if c.effect == 'saturation' or not math.isfinite(value):
+        if c.effect == SATURATION.id or not math.isfinite(value):
             continue
         places = out.setdefault(c.effect, {})
         places[c.place] = min(places.get(c.place, math.inf), value)

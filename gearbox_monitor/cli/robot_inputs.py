@@ -29,7 +29,7 @@ from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.export.robot_model import read_robot, ChainFile
+from gearbox_monitor.export.robot_model import ChainFile, read_robot
 from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array

@@ -40,6 +40,7 @@ from gearbox_monitor.identification.verdict import (
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import expect_one_rate, UniformRecording
 
@@ -251,8 +252,8 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
          for i, name in enumerate(fit.candidate.ids)}
     bursts = decision.bursts
     if bursts is not None:
-        d['disturbance'] = bursts.gain
-        gains['+'.join((*fit.candidate.ids, 'disturbance'))] = (
+        d[DISTURBANCE.id] = bursts.gain
+        gains['+'.join((*fit.candidate.ids, DISTURBANCE.id))] = (
             decision.gain(fit) + bursts.gain - bursts.price)
     return Explained(
         evidence.recordings, evidence.model, evidence.sigma, evidence.colour, quantum,

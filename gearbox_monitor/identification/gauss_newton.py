@@ -24,11 +24,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.identification.position import multiscale
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.likelihood import (
     damped_solve, FitPoint, normal_equations, objective, sensitivity, squares, updated,
     uses_memory, weights, WindowData)
+from gearbox_monitor.identification.position import multiscale
 from gearbox_monitor.identification.window_states import hand_over
 
 

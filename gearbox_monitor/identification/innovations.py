@@ -168,6 +168,12 @@ class InnovationLikelihood:
             self._variance = np.repeat(
                 self._variance.reshape(2, 2)[:, list(recording.channels)].max(axis=1), 2)
 
+    def thinned(self, every: int) -> 'InnovationLikelihood':
+        """Return the likelihood of one reading out of `every`."""
+        out = copy(self)
+        out.every = every
+        return out
+
     @property
     def begin_variance(self) -> Array:
         """Variance [4] of the positions and speeds in which the parts begin."""

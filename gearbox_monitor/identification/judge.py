@@ -249,7 +249,7 @@ def _finished(judge: Judge, fits: Sequence[InnovationFit], most: int) -> list[In
 def simplest(judge: Judge, leader: InnovationFit,
              singles: Sequence[InnovationFit]) -> InnovationFit:
     """
-    Return the effect of fewest parameters that explains the recordings as well as `leader`.
+    Return the effect of fewest parameters that explains the recordings no worse than `leader`.
 
     Args:
         judge: of the recordings.

@@ -28,8 +28,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.identification.candidates import CandidateModel, with_effects
-from gearbox_monitor.identification.position.model_error import Weighing
 from gearbox_monitor.identification.noise_model import prewhitened
+from gearbox_monitor.identification.position.model_error import Weighing
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows, Simulator
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.plant.drive import DriveModel

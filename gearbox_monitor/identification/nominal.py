@@ -230,8 +230,8 @@ def lasting_time(search: Search, fitted: CandidateFit) -> float:
     deviances: dict[float, float] = {}
     for time in sorted({stated, *LASTING_TIMES}):
         nominal = replace(candidate.nominal, process_torque_time=time)
-        filter_ = InnovationLikelihood(search.recording, nominal, search.long.sigma, search.spans)
-        filter_.every = every
+        filter_ = InnovationLikelihood(search.recording, nominal, search.long.sigma,
+                                       search.spans).thinned(every)
         start = InnovationFit(replace(candidate, nominal=nominal), fitted.point.z,
                               filter_.first_noise)
         deviances[time] = innovation_fit.fitted(filter_, start, TIME_ITERATIONS).deviance

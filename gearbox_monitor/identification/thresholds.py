@@ -55,7 +55,7 @@ class Thresholds:
     noise_gain: float = 25.0
     # Probability that the best of all free functions of the motion gains as much by chance.
     chance: float = 1e-4
-    # Misfit of free runs from which on what is left is as large as the noise: sqrt(1 + 1).
+    # Misfit of free runs from which on the residual is as large as the noise: sqrt(1 + 1).
     misfit: float = 1.4142
     # Excess of a noise level that is too low by 4 %; 0.05 called 1 of 29 exact models unknown.
     excess: float = 0.08

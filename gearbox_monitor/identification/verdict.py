@@ -64,8 +64,8 @@ class Explained:
     runs of the nominal model, of the fit without effects, of the effects, of the closed model.
     errors {id: {parameter: standard error}}, condition: of their normal matrix. gains {effects:
     gain over none in BIC}; evidence {id: 2 log likelihood}; separations, confusable, matrix: see
-    isolability. excess, structure, noise_gain, dependence: what is left, see adequacy. remains:
-    whether that is more than noise. bursts; lattices: quantisations that may be named.
+    isolability. excess, structure, noise_gain, dependence: of the remainder, see adequacy.
+    remains: whether that is more than noise. bursts; lattices: quantisations that may be named.
     """
 
     recordings: tuple[UniformRecording, ...]
@@ -352,7 +352,7 @@ def remaining_place(places: Mapping[str, Any], dependence: Dependence | None) ->
 def remainder(basis: Explained, place: str, torque_map: Mapping[str, Any] | None
               ) -> dict[str, Any]:
     """
-    Return what is left: its place, the reading that shows it, its size there, over what.
+    Return the remainder: its place, the reading that shows it, its size there, over what.
 
     Args:
         basis: what the search found.

@@ -21,6 +21,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects.motor_side import (
+    MOTOR_COULOMB, MOTOR_INERTIA, MOTOR_VISCOUS, VISCOUS_DRIFT)
 from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import BarRow, bars, BarView, PageTable
@@ -225,8 +227,8 @@ class VisibleSizes(Section):
 
 
 def _unit(effect: str) -> str:
-    first = {'payload': 'm', 'motor_coulomb': 'Cc_change', 'motor_viscous': 'Cv_change',
-             'viscous_drift': 'Cv_change', 'motor_inertia': 'm1_change', 'base_tilt': 'ax',
+    first = {'payload': 'm', MOTOR_COULOMB.id: 'Cc_change', MOTOR_VISCOUS.id: 'Cv_change',
+             VISCOUS_DRIFT.id: 'Cv_change', MOTOR_INERTIA.id: 'm1_change', 'base_tilt': 'ax',
              'link_inertia': 'Ixx'}.get(effect) or SUBJECTS.get(effect, ('', ''))[0]
     return unit_of(effect, first)
 

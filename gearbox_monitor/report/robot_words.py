@@ -19,6 +19,7 @@ from typing import Any
 
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
               'T_change': 's', 'kp_factor': '', 'Ca': 'N m'}
@@ -28,19 +29,8 @@ MEANINGS = {**{e.id: e.meaning for e in EFFECTS.values()},
             **{e.id: e.meaning for e in ROBOT_EFFECTS}}
 CHANGES = {'Cc_change': 'Coulomb friction', 'Cv_change': 'viscous friction',
            'm1_change': 'rotor inertia'}
-SUBJECTS = {
-    'stribeck': ('Cs', 'friction at low speed'), 'quadratic_friction': ('Cq', 'friction with the '
-                                                                         'square of the speed'),
-    'load_friction': ('Cl', 'friction per load'), 'viscous_asymmetry': (
-        'Cva', 'viscous friction that differs by direction'),
-    'torque_offset': ('u0', 'torque offset'), 'torque_gain': ('g', 'torque scale'),
-    'actuator_delay': ('T', 'delay of the torque'), 'gravity': ('G', 'weight'),
-    'cogging': ('A', 'ripple over the angle'), 'torque_ripple': ('A', 'ripple of the torque'),
-    'saturation': ('umax', 'torque limit'), 'end_spring': ('k', 'spring at the end of the range'),
-    'joint_zero': ('c', 'zero of the encoder'), 'servo_deadband': ('d', 'dead band'),
-    'setpoint_delay': ('T', 'delay of the setpoint'), 'servo_delay': ('T_change', 'servo delay'),
-    'servo_gain': ('kp_factor', 'gain of the servo, as a factor'),
-    'joint_coupling': ('Cc', 'drag by another joint')}
+SUBJECTS = {**{e.id: e.subject for e in EFFECTS.values() if e.subject[0]},
+            **{e.id: e.subject for e in ROBOT_EFFECTS if e.subject[0]}}
 
 
 def unit_of(effect: str, name: str) -> str:
@@ -157,13 +147,13 @@ def robot_text(data: Mapping[str, Any]) -> str:
                      for g in data['ranked'][:4])
     lines.append(f'gap of the torque, N m rms before -> after: {gaps}')
     if data['verdict'] in ('none', 'unknown'):
-        sizes = [(e, p, v) for e in ('payload', 'motor_coulomb', 'motor_viscous')
+        sizes = [(e, p, v) for e in ('payload', MOTOR_COULOMB.id, MOTOR_VISCOUS.id)
                  for p, v in data['visible'].get(e, {}).items()]
         small: dict[str, tuple[str, float]] = {}
         for e, p, v in sizes:
             if e not in small or v < small[e][1]:
                 small[e] = (p, v)
-        units = {'payload': 'kg', 'motor_coulomb': 'N m', 'motor_viscous': 'N m s/rad'}
+        units = {'payload': 'kg', MOTOR_COULOMB.id: 'N m', MOTOR_VISCOUS.id: 'N m s/rad'}
         seen = ', '.join(f'{e} of {v:.2g} {units[e]} at {p}' for e, (p, v) in small.items())
         if seen:
             lines.append(f'would have been seen, from: {seen}')

@@ -115,6 +115,6 @@ def test_words_of_a_payload_and_of_what_is_not_determined():
     (16, True, [], 'none: right'), (16, True, ['gravity'], 'one: right')])
 def test_random_robots(seed, pair, kinds, how):
     """Small: test/system/robot_gap.py judges many."""
-    record = robot_gap.run(seed, pair, change=kinds, rate=100)
+    record = robot_gap.case_of(seed, pair, change=kinds, rate=100)
     assert record['how'] == how, record
     assert record['cpu'][1] < 60.0 and Path(random_robots.__file__).exists()

@@ -185,7 +185,7 @@ def test_reference_case():
         assert len(estimates.smoothed) > 9800
         error[name] = rms((estimates.tau_k - out.tau_k[1:])[500:])
     for name in error:
-        close = {'float32': 0.02, 'narrow': 0.15}.get(name, 0.01)
+        close = {'float32': 0.02, 'narrow': 0.2}.get(name, 0.01)
         assert error[name] == pytest.approx(error['ekf'], rel=close), name
     assert error['srukf'] == pytest.approx(error['ukf'], rel=1e-6)
     assert error['narrow'] > 1.02 * error['ukf']

@@ -171,7 +171,7 @@ def test_sensitivities_are_those_of_a_filter_with_frozen_gains(effect, name, tol
         for k in range(140):
             at, m = 0.0, 0
             for h, part, end in zip(parts.length, parts.part, parts.ends):
-                advance(x, k * DT + at, h, u[k, part:part + 1], (0.0, 0.0, 0.0), none, drive)
+                advance(x, k * DT + at, h, u[k, part:part + 1], (0.0, 0.0, 0.0), none, drive, 0.0)
                 at += h
                 for i in (0, 1) if end >= 0 else ():
                     if not parts.reads[m, i]:

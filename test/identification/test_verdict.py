@@ -17,12 +17,12 @@ import json
 from pathlib import Path
 
 import pytest
+from test_judge import record
 
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.identification.findings import Finding, kind_of, KINDS, Remainder
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.words import headline
-from test_judge import record
 
 GOLDEN = json.loads((Path(__file__).parent / 'verdict_keys.json').read_text(encoding='utf-8'))
 CASES = {'none': ([], ['torque_gain', 'torque_map']),

@@ -18,6 +18,7 @@ from pathlib import Path
 import sys
 
 import pytest
+from test_change import alarmed, Gearbox, settings  # noqa: E402
 
 from gearbox_monitor.files.baselines import load_baseline, load_state
 from gearbox_monitor.monitoring.backlash.change import GROSS, Tracker, WARNED
@@ -25,7 +26,6 @@ from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
 
 sys.path.insert(0, str(Path(__file__).parent))
-from test_change import alarmed, Gearbox, settings  # noqa: E402
 
 FRICTION = 0.1 + 0.27 / 18.0  # of the model, at the speed of the windows: N m
 RECORDED = Path(__file__).with_name('recorded')

@@ -329,7 +329,8 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
     graph.stop(estimator)
     state = json.loads(file.read_text())['drift']
     told = [(s.name, s.message) for a in alerts for s in a.status]
-    assert state['stamp_ns'] > T0 and len(alerts) == 1, told
+    # What is fed has the gap of the baseline: the alarm may be over, and nothing else is told.
+    assert state['stamp_ns'] > T0 and all('over: ' in text for _, text in told[1:]), told
     assert state['points'][-1]['temperature'] == 41.5 and 'gap' in state['changes']
     file.write_text(file.read_text()[:1000])
     baseline = tmp_path / 'baseline.yaml'

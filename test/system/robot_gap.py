@@ -24,7 +24,6 @@ usage examples:
   robot_gap.py --seeds 6000 6060 --pair          # against a reference
   robot_gap.py --seeds 7000 7040 --setpoint --out cases.jsonl
 """
-import argparse
 import json
 from pathlib import Path
 import sys
@@ -34,6 +33,7 @@ import mujoco
 import numpy as np
 import random_robots
 from scipy.stats import beta
+from script import run_script
 
 from gearbox_monitor.balance.candidates import Candidate, library, with_setting
 from gearbox_monitor.balance.knowledge import learn
@@ -86,7 +86,7 @@ def gain_of_truth(verdict, case, oracle):
     return blank.deviance - evidence.fit((truth,)).deviance
 
 
-def run(seed, pair=False, setpoint=False, change=None, rate=None):
+def case_of(seed, pair=False, setpoint=False, change=None, rate=None):
     """Return the record of one case."""
     case = random_robots.make(seed, pair, change, rate)
     chain = chain_of_compiled(mujoco.MjModel.from_xml_string(case.xml), Path('robot.xml'))
@@ -198,20 +198,20 @@ def table(records):
     return lines
 
 
-def main():
-    """Run the cases and return the exit code: 1 if a bar is missed."""
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+def add_arguments(parser):
     parser.add_argument('--seeds', type=int, nargs=2, default=(5000, 5040), metavar='N')
     parser.add_argument('--pair', action='store_true', help='against a reference')
     parser.add_argument('--setpoint', action='store_true', help='logs of setpoints')
     parser.add_argument('--rate', type=float, help='samples per second of all logs')
     parser.add_argument('--change', nargs='*', help='kinds of all changes; none: healthy')
     parser.add_argument('--out', help='file for one line of JSON per case')
-    args = parser.parse_args()
+
+
+def run(args):
+    """Run the cases and return the exit code: 1 if a bar is missed."""
     records = []
     for seed in range(*args.seeds):
-        record = run(seed, args.pair, args.setpoint, args.change, args.rate)
+        record = case_of(seed, args.pair, args.setpoint, args.change, args.rate)
         records.append(record)
         line = json.dumps(record, default=float)
         print(line if args.out is None else f'{seed} {record["how"]}', flush=True)
@@ -224,4 +224,4 @@ def main():
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_script(sys.modules[__name__]))

@@ -24,11 +24,11 @@ feature is judged: size within 3 deviations, stage, level.
 from dataclasses import dataclass, field
 import json
 import math
-from pathlib import Path
 import sys
 import time
 
 import numpy as np
+import script
 
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.kernels.jit import jit_allocating
@@ -36,9 +36,6 @@ from gearbox_monitor.monitoring.backlash.change_tests import FEATURES, TESTS
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-
-sys.path.insert(0, str(Path(__file__).parent))
-import script  # noqa: E402
 
 DT, SUBSTEPS, T0 = 2e-3, 8, 10 ** 18
 HEALTHY = 90          # windows before the first event

@@ -292,8 +292,8 @@ def friction_models(v: Values, u: Array, y: Array) -> dict[str, Any]:
         def lack(x: Array, law: str = law) -> Array:
             return _without(_residual(v, train, friction_by_law(v, law, x)), spans).ravel()
         x = np.array([start[name] for name in names])
-        fit = least_squares(lack, x, diff_step=1e-2, max_nfev=EVALUATIONS, x_scale=np.maximum(np.abs(x), 1e-3),
-                            bounds=(0.0, np.inf))
+        fit = least_squares(lack, x, diff_step=1e-2, max_nfev=EVALUATIONS,
+                            x_scale=np.maximum(np.abs(x), 1e-3), bounds=(0.0, np.inf))
         score = n * math.log(2.0 * fit.cost / n) + len(x) * math.log(n)
         if best is None or score < best[0]:
             best = score, law, fit.x

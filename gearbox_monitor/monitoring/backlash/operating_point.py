@@ -92,7 +92,7 @@ class OperatingPoint:
 
     def scatter(self, values: Array, kelvin: float, slopes: Array) -> None:
         """
-        Take the difference of a window to the one before into the noise.
+        Take the difference of a window to the previous one into the noise.
 
         Args:
             values: of the window [F + 1].
@@ -121,7 +121,7 @@ class OperatingPoint:
         return scan.PRIOR_WINDOWS + float(self.freedom[column]) - 1.0
 
     def forget_sharp(self) -> None:
-        """Drop the noise of SHARP: it is defined anew."""
+        """Drop the noise of SHARP: it is defined again."""
         self.squares[SHARP] = self.freedom[SHARP] = 0.0
         self.previous[SHARP] = math.nan
 

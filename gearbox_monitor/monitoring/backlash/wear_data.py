@@ -166,7 +166,7 @@ class WearData:
         self._scatter_again()
 
     def _scatter_again(self) -> None:
-        """Take the noise of SHARP, which is defined anew, from all rows."""
+        """Take the noise of SHARP, which is defined again, from all rows."""
         rows = self.sharpened(self.values)
         rows[:, :SHARP] = np.nan
         for point in self.points:

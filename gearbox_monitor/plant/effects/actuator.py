@@ -43,6 +43,7 @@ TORQUE_GAIN = Effect(
     command=scaled_command, motor_gain=gain_of_command,
     starts=lambda s: [[FreeParameter('g', 0.0, 0.1, -0.95)]],
     separated_by={'motor_coulomb': 'dynamic torque instead of slow motion'},
+    subject=('g', 'torque scale'),
     column=BalanceColumn(
         lambda m, _: m.model[:, None], lambda b, _: {'g': float(1.0 / (1.0 + b[0]) - 1.0)},
         low=lambda m: -0.6, high=3.0, needs=TORQUE))
@@ -54,6 +55,7 @@ TORQUE_OFFSET = Effect(
     starts=lambda s: [[FreeParameter('u0', 0.0, 0.1 * s.torque)]],
     separated_by={
         'coulomb_asymmetry': 'no motion separates them: they differ only near standstill'},
+    subject=('u0', 'torque offset'),
     column=BalanceColumn(
         lambda m, _: np.ones((len(m.t), 1)), lambda b, _: {'u0': float(-b[0])},
         twins=('coulomb_asymmetry', 'load_torque')))
@@ -69,6 +71,7 @@ ACTUATOR_DELAY = Effect(
     'actuator_delay', 'actuator', 'u_act(t) = u(t - T)', (Parameter('T', 's', 0.0, MAX_DELAY),),
     meaning='torque follows the command with a dead time', torque_only=True,
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
+    subject=('T', 'delay of the torque'),
     column=BalanceColumn(
         lambda m, late: moved(m.t, m.smooth, late), one('T'), setting='T',
         grid=lambda m: (0.005, 0.015), fixed_point=True, low=lambda m: 0.0, high=3.0 * MAX_DELAY,
@@ -107,6 +110,7 @@ SATURATION = Effect(
     (Parameter('umax', 'N m', 0.0, of_command=True),),
     meaning='torque is limited below the command', command=clipped_command, off=math.inf,
     order=-1, starts=limits_below_peak, torque_only=True,
+    subject=('umax', 'torque limit'),
     column=BalanceColumn(
         lambda m, u: (m.effort - np.clip(m.effort, -u, u))[:, None],
         lambda b, u: {'umax': u}, setting='umax', grid=limits_reached, low=lambda m: 0.85,
@@ -141,6 +145,7 @@ TORQUE_RIPPLE = Effect(
     (Parameter('A', '-'), *PERIOD),
     meaning='torque is modulated with the angle of the motor', motor_torque=with_ripple,
     motor_gain=ripple_gain, order=-1, starts=wave(lambda s: 0.05), rotary_only=True,
+    subject=('A', 'ripple of the torque'),
     column=BalanceColumn(
         lambda m, n: m.model[:, None] * waves(n * m.q), wave_values('A', -1.0), setting='N',
         grid=lambda m: range(1, 9), whole=True, needs=TORQUE))

@@ -47,6 +47,7 @@ GRAVITY = Effect(
     meaning='weight of the arm', in_filters=True, additive=True, rotary_only=True,
     starts=wave(lambda s: 0.1 * s.torque),
     separated_by={'cogging': 'a wide range of angles'},
+    subject=('G', 'weight'),
     column=BalanceColumn(lambda m, _: waves(m.q), wave_values('G')))
 
 LOAD_TORQUE = Effect(

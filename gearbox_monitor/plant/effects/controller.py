@@ -36,6 +36,7 @@ SERVO_GAIN = Effect(
     meaning='proportional gain of the servo is not that of the model', replaces='kp',
     starts=of_model(_KP, 'kp', (1.0, 0.7, 1.4)),
     separated_by={'torque_gain': 'fast motion, in which the damping of the servo counts'},
+    subject=('kp_factor', 'gain of the servo, as a factor'),
     column=BalanceColumn(
         lambda m, _: (m.model + m.kd * m.v - m.compensation)[:, None],
         lambda b, _: {'kp_factor': float(1.0 / (1.0 + b[0]))}, low=lambda m: -0.75, high=4.0,
@@ -62,6 +63,7 @@ def errors_reached(m: JointMotion) -> list[float]:
 SERVO_DEADBAND = Effect(
     'servo_deadband', 'controller', "u = kp dz(r - q, d) - kd q'", (positive('d', 'rad'),),
     meaning='servo does not react to small errors of position', starts=_deadband_starts,
+    subject=('d', 'dead band'),
     column=BalanceColumn(
         lambda m, d: (m.kp * np.clip(m.error, -d, d))[:, None], lambda b, d: {'d': d},
         setting='d', grid=errors_reached, low=lambda m: 0.6, high=1.5, needs=OF_SETPOINT))
@@ -89,6 +91,7 @@ SERVO_DELAY = Effect(
     starts=lambda s: [[FreeParameter('T', s.values['delay'] + late, 0.005, 0.0, MAX_SERVO_DELAY)]
                       for late in (0.0, 0.004, 0.015)],
     separated_by={'setpoint_delay': 'steps of the setpoint, after which the drive oscillates'},
+    subject=('T_change', 'servo delay'),
     column=BalanceColumn(
         lambda m, _: m.model[:, None], one('T_change'), momentum=True, low=not_negative,
         needs=OF_SETPOINT))
@@ -99,6 +102,7 @@ SETPOINT_DELAY = Effect(
     meaning='setpoint comes to the servo with a dead time',
     starts=lambda s: [[FreeParameter('T', 0.002, 0.004, 0.0, MAX_SETPOINT_DELAY)],
                       [FreeParameter('T', 0.02, 0.01, 0.0, MAX_SETPOINT_DELAY)]],
+    subject=('T', 'delay of the setpoint'),
     column=BalanceColumn(
         lambda m, _: (m.kp * m.setpoint_speed)[:, None], one('T'), low=not_negative,
         high=MAX_SETPOINT_DELAY, needs=OF_SETPOINT, twins=('setpoint_lag',)))

@@ -116,6 +116,7 @@ STRIBECK = Effect(
     at_rest=lambda effect, sharpness: AtRest(TWO_OVER_PI * sharpness * effect['Cs']),
     separated_by={'lugre': 'slow reversals',
                   'motor_coulomb': 'slow reversals and several speeds'},
+    subject=('Cs', 'friction at low speed'),
     column=BalanceColumn(
         lambda m, vs: (m.sign * np.exp(-(m.v / vs) ** 2))[:, None],
         lambda b, vs: {'Cs': float(b[0]), 'vs': vs}, setting='vs',
@@ -256,6 +257,7 @@ VISCOUS_ASYMMETRY = Effect(
     starts=lambda s: [[FreeParameter('Cva', 0.0, 0.3 * s.torque / s.speed)]],
     at_rest=lambda effect, sharpness: AtRest(abs(effect['Cva'])),
     separated_by={'coulomb_asymmetry': _SEVERAL_SPEEDS, 'torque_offset': _SEVERAL_SPEEDS},
+    subject=('Cva', 'viscous friction that differs by direction'),
     column=BalanceColumn(lambda m, _: np.abs(m.v)[:, None], one('Cva')))
 
 LOAD_FRICTION = Effect(
@@ -265,6 +267,7 @@ LOAD_FRICTION = Effect(
     in_filters=True, additive=True,
     starts=lambda s: [[FreeParameter('Cl', 0.0, 0.1, 0.0, 1.0)]],
     separated_by={'motor_coulomb': 'several load amplitudes'},
+    subject=('Cl', 'friction per load'),
     column=BalanceColumn(
         lambda m, _: (np.abs(m.load) * m.sign)[:, None], one('Cl'), low=not_negative))
 
@@ -335,6 +338,7 @@ COGGING = Effect(
     'cogging', 'motor_side', "m1 x3' += A sin(N x1 + phi)", (Parameter('A', 'N m'), *PERIOD),
     meaning='torque of the motor varies with its angle, also without current',
     motor_torque=with_cogging, starts=wave(lambda s: 0.1 * s.torque), rotary_only=True,
+    subject=('A', 'ripple over the angle'),
     column=BalanceColumn(
         lambda m, n: waves(n * m.q), wave_values('A', -1.0), setting='N',
         grid=lambda m: range(2, 41), whole=True))
