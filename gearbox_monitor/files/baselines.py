@@ -68,6 +68,9 @@ def load_baseline(path: str | Path, gearbox_serial: str = '') -> list[dict[str, 
     if not isinstance(points, list):
         raise Damaged(f'{path}: baseline: {str(points)[:60]!r}, expected a list of operating '
                       'points')
+    if data.get('points', len(points)) != len(points):
+        raise Damaged(f'{path}: baseline: {len(points)} operating points, expected '
+                      f'{data["points"]}: the file is cut')
     for k, point in enumerate(points):
         _check_point(point, f'{path}: baseline[{k}]')
     try:
@@ -118,7 +121,8 @@ def save_baseline(path: str | Path, points: list[dict[str, Any]], gearbox_serial
     text = '# What was healthy, per operating point; written by ~/save_baseline.\n' + \
         yaml.safe_dump({
             'format': FORMAT, 'gearbox_monitor': __version__, 'gearbox_serial': gearbox_serial,
-            'date': _now(), 'baseline': points, 'parameters': parameters}, sort_keys=False)
+            'date': _now(), 'points': len(points), 'baseline': points,
+            'parameters': parameters}, sort_keys=False)
     write_whole(Path(path), text)
 
 

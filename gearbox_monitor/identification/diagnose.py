@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The diagnosis: which effects explain the sim-to-real gap, where they act, what remains."""
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 
@@ -21,7 +21,7 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
-from gearbox_monitor.identification.adequacy import runs_of
+from gearbox_monitor.identification.adequacy import adequacy_of, runs_of
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.closed_model import open_loop, with_starts_of
 from gearbox_monitor.identification.evidence import Evidence
@@ -78,8 +78,9 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         return by_position.diagnose(recordings, model, ids, exclude, validate, seed,
                                     Reporter(progress), jobs)
     evidence, quantum = evidence_of(recordings, model, ids, jobs, Reporter(progress))
+    otherwise = read_as_doubted(evidence)
     decision = decided(evidence, quantum)
-    notes = [*decision.notes, *doubts(decision)]
+    notes = [*decision.notes, *doubts(decision, otherwise)]
     if decision.remains and len(recordings) > 1:
         same = _shown_by_each(decision, [
             diagnose([r], model, only=only, exclude=exclude, seed=seed, jobs=jobs).effect
@@ -175,35 +176,55 @@ def decided(evidence: Evidence, quantum: Array) -> Decision:
     return decision
 
 
-def doubts(decision: Decision) -> list[str]:
+def read_as_doubted(evidence: Evidence) -> dict[int, InnovationFit]:
     """
-    Return what a check of channels, signs and units said, and effects explain better.
+    Return {number of a recording in doubt: the nominal model fitted to it as the doubt reads it}.
 
     Args:
-        decision: of the judge, on recordings as they are.
+        evidence: the recordings.
 
     Raises:
-        InputError: the nominal model is likelier on a recording as the doubt reads it than any
-            fit is on it as it stands.
+        InputError: the nominal model leaves nothing but noise of a recording that is read so.
     """
-    out = []
-    evidence = decision.evidence
-    for part, recording in zip(evidence.whole.parts, evidence.recordings):
+    out = {}
+    for number, recording in enumerate(evidence.recordings):
         doubt = recording.doubt
         if doubt is None:
             continue
-        closed = decision.closed
-        here = part.run(closed.candidate.model(closed.z), closed.torque).deviance
         sigma = np.abs(evidence.sigma[::-1] if doubt.swap else evidence.sigma) * np.abs(
             np.array(doubt.scale))
         read = recording.read_otherwise(doubt).with_servo(evidence.model.controller)
         otherwise = Evidence((read,), evidence.model, sigma, ())
         candidate = otherwise.starts.none()
-        there = fitted(otherwise.whole, InnovationFit(
-            candidate, candidate.start(), otherwise.whole.first_noise)).deviance
-        if there < here:
+        fit = fitted(otherwise.whole, InnovationFit(
+            candidate, candidate.start(), otherwise.whole.first_noise))
+        if adequacy_of(otherwise, fit).adequate:
             raise InputError(f'{recording.name}: {doubt.text}')
-        out.append(f'{doubt.text}; but the verdict explains the recording better than that')
+        out[number] = fit
+    return out
+
+
+def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[str]:
+    """
+    Return what a check of channels, signs and units said, and effects explain better.
+
+    Args:
+        decision: of the judge, on recordings as they are.
+        otherwise: of read_as_doubted.
+
+    Raises:
+        InputError: the nominal model is likelier on a recording as the doubt reads it than any
+            fit is on it as it stands.
+    """
+    out, evidence, closed = [], decision.evidence, decision.closed
+    for number, fit in otherwise.items():
+        recording = evidence.recordings[number]
+        here = evidence.whole.parts[number].run(
+            closed.candidate.model(closed.z), closed.torque).deviance
+        text = '' if recording.doubt is None else recording.doubt.text
+        if fit.deviance < here:
+            raise InputError(f'{recording.name}: {text}')
+        out.append(f'{text}; but the verdict explains the recording better than that')
     return out
 
 

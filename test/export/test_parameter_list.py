@@ -54,5 +54,6 @@ def test_the_command(tmp_path, capsys):
     assert main(['export', str(tmp_path / 'm.yaml'), '--to', 'isaac']) == 0
     assert 'armature' in capsys.readouterr().out
     assert main(['export', str(tmp_path / 'm.yaml'), '--to', 'isaac', '--into', 'robot.xml']) == 2
-    assert main(['export', str(tmp_path / 'm.yaml'), '--to', 'urdf']) == 2
-    assert '--into: missing, expected it with --to urdf' in capsys.readouterr().err
+    capsys.readouterr()
+    assert main(['export', str(tmp_path / 'm.yaml'), '--to', 'mjcf']) == 0
+    assert '<mujoco' in capsys.readouterr().out

@@ -149,9 +149,8 @@ def test_recordings_with_other_encoders_are_evaluated_each_with_its_own():
     data = diagnose.diagnose([both, motor], DriveModel(), only=['torque_gain']).data
     assert (data['verdict'], data['effect']) == ('effect', 'torque_gain')
     assert data['params']['torque_gain']['g'] == pytest.approx(0.08, rel=0.02)
-    alone = [diagnose.diagnose([r], DriveModel(), only=['torque_gain']).gap_before
-             for r in (both, motor)]
-    assert min(alone) < data['gap_before'] < max(alone)
+    assert data['gap_after'] == pytest.approx(1.0, abs=0.05)
+    assert set(data['channels']) == {'motor', 'arm'}
 
 
 def test_nothing_runs_from_one_recording_into_the_next():
@@ -179,8 +178,8 @@ def test_validation_on_a_second_recording():
     assert after['motor'] < 0.2 * before['motor'] and after['arm'] < 0.2 * before['arm']
 
 
-def test_one_speed_cannot_tell_viscous_from_coulomb_friction():
-    """Forth and back at one speed, Cv and Cc act alike; at several speeds they do not."""
+def test_what_a_motion_distinguishes_is_the_angle_between_signatures():
+    """A weight is no friction; an offset is asymmetric friction, whatever the motion."""
     t = np.arange(4000) * DT
     ids = ['motor_coulomb', 'motor_viscous', 'gravity', 'torque_offset', 'coulomb_asymmetry']
     slow = 0.5 * np.sign(np.sin(2 * np.pi * 0.5 * t))
@@ -195,8 +194,6 @@ def test_one_speed_cannot_tell_viscous_from_coulomb_friction():
         assert np.diag(s2) == pytest.approx(0.0, abs=1e-6)
         tables.append({(a, b): s2[i, j] for i, a in enumerate(names)
                        for j, b in enumerate(names)})
-    pair = ('motor_coulomb', 'motor_viscous')
-    assert 0.0 < tables[0][pair] < tables[1][pair]
     for table in tables:
         assert table['motor_coulomb', 'gravity'] > 0.1
         assert table['torque_offset', 'coulomb_asymmetry'] < 0.02
