@@ -36,7 +36,7 @@ from gearbox_monitor.identification.random_effects import between_recordings
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import (
-    Dependence, Explained, LATTICES, location_of, report, Verdict)
+    Explained, LATTICES, location_of, report, Verdict)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
@@ -283,8 +283,7 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
         errors, condition, gains, d, apart,
         confusable(evidence, fit, decision.fits, apart) if fit.candidate.ids else [],
         partial(matrix, space), left.excess, left.structure,
-        left.noise_gain, None if dependence is None else Dependence(
-            dependence.place, dependence.over, dependence.gain), decision.remains,
+        left.noise_gain, dependence, decision.remains,
         () if bursts is None else bursts.bursts, lattices)
 
 

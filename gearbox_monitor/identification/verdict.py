@@ -28,6 +28,7 @@ from gearbox_monitor.identification.candidates import (
     CandidateModel, GAINS, NUISANCES, SHAPES, with_effects, ZERO)
 from gearbox_monitor.identification.findings import (
     EFFECT, Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN)
+from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.isolability import Separations
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.windows import misfit_of, WindowRuns
@@ -42,15 +43,6 @@ from gearbox_monitor.quality.recording import UniformRecording
 LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
 ILLUSTRATED = 6  # windows on which free signals illustrate the place of an effect
 Matrix = tuple[list[str], Array]
-
-
-@dataclass(frozen=True)
-class Dependence:
-    """The remainder follows the quantity `over` at `place`: gain in 2 log likelihood."""
-
-    place: str
-    over: str
-    gain: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,7 +236,8 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
                if math.isfinite(gain)},
         misfit={'excess': basis.excess, 'structure': basis.structure,
                 'noise_gain': basis.noise_gain,
-                'follows': None if basis.dependence is None else asdict(basis.dependence)},
+                'follows': None if basis.dependence is None else {
+                    name: getattr(basis.dependence, name) for name in ('place', 'over', 'gain')}},
         where=places,
         identified=[{
             'effect': f.effect, 'location': f.place, 'channel': f.channel,

@@ -28,12 +28,13 @@ from gearbox_monitor.identification.candidates import sine_and_cosine
 from gearbox_monitor.identification.diagnose import standard_errors
 from gearbox_monitor.identification.effect_scan import scan
 from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.input_estimation import SPACING
 from gearbox_monitor.identification.judge import decide, Judge, simplest
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.identification.verdict import Dependence, remaining_place
+from gearbox_monitor.identification.verdict import remaining_place
 from gearbox_monitor.kernels import sensor_noise
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -427,7 +428,7 @@ def test_a_value_far_beyond_its_tolerance_is_an_effect(effects, expected):
 ])
 def test_what_is_left_decides_between_places_that_explain_as_much(place, left, expected):
     places = {'location': 'arm_side', 'places': {p: {'left': v} for p, v in left.items()}}
-    law = place and Dependence(place, 'speed', 100.0)
+    law = place and Dependence(place, 'speed', 100.0, 40.0, {}, np.zeros(0))
     assert remaining_place(places, law) == expected
 
 
