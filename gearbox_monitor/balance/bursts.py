@@ -15,14 +15,15 @@
 """Bursts: energy of what remains that comes in few segments."""
 import numpy as np
 
-from gearbox_monitor.balance.evidence import Evidence, Fit
+from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.local_cosines import COVERED
 from gearbox_monitor.kernels.types import Array
 
 LEAST = 10  # segments
 
 
-def burstiness(evidence: Evidence, fit: Fit) -> tuple[Array, list[list[tuple[float, float]]]]:
+def burstiness(evidence: RobotEvidence,
+               fit: RobotFit) -> tuple[Array, list[list[tuple[float, float]]]]:
     """
     Return how bursty the residual is.
 
@@ -49,7 +50,7 @@ def burstiness(evidence: Evidence, fit: Fit) -> tuple[Array, list[list[tuple[flo
     return out, times
 
 
-def worst_segments(evidence: Evidence, fit: Fit) -> Array:
+def worst_segments(evidence: RobotEvidence, fit: RobotFit) -> Array:
     """Return the rms [J] of what a fit leaves in the worst tenth of the segments, N m."""
     out = np.zeros(evidence.joints)
     hops = np.concatenate([np.full(len(rows.tests.starts), rows.tests.value.shape[0] / 2.0)

@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gearbox_monitor.balance.candidates import Candidate, with_setting
-from gearbox_monitor.balance.evidence import Evidence, Fit
+from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.motor_side import STRIBECK
@@ -36,7 +36,7 @@ LEAST_GAIN = 0.3      # of deviance, for which a setting is moved
 
 
 @dataclass(frozen=True, eq=False)
-class Scales:
+class ContestScales:
     """
     What the evidence of a candidate is measured by.
 
@@ -51,9 +51,9 @@ class Scales:
 
 
 def scales_of(laws: Sequence[Candidate], free: Sequence[Candidate], knowledge: Knowledge | None,
-              joints: int) -> Scales:
+              joints: int) -> ContestScales:
     """
-    Return the Scales of a contest.
+    Return the ContestScales of a contest.
 
     Args:
         laws: candidates.
@@ -63,16 +63,16 @@ def scales_of(laws: Sequence[Candidate], free: Sequence[Candidate], knowledge: K
     """
     names = max(len({c.name for c in laws}), 1)
     if knowledge is None:
-        return Scales({}, np.ones(joints), names, max(len(free), 1))
-    return Scales(dict(knowledge.scatter), knowledge.dispersion, names, max(len(free), 1))
+        return ContestScales({}, np.ones(joints), names, max(len(free), 1))
+    return ContestScales(dict(knowledge.scatter), knowledge.dispersion, names, max(len(free), 1))
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class Contender:
     """A candidate in the contest: its worth beyond its cost, and the fit with it."""
 
     worth: float
-    fit: Fit
+    fit: RobotFit
 
     @property
     def candidate(self) -> Candidate:
@@ -80,7 +80,8 @@ class Entry:
         return self.fit.chosen[-1]
 
 
-def over_dispersion(evidence: Evidence, candidate: Candidate, scales: Scales, fit: Fit) -> float:
+def over_dispersion(evidence: RobotEvidence, candidate: Candidate, scales: ContestScales,
+                    fit: RobotFit) -> float:
     """Return the over-dispersion of a candidate, of several joints by their information."""
     if len(candidate.columns) == 1:
         return float(scales.dispersion[next(iter(candidate.columns))])
@@ -112,17 +113,17 @@ def tempered(values: Array, covariance: Array, scatter: Array | None, dispersion
     return tame / own if own > 0.0 else 1.0
 
 
-def cost(evidence: Evidence, candidate: Candidate, scales: Scales) -> float:
+def cost(evidence: RobotEvidence, candidate: Candidate, scales: ContestScales) -> float:
     """Return the extended BIC of a candidate: ln n per parameter and the choice among all."""
     count = scales.lawless if candidate.free else scales.names
     return float(candidate.size * np.log(max(evidence.rows_in(candidate), 3.0))
                  + 2.0 * np.log(count))
 
 
-def contest(evidence: Evidence, current: Fit, candidates: Sequence[Candidate], scales: Scales,
-            finalists: int) -> list[Entry]:
+def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Candidate],
+            scales: ContestScales, finalists: int) -> list[Contender]:
     """
-    Return the candidates that pay most, as Entries, worthiest first.
+    Return the candidates that pay most, as Contenders, worthiest first.
 
     Args:
         evidence: of the recordings.
@@ -153,11 +154,12 @@ def contest(evidence: Evidence, current: Fit, candidates: Sequence[Candidate], s
         if c.again is not None and current.deviance - fit.deviance > cost(evidence, c, scales):
             fit = _refined(evidence, fit)
         if _allowed(fit):
-            entries.append(Entry(worth_of(evidence, current, fit, scales), fit))
+            entries.append(Contender(worth_of(evidence, current, fit, scales), fit))
     return sorted(entries, key=lambda e: -e.worth)
 
 
-def worth_of(evidence: Evidence, current: Fit, fit: Fit, scales: Scales) -> float:
+def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
+             scales: ContestScales) -> float:
     """Return the tempered gain of the candidate that `fit` adds to `current`, less its cost."""
     c, own = fit.chosen[-1], fit.of(len(fit.chosen) - 1)
     k = evidence.n_nuisance
@@ -168,13 +170,13 @@ def worth_of(evidence: Evidence, current: Fit, fit: Fit, scales: Scales) -> floa
     return (current.deviance - fit.deviance) * share - cost(evidence, c, scales)
 
 
-def _allowed(fit: Fit) -> bool:
+def _allowed(fit: RobotFit) -> bool:
     """Return whether physics allows the values of the newest candidate."""
     c = fit.chosen[-1]
     return bool(c.low <= fit.values[fit.of(len(fit.chosen) - 1).start] <= c.high)
 
 
-def _refined(evidence: Evidence, fit: Fit) -> Fit:
+def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
     """
     Return `fit` with a better setting of its newest candidate.
 
@@ -203,7 +205,8 @@ def _refined(evidence: Evidence, fit: Fit) -> Fit:
     return fit
 
 
-def pruned(evidence: Evidence, fit: Fit, scales: Scales) -> tuple[Fit, list[int]]:
+def pruned(evidence: RobotEvidence, fit: RobotFit,
+           scales: ContestScales) -> tuple[RobotFit, list[int]]:
     """
     Return a fit without what no longer pays beside the newer candidates, and who stayed.
 

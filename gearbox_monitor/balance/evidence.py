@@ -76,7 +76,7 @@ class JointRows:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class RobotFit:
     """
     A set of candidates, fitted.
 
@@ -100,7 +100,7 @@ class Fit:
         return slice(begin, begin + self.chosen[number].width)
 
 
-class Estimate(NamedTuple):
+class AddedEstimate(NamedTuple):
     """Coefficients of a candidate added alone, their covariance, and the gain in chi squared."""
 
     values: Array
@@ -108,7 +108,7 @@ class Estimate(NamedTuple):
     gain: float
 
 
-class Evidence:
+class RobotEvidence:
     """
     The evidence of `recordings` of one robot about candidates.
 
@@ -220,7 +220,7 @@ class Evidence:
         return out, where, scale
 
     def fit(self, chosen: Sequence[Candidate] = (), weights: Sequence[Array] | None = None,
-            rounds: int = 6) -> Fit:
+            rounds: int = 6) -> RobotFit:
         """
         Return the profiled fit of a set of candidates.
 
@@ -273,7 +273,7 @@ class Evidence:
                            offset @ self.precision @ offset)
         residual = [a.y - a.z @ solution[a.index] - x @ solution[k + place]
                     for a, x, place in zip(self.at, extra, places)]
-        return Fit(tuple(chosen), deviance, solution[k:] / scale, offset,
+        return RobotFit(tuple(chosen), deviance, solution[k:] / scale, offset,
                    cho_solve(factor, np.eye(size), check_finite=False), scale, tuple(used),
                    tuple(residual))
 
@@ -293,10 +293,10 @@ class Evidence:
         shrink = self.settings.shrink
         return count * np.exp((count * log + shrink * near) / (count + shrink))
 
-    def estimates(self, fit: Fit, candidates: Sequence[Candidate],
-                  part: Sequence[Array] | None = None) -> list[Estimate]:
+    def estimates(self, fit: RobotFit, candidates: Sequence[Candidate],
+                  part: Sequence[Array] | None = None) -> list[AddedEstimate]:
         """
-        Return the Estimate of each candidate, added alone at the weights of a fit.
+        Return the AddedEstimate of each candidate, added alone at the weights of a fit.
 
         Args:
             fit: what is explained already.
@@ -309,7 +309,7 @@ class Evidence:
         weight = [a.spread(w) for a, w in zip(self.at, fit.weights)]
         full = [np.column_stack([a.z, x]) for a, x in zip(self.at, extra)]
         index = [np.r_[a.index, k + place] for a, place in zip(self.at, places)]
-        out: list[Estimate | None] = [None] * len(candidates)
+        out: list[AddedEstimate | None] = [None] * len(candidates)
         single: dict[int, list[int]] = {}
         for i, c in enumerate(candidates):
             if len(c.columns) == 1:
@@ -343,7 +343,7 @@ class Evidence:
         x = x[self.at[joint].order]
         return x if part is None else x * part[joint][:, None]
 
-    def _schur(self, fit: Fit, columns: Mapping[int, Array], full: Sequence[Array],
+    def _schur(self, fit: RobotFit, columns: Mapping[int, Array], full: Sequence[Array],
                index: Sequence[Array], weight: Sequence[Array]) -> tuple[Array, Array]:
         """
         Return the Schur complement of columns {joint: [R, k]}, and their squares [k].
@@ -367,7 +367,7 @@ class Evidence:
             schur += (left * weight[j][:, None]).T @ left
         return schur, squares
 
-    def sandwich(self, fit: Fit) -> Array:
+    def sandwich(self, fit: RobotFit) -> Array:
         """
         Return the covariance [E, E] of the chosen candidates' values, from segments' scores.
 
@@ -390,17 +390,17 @@ class Evidence:
         share = np.sqrt(np.maximum(np.diag(robust) / np.diag(model), 1.0))
         return model * np.outer(share, share) / np.outer(fit.scale, fit.scale)
 
-    def posterior(self, fit: Fit) -> Prior:
+    def posterior(self, fit: RobotFit) -> Prior:
         """Return what a fit without candidates taught of the nuisance, in its units."""
         d = self.deviation
         return Prior(self.labels, (self.mean + fit.nuisance) * d,
                      fit.covariance[:len(d), :len(d)] * np.outer(d, d))
 
 
-def _estimate(score: Array, schur: Array, squares: Array) -> Estimate:
+def _estimate(score: Array, schur: Array, squares: Array) -> AddedEstimate:
     """Return coefficients of a linear step, made safe where columns are not excited."""
     size = np.sqrt(squares) + 1e-30
     inner = schur / np.outer(size, size) + SINGULAR * np.eye(len(size))
     covariance = np.linalg.inv(inner) / np.outer(size, size)
     values = covariance @ score
-    return Estimate(values, covariance, float(score @ values))
+    return AddedEstimate(values, covariance, float(score @ values))

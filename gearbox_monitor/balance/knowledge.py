@@ -26,7 +26,7 @@ import numpy as np
 
 from gearbox_monitor.balance.bursts import worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
-from gearbox_monitor.balance.evidence import Evidence, Fit, Prior
+from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit, Prior
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import nuisance_of, RobotModel, rows_of
 from gearbox_monitor.balance.settings import SETTINGS, Settings
@@ -104,11 +104,11 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     shapes = _shapes(robot, logs, settings, progress)
     recordings = [rows_of(log, robot, shapes, settings=settings) for log in logs]
     for _ in range(2):     # the second time with the torque that the first one taught
-        evidence = Evidence(recordings)
+        evidence = RobotEvidence(recordings)
         prior = evidence.posterior(evidence.fit())
         mean = dict(zip(prior.labels, prior.mean.tolist()))
         recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
-    evidence = Evidence(recordings)
+    evidence = RobotEvidence(recordings)
     fit = evidence.fit()
     candidates = [c for c in library(recordings) + free_functions(recordings)
                   if c.effect not in (SATURATION.id, COGGING.id, TORQUE_RIPPLE.id)]
@@ -127,7 +127,7 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
         sum(log.seconds for log in logs), parts, model)
 
 
-def _variance(evidence: Evidence, fit: Fit) -> Array:
+def _variance(evidence: RobotEvidence, fit: RobotFit) -> Array:
     """Return the variance [J, bands] of what a fit leaves, 0 where there are no rows."""
     out = np.zeros((evidence.joints, len(evidence.settings.bands) - 1))
     for j, a in enumerate(evidence.at):
@@ -156,7 +156,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
             parts = [rows.tested(j, shape_of(name)(rows.joints[j])) for rows in recordings]
             offers[j].append(Candidate(name, {j: np.concatenate(parts)}))
     free = free_functions(recordings)
-    evidence = Evidence(recordings)
+    evidence = RobotEvidence(recordings)
     fit = evidence.fit()
     dispersion = scattered(evidence, fit, free)[1]
     done, open_joints = 0, set(joints)
@@ -179,7 +179,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
             if len(shapes) > before:
                 recordings = [replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
                               for rows in recordings]
-                evidence = Evidence(recordings)
+                evidence = RobotEvidence(recordings)
                 fit = evidence.fit()
         before_pass, dispersion = dispersion, scattered(evidence, fit, free)[1]
         open_joints = set(np.flatnonzero(dispersion < CALMED * before_pass).tolist())
@@ -188,7 +188,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
     return shapes
 
 
-def _next_day(evidence: Evidence, fit: Fit, settings: Settings) -> Prior:
+def _next_day(evidence: RobotEvidence, fit: RobotFit, settings: Settings) -> Prior:
     """
     Return the prior of another day.
 
@@ -209,7 +209,7 @@ def _next_day(evidence: Evidence, fit: Fit, settings: Settings) -> Prior:
                  covariance[np.ix_(keep, keep)])
 
 
-def partitions(evidence: Evidence) -> list[list[Array]]:
+def partitions(evidence: RobotEvidence) -> list[list[Array]]:
     """
     Return divisions of the references' segments [S] into parts: by time, by speed, by posture.
 
@@ -251,7 +251,7 @@ def _parts(labels: Integers) -> list[Array]:
     return [labels == v for v in values]
 
 
-def scattered(evidence: Evidence, fit: Fit, candidates: Sequence[Candidate]
+def scattered(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate]
               ) -> tuple[dict[str, Array], Array, int]:
     """
     Return what differs between healthy parts.

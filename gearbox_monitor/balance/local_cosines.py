@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.balance.motion import Motion
+from gearbox_monitor.balance.motion import RobotMotion
 from gearbox_monitor.balance.settings import Settings
 from gearbox_monitor.kernels.types import Array, Integers
 
@@ -78,7 +78,7 @@ class LocalCosines:
             - self._project(x * self.mask_slope[:, joint, None], self.value)
 
 
-def local_cosines(motion: Motion, highest: float, settings: Settings) -> LocalCosines:
+def local_cosines(motion: RobotMotion, highest: float, settings: Settings) -> LocalCosines:
     """Return the test functions of `motion` up to `highest` Hz."""
     step = motion.step
     hop = int(round(settings.hop / step))
@@ -98,7 +98,7 @@ def local_cosines(motion: Motion, highest: float, settings: Settings) -> LocalCo
                         np.digitize(frequency, settings.bands) - 1, mask, mask_slope)
 
 
-def _masks(motion: Motion, settings: Settings) -> tuple[Array, Array]:
+def _masks(motion: RobotMotion, settings: Settings) -> tuple[Array, Array]:
     """
     Return the masks [N, J] and their derivatives, 1/s.
 

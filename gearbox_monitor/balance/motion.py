@@ -21,14 +21,14 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt, welch
 from scipy.special import erf
 
-from gearbox_monitor.balance.robot_log import RobotLog, Section
+from gearbox_monitor.balance.robot_log import RobotLog, LogSection
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class RobotMotion:
     """
     Uniform samples of one recording, its sections one behind the other.
 
@@ -55,9 +55,9 @@ class _Grid:
     input: Array
 
 
-def motion_of(log: RobotLog, settings: Settings = SETTINGS) -> Motion:
+def motion_of(log: RobotLog, settings: Settings = SETTINGS) -> RobotMotion:
     """
-    Return the Motion of a log, smoothed by each joint's own noise floor.
+    Return the RobotMotion of a log, smoothed by each joint's own noise floor.
 
     The cut-off of a joint is where its spectrum meets the floor (Wiener). Both ends of a section
     are cut: a smoother is wrong there.
@@ -84,12 +84,12 @@ def motion_of(log: RobotLog, settings: Settings = SETTINGS) -> Motion:
         raise InputError(f'{log.name}: no part without gaps is longer than '
                          f'{2 * margin / rate + 2 * settings.hop:.1f} s, expected a longer log')
     t, q, v, inputs, input_speed = (np.concatenate(x) for x in zip(*parts))
-    return Motion(t - log.sections[0].t[0], q, v, inputs, input_speed,
+    return RobotMotion(t - log.sections[0].t[0], q, v, inputs, input_speed,
                   np.sqrt(floor * (2.0 * np.pi) ** 2 * cut ** 3 / 3.0),
                   np.sqrt(floor * rate / 2.0), 1.0 / rate, tuple(sections))
 
 
-def _on_grid(section: Section, rate: float, of_log: float) -> _Grid:
+def _on_grid(section: LogSection, rate: float, of_log: float) -> _Grid:
     """Return a section on a uniform grid; of a faster log the means between grid points."""
     t = np.arange(section.t[0], section.t[-1], 1.0 / rate)
     if of_log > 1.5 * rate:

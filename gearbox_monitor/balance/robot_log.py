@@ -27,7 +27,7 @@ LEAST_SECONDS = 4.0  # a section holds at least one test function and what a smo
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class LogSection:
     """Samples without a gap: t [N] s, position [N, J], input [N, J] (torque or setpoint)."""
 
     t: Array
@@ -48,7 +48,7 @@ class RobotLog:
     name: str
     joints: tuple[str, ...]
     kind: str
-    sections: tuple[Section, ...]
+    sections: tuple[LogSection, ...]
     rate: float
     measured: bool = False
     notes: tuple[str, ...] = ()
@@ -130,7 +130,7 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
     count, sections = len(joints), []
     for rows in np.split(np.arange(len(t)), ends):
         if len(rows) > 3 and t[rows[-1]] - t[rows[0]] >= LEAST_SECONDS:
-            sections.append(Section(t[rows], values[rows, :count], values[rows, count:]))
+            sections.append(LogSection(t[rows], values[rows, :count], values[rows, count:]))
     if not sections:
         raise InputError(f'{raw.name}: {t[-1] - t[0]:.3g} s in {len(ends) + 1} parts, expected '
                          f'one part without gaps of {LEAST_SECONDS:g} s or more')

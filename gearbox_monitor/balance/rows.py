@@ -28,7 +28,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 from gearbox_monitor.balance.local_cosines import local_cosines, LocalCosines
-from gearbox_monitor.balance.motion import Motion, motion_of, smooth_sign
+from gearbox_monitor.balance.motion import RobotMotion, motion_of, smooth_sign
 from gearbox_monitor.balance.robot_log import RobotLog, SETPOINT
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.shapes import DRY, FIRST, group_of, shape_of, VISCOUS
@@ -86,7 +86,7 @@ class Rows:
 
     name: str
     robot: RobotModel
-    motion: Motion
+    motion: RobotMotion
     tests: LocalCosines
     sign: Array
     target: Array
@@ -197,7 +197,7 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
     return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
 
 
-def _rate(motion: Motion, x: Array) -> Array:
+def _rate(motion: RobotMotion, x: Array) -> Array:
     """Return dx/dt of `x` [N, K], section by section."""
     out = np.empty_like(x)
     for section in motion.sections:
@@ -205,7 +205,7 @@ def _rate(motion: Motion, x: Array) -> Array:
     return out
 
 
-def _steady(motion: Motion, effort: Array) -> Array:
+def _steady(motion: RobotMotion, effort: Array) -> Array:
     """Return the effort [N, J] without what is faster than STEADY."""
     filter_ = butter(3, min(STEADY, 0.4 / motion.step), fs=1.0 / motion.step, output='sos')
     return np.concatenate([sosfiltfilt(filter_, effort[s], axis=0) for s in motion.sections])

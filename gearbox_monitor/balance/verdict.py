@@ -23,8 +23,8 @@ import numpy as np
 from gearbox_monitor.balance.bursts import burstiness, worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
 from gearbox_monitor.balance.contest import (
-    contest, cost, Entry, over_dispersion, pruned, Scales, scales_of, tempered)
-from gearbox_monitor.balance.evidence import Evidence, Fit, Prior
+    contest, cost, Contender, over_dispersion, pruned, ContestScales, scales_of, tempered)
+from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit, Prior
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.balance.robot_effects import BASE, PAYLOAD, ROBOT_EFFECTS
 from gearbox_monitor.balance.robot_log import RobotLog
@@ -72,8 +72,8 @@ class RobotVerdict:
     visible: Mapping[str, Mapping[str, float]]
     not_tried: Mapping[str, str]
     cautions: tuple[str, ...]
-    fit: Fit
-    evidence: Evidence
+    fit: RobotFit
+    evidence: RobotEvidence
 
     @property
     def kind(self) -> str:
@@ -97,11 +97,11 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     mean = knowledge.mean if knowledge else None
     recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
     if knowledge is None:
-        evidence = Evidence(recordings)
+        evidence = RobotEvidence(recordings)
     else:
         recordings = [with_unvisited(rows, knowledge.visits, knowledge.sizes)
                       for rows in recordings]
-        evidence = Evidence(recordings, knowledge.prior, knowledge.variance)
+        evidence = RobotEvidence(recordings, knowledge.prior, knowledge.variance)
     laws, free = library(recordings, effects), free_functions(recordings)
     scales = scales_of(laws, free, knowledge, evidence.joints)
     blank = evidence.fit()
@@ -127,8 +127,8 @@ class Step:
     gain: float
 
 
-def _search(evidence: Evidence, current: Fit, laws: Sequence[Candidate],
-            free: Sequence[Candidate], scales: Scales) -> tuple[Fit, list[Step]]:
+def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate],
+            free: Sequence[Candidate], scales: ContestScales) -> tuple[RobotFit, list[Step]]:
     """Return the fit with all that pays, and its steps, one of each chosen candidate."""
     s, steps, blank = evidence.settings, [], current
     for step in range(s.most + 1):
@@ -153,7 +153,7 @@ def _search(evidence: Evidence, current: Fit, laws: Sequence[Candidate],
     return current, steps
 
 
-def _rivals(entries: Sequence[Entry], margin: float) -> tuple[str, ...]:
+def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
     """Return the effects, with their place, that explain a recording like the first."""
     first = entries[0].candidate
     names = [c.effect if c.place == first.place else f'{c.effect}@{c.place}'
@@ -162,8 +162,8 @@ def _rivals(entries: Sequence[Entry], margin: float) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*names, *first.twins)))
 
 
-def _findings(evidence: Evidence, blank: Fit, fit: Fit, steps: Sequence[Step], scales: Scales
-              ) -> tuple[Finding, ...]:
+def _findings(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit, steps: Sequence[Step],
+              scales: ContestScales) -> tuple[Finding, ...]:
     """Return the laws of a fit as findings, worthiest first."""
     covariance = evidence.sandwich(fit) if fit.chosen else np.zeros((0, 0))
     total = max(blank.deviance - fit.deviance, 1e-9)
@@ -189,7 +189,7 @@ def _findings(evidence: Evidence, blank: Fit, fit: Fit, steps: Sequence[Step], s
     return _joined(out)
 
 
-def _determined(evidence: Evidence, c: Candidate, covariance: Array) -> bool:
+def _determined(evidence: RobotEvidence, c: Candidate, covariance: Array) -> bool:
     """Return whether the motion excites a candidate's first coefficient."""
     torque, column, rows = 0.0, 0.0, evidence.recordings[0]
     for j, x in c.columns.items():
@@ -219,7 +219,7 @@ def _deviations(c: Candidate, b: Array, covariance: Array, determined: bool
     return out
 
 
-def _with_totals(evidence: Evidence, c: Candidate, values: dict[str, float],
+def _with_totals(evidence: RobotEvidence, c: Candidate, values: dict[str, float],
                  deviations: dict[str, float | None]
                  ) -> tuple[dict[str, float], dict[str, float | None]]:
     """Return values with the whole friction or inertia beside its change, if the file has one."""
@@ -259,7 +259,7 @@ def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(out, key=lambda f: -(f.evidence or 0.0)))
 
 
-def _remainders(evidence: Evidence, fit: Fit, steps: Sequence[Step],
+def _remainders(evidence: RobotEvidence, fit: RobotFit, steps: Sequence[Step],
                 knowledge: Knowledge | None, settings: Settings) -> tuple[Remainder, ...]:
     """Return what no law explains: functions that were taken, and bursts."""
     out, chain = [], evidence.recordings[0].robot.chain
@@ -283,14 +283,14 @@ def _remainders(evidence: Evidence, fit: Fit, steps: Sequence[Step],
     return tuple(out)
 
 
-def _rms(evidence: Evidence, joint: int, rows: Array) -> float:
+def _rms(evidence: RobotEvidence, joint: int, rows: Array) -> float:
     """Return the rms over the time in motion of what has the rows [R] at `joint`."""
     samples = sum(len(r.tests.starts) * r.tests.value.shape[0] / 2.0 * r.tests.share[joint]
                   for r in evidence.recordings)
     return math.sqrt(float(np.sum(rows ** 2)) / max(samples, 1.0))
 
 
-def _ranked(evidence: Evidence, blank: Fit, fit: Fit) -> tuple[JointGap, ...]:
+def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[JointGap, ...]:
     """Return the gaps of the joints, those with most evidence first."""
     out = []
     for j, name in enumerate(evidence.recordings[0].robot.chain.joints):
@@ -302,8 +302,8 @@ def _ranked(evidence: Evidence, blank: Fit, fit: Fit) -> tuple[JointGap, ...]:
     return tuple(sorted(out, key=lambda g: -g.evidence))
 
 
-def _visible(evidence: Evidence, fit: Fit, laws: Sequence[Candidate], scales: Scales
-             ) -> dict[str, dict[str, float]]:
+def _visible(evidence: RobotEvidence, fit: RobotFit, laws: Sequence[Candidate],
+             scales: ContestScales) -> dict[str, dict[str, float]]:
     """Return {effect: {place: smallest size that would have been a finding in this motion}}."""
     out: dict[str, dict[str, float]] = {}
     links = {link.name: link for link in evidence.recordings[0].robot.chain.links}

@@ -28,7 +28,7 @@ from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, fitted, InnovationFit)
 from gearbox_monitor.identification.isolability import (
-    confusable, evidence_for, matrix, separations, Space)
+    confusable, evidence_for, matrix, separations, InnovationSpace)
 from gearbox_monitor.identification.judge import decide, Decision
 from gearbox_monitor.identification.noise_model import MOTION, noise_floor
 from gearbox_monitor.identification.position import diagnose as by_position
@@ -263,7 +263,7 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
     apart = separations(evidence, fit, decision.fits, orders)
     errors, condition = standard_errors(evidence, decision.closed)
     at_none = evaluated(evidence.fine, none.candidate, none.z, none.torque)
-    space = Space(evidence.fine, at_none, evidence.starts, orders)
+    space = InnovationSpace(evidence.fine, at_none, evidence.starts, orders)
     dependence = decision.adequacy.dependence
     if dependence is not None and not dependence.beyond_chance:
         dependence = None

@@ -43,7 +43,7 @@ SMALL = 1e-9
 Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
 
 
-class Space:
+class InnovationSpace:
     """
     Changes of whitened innovations about one fit.
 
@@ -159,7 +159,7 @@ def separations(evidence: Evidence, fit: InnovationFit, fits: Sequence[Innovatio
     if not owners:
         return {}
     at = evaluated(evidence.fine, candidate, fit.z, fit.torque)
-    space = Space(evidence.fine, at, evidence.starts, orders)
+    space = InnovationSpace(evidence.fine, at, evidence.starts, orders)
     _, prior = candidate.prior(fit.z)
     names = [n for n in evidence.ids if n not in NOT_FITTED and n not in candidate.ids]
     signatures = {name: space.signature(name) for name in names}
@@ -207,7 +207,7 @@ def confusable(evidence: Evidence, fit: InnovationFit, fits: Sequence[Innovation
     return list(dict.fromkeys(i for i in out if i not in (*ids, TORQUE_MAP.id)))
 
 
-def matrix(space: Space, ids: Iterable[str]) -> tuple[list[str], Array]:
+def matrix(space: InnovationSpace, ids: Iterable[str]) -> tuple[list[str], Array]:
     """
     Return (ids, s2 [A, B]): share of the signature of a that b cannot imitate, about no effect.
 

@@ -48,14 +48,14 @@ def robot_gap_page(data: VerdictData, chain: Chain, posture: Array) -> str:
         One file that loads nothing.
     """
     return render_page(Page(
-        f'The gap of {", ".join(data["logs"])}', RobotSummary.of(data), (
+        f'The gap of {", ".join(data["logs"])}', RobotGapSummary.of(data), (
             NextSteps([f'{step[0].upper()}{step[1:]}.' for step in next_steps(data)]),
             RobotPicture.of(data, chain, posture), RobotFindings.of(data), RobotGaps.of(data),
             VisibleSizes.of(data), RobotNumbers.of(data))))
 
 
 @dataclass(frozen=True)
-class RobotSummary(Section):
+class RobotGapSummary(Section):
     """The verdict in one line, and the main figures."""
 
     template = 'robot_gap/summary.html'
@@ -65,7 +65,7 @@ class RobotSummary(Section):
     notes: Sequence[str]
 
     @classmethod
-    def of(cls, data: VerdictData) -> 'RobotSummary':
+    def of(cls, data: VerdictData) -> 'RobotGapSummary':
         """Return it for a verdict's data."""
         worst = data['ranked'][0]
         facts = [('verdict', data['verdict']), ('worst joint', worst['joint']),

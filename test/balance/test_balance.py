@@ -21,7 +21,7 @@ import random_robots
 import robot_gap
 
 from gearbox_monitor.balance.local_cosines import local_cosines
-from gearbox_monitor.balance.motion import Motion
+from gearbox_monitor.balance.motion import RobotMotion
 from gearbox_monitor.balance.robot_effects import compact
 from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.balance.verdict import _joined
@@ -33,11 +33,11 @@ from gearbox_monitor.robot.chain import inertial
 
 
 def motion(seconds=12.0, rate=100.0):
-    """Return a Motion of one joint that rests and reverses."""
+    """Return a RobotMotion of one joint that rests and reverses."""
     t = np.arange(0, seconds, 1 / rate)
     q, v = np.sin(t)[:, None], np.cos(t)[:, None]
     zero = np.zeros_like(q)
-    return Motion(t, q, v, zero, zero, np.array([1e-3]), np.array([1e-4]), 1 / rate,
+    return RobotMotion(t, q, v, zero, zero, np.array([1e-3]), np.array([1e-4]), 1 / rate,
                   (slice(0, len(t)),))
 
 

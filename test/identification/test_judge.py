@@ -189,7 +189,7 @@ def test_what_a_motion_distinguishes_is_the_angle_between_signatures():
     for u in (slow, levels):
         evidence = evidence_of(record([], 4, u=u), ids=ids)
         none = without(evidence)
-        space = isolability.Space(evidence.fine, evaluated(
+        space = isolability.InnovationSpace(evidence.fine, evaluated(
             evidence.fine, none.candidate, none.z, none.torque), evidence.starts, {})
         names, s2 = isolability.matrix(space, ids)
         assert np.diag(s2) == pytest.approx(0.0, abs=1e-6)

@@ -25,7 +25,7 @@ from gearbox_monitor.monitoring.backlash.change_tests import (
 from gearbox_monitor.monitoring.backlash.operating_point import (
     N_COLUMNS, numbers, OperatingPoint)
 from gearbox_monitor.monitoring.backlash.wear_data import (
-    Block, COUNT, KELVIN, KELVIN_2, MIN_COMPLETE, PRODUCT, RIDGE, TOTAL, WearData)
+    WearBlock, COUNT, KELVIN, KELVIN_2, MIN_COMPLETE, PRODUCT, RIDGE, TOTAL, WearData)
 
 _SUMS = ('first', 'count', 'total', 'squares', 'stated', 'sum_complete')
 
@@ -36,7 +36,7 @@ def load_baselines(data: WearData, rows: Sequence[Values]) -> None:
 
     Raises KeyError, TypeError or ValueError for rows that are none.
     """
-    block = Block(0, 0)
+    block = WearBlock(0, 0)
     moments, shared = np.zeros((len(FEATURES), len(FEATURES))), 0.0
     for row in rows:
         point = OperatingPoint.at(row)
@@ -61,7 +61,7 @@ def _unit(column: int, mean: float, scale: float) -> float:
     return abs(mean) if PRIORS[column].logarithmic else scale
 
 
-def _add(data: WearData, block: Block, point: OperatingPoint, count: Array, mean: Array,
+def _add(data: WearData, block: WearBlock, point: OperatingPoint, count: Array, mean: Array,
          variance: Array, stated: Array) -> Array:
     """
     Add an operating point with its sums; return the units [F] of its features.
@@ -114,7 +114,7 @@ def _together(row: Values, unit: Array) -> tuple[Array, float]:
     return moments / np.outer(unit, unit), windows
 
 
-def _couple(data: WearData, block: Block, moments: Array, windows: float) -> None:
+def _couple(data: WearData, block: WearBlock, moments: Array, windows: float) -> None:
     """Take the couplings from `moments` [F, F] of `windows`, and SHARP's sums from the others."""
     used = [i for i in range(GAP + 1, len(FEATURES)) if moments[i, i] > 0.0]
     if windows >= MIN_COMPLETE and used and moments[GAP, GAP] > 0.0:
@@ -156,7 +156,7 @@ def converted(state: Values) -> dict[str, Any]:
     n = len(FEATURES)
     if isinstance(state['points'], list) and 'windows' not in state:
         raise KeyError('windows')
-    data, block = WearData(), Block(0, 0)
+    data, block = WearData(), WearBlock(0, 0)
     rows = state['windows']
     where = [int(r[1]) for r in rows]
     if not all(0 <= k < len(state['points']) for k in where):

@@ -41,7 +41,7 @@ COUNT, TOTAL, KELVIN, KELVIN_2, PRODUCT = range(5)  # rows of the sums of a cell
 
 
 @dataclass
-class Block:
+class WearBlock:
     """Windows that were, as sums: cells {(point, trusted): [5, F + 1]}, see COUNT and after."""
 
     begin_ns: int
@@ -73,7 +73,7 @@ class WearData:
     def __init__(self) -> None:
         n = len(FEATURES)
         self.points = OperatingPoints()
-        self.blocks: list[Block] = []
+        self.blocks: list[WearBlock] = []
         self.stamps: list[int] = []
         self.where: list[int] = []
         self.trusted: list[bool] = []
@@ -204,7 +204,7 @@ class WearData:
             held = self.blocks[0].cells.get(key) if self.blocks else None
             full = held is not None and held[COUNT].max() >= limit
             if moving or not self.blocks:
-                self.blocks.append(Block(stamp, stamp))
+                self.blocks.append(WearBlock(stamp, stamp))
             if moving or not full:
                 block = self.blocks[-1]
                 block.end_ns, block.windows = stamp, block.windows + 1
@@ -351,7 +351,7 @@ class WearData:
         n = len(FEATURES)
         self.points.points = [OperatingPoint.from_dict(row) for row in state['points']]
         for begin, end, windows, rows in state['blocks']:
-            block = Block(int(begin), int(end), int(windows))
+            block = WearBlock(int(begin), int(end), int(windows))
             for row in rows:
                 block.cells[self._point(row[0]), bool(row[1])] = numbers(
                     row[2:], 5 * N_COLUMNS).reshape(5, N_COLUMNS)
