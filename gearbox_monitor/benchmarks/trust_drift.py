@@ -24,7 +24,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.sample_loop import E_HALF_GAP, E_HYSTERESIS
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.backlash import change
+from gearbox_monitor.monitoring.backlash import change, drift_words
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.parameters import EstimatorParameters, LEARNED
@@ -156,8 +156,10 @@ def raised(outcomes: Mapping[str, Outcome]) -> bool:
 
 def false_alarms(tracker: change.Tracker, windows: Sequence[Window]) -> int:
     """Return how often later `windows` raise the alarm of a `tracker`."""
-    alarms = [False] + [any(f.level > Level.OK for f in tracker.update(w).values())
-                        for w in windows]
+    alarms = [False]
+    for window in windows:
+        tracker.update(window)
+        alarms.append(any(x.level > Level.OK for x in drift_words.outcomes(tracker).values()))
     return sum(current and not previous for previous, current in zip(alarms, alarms[1:]))
 
 
@@ -203,9 +205,8 @@ def delays(drive: SimulatedDrive, trackers: Mapping[str, change.Tracker], growth
                 since = (window.stamp_ns - T0) * 1e-9 - start
                 for name in copies.keys() - hits.keys():
                     shift_ns = round(trackers[name].stamp_ns - T0)
-                    outcomes = copies[name].update(
-                        replace(window, stamp_ns=window.stamp_ns + shift_ns))
-                    if raised(outcomes):
+                    copies[name].update(replace(window, stamp_ns=window.stamp_ns + shift_ns))
+                    if raised(drift_words.outcomes(copies[name])):
                         hits[name] = since
             return len(hits) == len(copies)
         watch(drive, start + (RAMP_TIME if ramp else JUMP_TIME), seed + 1 + run, faults, SMOOTHED,

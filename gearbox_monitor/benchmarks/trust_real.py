@@ -30,7 +30,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.backlash import change
+from gearbox_monitor.monitoring.backlash import change, drift_words
 from gearbox_monitor.monitoring.backlash.features import Backlash, fit, NotExcited
 from gearbox_monitor.monitoring.checks.outcome import Level
 
@@ -108,7 +108,8 @@ def follow(runs: Iterable[str], windows: Sequence[Backlash | NotExcited],
     alerted: list[str] = []
     was_alerted = False
     for name, window_of_run in zip(runs, windows):
-        level = tracker.update(window_of_run)['backlash'].level
+        tracker.update(window_of_run)
+        level = drift_words.outcomes(tracker)['backlash'].level
         is_alerted = level > Level.OK and bool(tracker.changes)
         if is_alerted and not was_alerted:
             alerted.append(name)

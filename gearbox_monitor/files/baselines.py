@@ -33,6 +33,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import open_file
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 
 FORMAT = 2
@@ -175,7 +176,7 @@ def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | 
         if data['gearbox_serial'] != gearbox_serial:
             raise ValueError(f'gearbox_serial {data["gearbox_serial"]!r}, expected '
                              f'{gearbox_serial!r}')
-        Tracker(TrackerSettings(), data['drift']).outcomes()
+        drift_words.outcomes(Tracker(TrackerSettings(), data['drift']))
         adaptation = data['adaptation'] if data['format'] > STATE_FORMATS[0] else {}
         if not isinstance(adaptation, dict):
             raise ValueError(f'adaptation {str(adaptation)[:60]!r}, expected a block')

@@ -29,11 +29,11 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification import likelihood
+from gearbox_monitor.identification import isolability, likelihood
 from gearbox_monitor.identification.candidates import (
     CandidateModel, NOT_FITTED, PERIODIC, PHASED, sine_and_cosine)
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.position import window_isolability as isolability
+from gearbox_monitor.identification.position import window_isolability
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
@@ -154,8 +154,8 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
         search = Search(replace(probe, y=run.y), model, sigma, rivals)
         fitted = CandidateFit(candidate, search.long.evaluate(candidate, likelihood.fresh(
             search.long, candidate, run.x[search.long.windows.begin])))
-        space = isolability.Space(search, fitted)
-        signature = isolability.direction(fitted, 0, space.own)
+        space = window_isolability.Space(search, fitted)
+        signature = isolability.direction(fitted.candidate, fitted.point.z, 0, space.own)
         _, prior = candidate.prior(candidate.start())
         other_coordinates = [k for k, c in enumerate(candidate.coordinates) if c.owner != 0]
         signature = isolability.remove(signature, space.own[:, other_coordinates],

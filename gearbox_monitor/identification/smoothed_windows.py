@@ -24,41 +24,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gearbox_monitor.identification import gauss_newton, likelihood, window_states
+from gearbox_monitor.identification import gauss_newton, window_states
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
-from gearbox_monitor.identification.likelihood import CandidateFit, FitPoint, WindowData
+from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import white_level
 from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.windows import smoothed_point
 from gearbox_monitor.kernels.types import Array
 
 ROUNDS = 3     # of windows that begin elsewhere and of fits, at most
-
-
-def smoothed_point(data: WindowData, candidate: CandidateModel, z: Array,
-                   smooth: Array) -> FitPoint:
-    """
-    Return the evaluated FitPoint whose window states are fitted from smoothed ones.
-
-    On the beginnings of the windows first, which get longer.
-
-    Args:
-        data: windows of readings and how residuals are weighted.
-        candidate: model with its coordinates.
-        z: coordinates [P].
-        smooth: smoothed states [N, N_STATE].
-    """
-    begun, memory = np.split(smooth[data.windows.begin], [4], axis=1)
-    states, model, index = begun, candidate.model(z), np.arange(len(data.windows))
-    for share in window_states.SHARES:
-        states, chi2 = window_states.solve_states(
-            likelihood.shortened(data, share), model, states, memory, index)
-    if len(data.channels) == 1:
-        # The beginning of a window says little of a side that no encoder reads.
-        whole, at_once = window_states.solve_states(data, model, begun, memory, index)
-        states = np.where((at_once < chi2)[:, None], whole, states)
-    return data.evaluate(candidate, FitPoint(z, states, memory))
 
 
 def likeliest(search: Search, candidate: CandidateModel, starts: Sequence[Array],

@@ -148,11 +148,23 @@ def free_runs(segment: Segment, candidate: CandidateModel, z: Array,
         z: coordinates [P].
         smooth: smoothed states [N, N_STATE].
     """
-    return WindowRuns(segment.data, candidate, _begun(segment.data, candidate, z, smooth), smooth)
+    return WindowRuns(segment.data, candidate,
+                      smoothed_point(segment.data, candidate, z, smooth), smooth)
 
 
-def _begun(data: WindowData, candidate: CandidateModel, z: Array, smooth: Array) -> FitPoint:
-    """Return free runs over windows that begin close to smoothed states."""
+def smoothed_point(data: WindowData, candidate: CandidateModel, z: Array,
+                   smooth: Array) -> FitPoint:
+    """
+    Return the evaluated FitPoint whose window states are fitted from smoothed ones.
+
+    On the beginnings of the windows first, which get longer.
+
+    Args:
+        data: windows of readings and how residuals are weighted.
+        candidate: model with its coordinates.
+        z: coordinates [P].
+        smooth: smoothed states [N, N_STATE].
+    """
     begun, memory = np.split(smooth[data.windows.begin], [4], axis=1)
     states, model, index = begun, candidate.model(z), np.arange(len(data.windows))
     for share in window_states.SHARES:
@@ -186,7 +198,7 @@ def hidden_begins(likelihood: InnovationLikelihood, candidate: CandidateModel, z
     data = WindowData(recording, likelihood.simulator, ShootingWindows(
         begin, length, begin, begin + length), sigma, np.ones(len(begin), bool))
     smooth = likelihood.smoothed(likelihood.run(model, likelihood.first_noise))
-    point = _begun(data, candidate, z, smooth)
+    point = smoothed_point(data, candidate, z, smooth)
     point = window_states.rescue(data, candidate, point,
                                  half_gap=max(model.transmission.half_gap, 0.01))
     J = likelihood_of.state_sensitivity(data, model, point.states, point.memory, point.residual)

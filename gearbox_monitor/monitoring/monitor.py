@@ -32,7 +32,7 @@ from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
 from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
-from gearbox_monitor.monitoring.backlash import change, features
+from gearbox_monitor.monitoring.backlash import change, drift_words, features
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
 from gearbox_monitor.monitoring.checks import (
     covariance, elastic_curve, innovation, learned_curve, model_mismatch, observability, passivity,
@@ -124,7 +124,7 @@ class Monitor:
         self.tracker = change.Tracker(
             change.TrackerSettings.of(estimator.parameters, estimator.model), drift)
         if self.tracker.stamp_ns:
-            self.outcomes.update(self.tracker.outcomes())
+            self.outcomes.update(drift_words.outcomes(self.tracker))
         self.temperature: float | None = None
         self._phase_ns = phase_ns
         self._set_reference: float | None = None
@@ -280,7 +280,7 @@ class Monitor:
         self.tracker = change.Tracker(self.tracker.settings, json.loads(snapshot['drift']))
         self.temperature = json.loads(snapshot['temperature'])
         if self.tracker.stamp_ns:
-            self.outcomes = {**self.outcomes, **self.tracker.outcomes()}
+            self.outcomes = {**self.outcomes, **drift_words.outcomes(self.tracker)}
 
     # ------------------------------------------------------------------ samples
 
@@ -498,7 +498,8 @@ class Monitor:
                 window = self._common.refine(window)
         if isinstance(window, features.Backlash):
             self.windows.append(window)
-        return self.tracker.update(window, self._trusted(), self.temperature, self._comparable())
+        self.tracker.update(window, self._trusted(), self.temperature, self._comparable())
+        return drift_words.outcomes(self.tracker)
 
     def _certain(self, rows: Array) -> Flags:
         """Return which of `rows` [N, N_SMOOTHED] rest on both encoders."""

@@ -22,6 +22,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.change import GROSS
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
@@ -112,7 +113,7 @@ class BlackBox:
 
     def _context(self, components: Sequence[str] = ()) -> RecordingContext:
         monitor = self._monitor
-        p, outcomes = monitor.parameters, monitor.tracker.outcomes()
+        p, outcomes = monitor.parameters, drift_words.outcomes(monitor.tracker)
         reason = '; '.join(f'{name}: {outcomes[name].message}' for name in components)
         return RecordingContext(self._topic, (p.motor_joint, p.arm_joint), monitor.model,
                                 monitor.estimator.drive.arm_load, p, reason or f'~/{KEEP}')

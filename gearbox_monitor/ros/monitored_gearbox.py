@@ -34,6 +34,7 @@ from gearbox_monitor.files.state_file import StateFile
 from gearbox_monitor.interfaces.signals import ARM, MOTOR, SNAPSHOT, TRANSMISSION
 from gearbox_monitor.kernels.jit import COMPILED, KERNELS
 from gearbox_monitor.monitoring.backlash import shape
+from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.change import Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
 from gearbox_monitor.monitoring.checks import usability
@@ -372,7 +373,7 @@ class MonitoredGearbox:
         except InputError as error:
             return False, str(error)
         monitor.tracker = tracker
-        monitor.outcomes = {**monitor.outcomes, **tracker.outcomes()}
+        monitor.outcomes = {**monitor.outcomes, **drift_words.outcomes(tracker)}
         self._alert(monitor.outcomes)
         self._keep_state()
         self._publish_snapshot('baseline')

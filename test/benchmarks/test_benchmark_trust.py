@@ -22,6 +22,7 @@ from gearbox_monitor.benchmarks import intervals, trust, trust_drift, trust_runs
 from gearbox_monitor.benchmarks.harness import BarTable
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.plant.drive import DriveModel
@@ -58,7 +59,7 @@ def test_alarms_and_delays_are_counted():
     assert watched([0, 1, 1, 1]).delay(2.5) == (None, None)  # it was there before
 
 
-def test_windows_are_drawn_in_time_and_followed():
+def test_windows_are_drawn_in_time_and_followed(monkeypatch):
     windows = [Backlash(k, 1.0 + k, 0.1, 5.0, 0.1) for k in range(20)]
     drawn = trust_drift.drawn(windows, 15, np.random.default_rng(0))
     assert set(np.diff([w.stamp_ns for w in drawn])) == {10_000_000_000}
@@ -71,7 +72,8 @@ def test_windows_are_drawn_in_time_and_followed():
         def update(self, window):
             assert window.stamp_ns > self.stamp_ns
             self.stamp_ns = window.stamp_ns
-            return {'backlash': Outcome(Level(self.raised.pop(0)), '')}
+            self.outcomes = {'backlash': Outcome(Level(self.raised.pop(0)), '')}
+    monkeypatch.setattr(drift_words, 'outcomes', lambda tracker: tracker.outcomes)
     assert trust_drift.false_alarms(Tracker(), trust_drift.later(windows[:6], Tracker())) == 2
 
 

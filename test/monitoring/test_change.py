@@ -27,6 +27,7 @@ from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST, S_X4
 from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state
 from gearbox_monitor.monitoring.backlash import forecast, scan
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
+from gearbox_monitor.monitoring.backlash.drift_words import outcomes
 from gearbox_monitor.monitoring.backlash.features import (
     Backlash, Friction, lost_motion_of, NotExcited)
 from gearbox_monitor.monitoring.checks.outcome import Level
@@ -41,6 +42,12 @@ SPREAD = {'A': (0.0103, 0.0035), 'B': (0.0073, 0.0030)}
 
 def settings(**parameters):
     return TrackerSettings.of(EstimatorParameters.from_mapping(parameters), DriveModel())
+
+
+def judged(tracker, *args, **kwargs):
+    """Return the outcomes after a window that `tracker` takes."""
+    tracker.update(*args, **kwargs)
+    return outcomes(tracker)
 
 
 class Gearbox:
@@ -65,7 +72,7 @@ class Gearbox:
     def go(self, windows, growth=0.0, trusted=True, temperature=None, **changes):
         """Return the outcomes of each of `windows` windows."""
         growth = np.broadcast_to(growth, windows)
-        return [self.tracker.update(self.window(g, **changes), trusted, temperature)
+        return [judged(self.tracker, self.window(g, **changes), trusted, temperature)
                 for g in growth]
 
 
@@ -209,11 +216,11 @@ def test_what_is_not_compared_is_never_ok():
     assert alarmed(gearbox.go(10, 0.1)) and 'gap' in gearbox.tracker.changes
     for _ in range(5):
         gearbox.stamp += WINDOW
-        pause = gearbox.tracker.update(NotExcited(gearbox.stamp, 'only one flank is reached'))
+        pause = judged(gearbox.tracker, NotExcited(gearbox.stamp, 'only one flank is reached'))
     assert pause['backlash'].level == Level.WARN
     assert pause['backlash'].message.startswith('gap has grown')
     assert 'only one flank' in pause['backlash'].message
-    nothing = Tracker(settings()).update(NotExcited(1, 'only one flank is reached'))
+    nothing = judged(Tracker(settings()), NotExcited(1, 'only one flank is reached'))
     assert nothing['backlash'].level == Level.WARN and 'only one' in nothing['backlash'].message
 
 
@@ -222,7 +229,7 @@ def test_a_good_fit_is_compared_where_the_filter_is_at_odds_with_the_drive():
     gearbox.go(20)
 
     def go(windows, growth, **changes):
-        return [gearbox.tracker.update(gearbox.window(growth, **changes), False, comparable=True)
+        return [judged(gearbox.tracker, gearbox.window(growth, **changes), False, comparable=True)
                 for _ in range(windows)]
 
     go(5, 0.3, gap_std=1.0)  # a poor fit of the gap
@@ -234,7 +241,7 @@ def test_a_good_fit_is_compared_where_the_filter_is_at_odds_with_the_drive():
     assert change.growth == pytest.approx(0.1, abs=2 * change.std) and 0.01 < change.std < 0.03
     # Before there is a baseline, nothing is compared.
     fresh = Gearbox(9).tracker
-    outcome = fresh.update(gearbox.window(0.3), False, comparable=True)['backlash']
+    outcome = judged(fresh, gearbox.window(0.3), False, comparable=True)['backlash']
     assert not fresh.changes and 'not compared yet' in outcome.message
 
 
@@ -246,7 +253,7 @@ def test_friction_is_followed_on_one_flank():
         found = []
         for _ in range(windows):
             stamp += WINDOW
-            found.append(tracker.update(NotExcited(stamp, 'only one flank', friction=Friction(
+            found.append(judged(tracker, NotExcited(stamp, 'only one flank', friction=Friction(
                 0.0, 1e-4, coulomb + 1e-3 * random.standard_normal(), 1e-3, 0.0, 20.0, 6.0))))
         return found
 
@@ -255,13 +262,13 @@ def test_friction_is_followed_on_one_flank():
     assert healthy[-1]['backlash'].level == Level.WARN
     assert 'only one flank' in healthy[-1]['backlash'].message
     copy = Tracker(tracker.settings, json.loads(json.dumps(tracker.to_dict())))
-    assert copy.outcomes() == tracker.outcomes()
+    assert outcomes(copy) == outcomes(tracker)
     tracker = copy
     found = go(10, 1.1)
     assert 'friction has grown' in found[-1]['friction'].message
     assert 'not measured yet' in found[-1]['backlash'].message
     copy = Tracker(tracker.settings, json.loads(json.dumps(tracker.to_dict())))
-    assert copy.outcomes() == tracker.outcomes()
+    assert outcomes(copy) == outcomes(tracker)
     assert tracker.baseline is None
 
 
@@ -292,10 +299,10 @@ def test_state_goes_on_bit_for_bit(tmp_path):
     file.write_text(json.dumps({**before, 'format': 2}))  # of the version before
     assert load_state(file, 'g7') == ({**state, 'adaptation': {}}, '')
     again = Tracker(gearbox.tracker.settings, state['drift'])
-    assert 'gap has grown' in again.outcomes()['backlash'].message
+    assert 'gap has grown' in outcomes(again)['backlash'].message
     for _ in range(150):
         window = gearbox.window(0.02)
-        assert repr(again.update(window)) == repr(gearbox.tracker.update(window))
+        assert repr(judged(again, window)) == repr(judged(gearbox.tracker, window))
     assert json.dumps(again.to_dict()) == json.dumps(gearbox.tracker.to_dict())
 
 
@@ -326,7 +333,7 @@ def test_baseline_file(tmp_path):
     assert again.data.count(0) == 100
     for _ in range(30):
         window = gearbox.window(0.02)
-        a, b = again.update(window), gearbox.tracker.update(window)
+        a, b = judged(again, window), judged(gearbox.tracker, window)
     assert a['backlash'].level == b['backlash'].level == Level.WARN
     change, other = again.changes['gap'], gearbox.tracker.changes['gap']
     assert change.growth == pytest.approx(other.growth, abs=1e-3)
@@ -377,7 +384,7 @@ def test_real_recordings_do_not_drift_unless_widened():
         tracker, found = Tracker(settings()), []
         for run, window in windows:
             lost = window.lost_motion * (1.0 + (wider if run >= 10 else 0.0))
-            if tracker.update(replace(window, lost_motion=lost))['backlash'].level:
+            if judged(tracker, replace(window, lost_motion=lost))['backlash'].level:
                 found.append(run)
         assert bool(found) == bool(wider)
     assert found[0] in (10, 11)

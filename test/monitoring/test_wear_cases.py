@@ -18,10 +18,11 @@ from pathlib import Path
 import sys
 
 import pytest
-from test_change import alarmed, Gearbox, settings  # noqa: E402
+from test_change import alarmed, Gearbox, judged, settings  # noqa: E402
 
 from gearbox_monitor.files.baselines import load_baseline, load_state
 from gearbox_monitor.monitoring.backlash.change import GROSS, Tracker, WARNED
+from gearbox_monitor.monitoring.backlash.drift_words import outcomes
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
 
@@ -98,11 +99,11 @@ def test_friction_is_an_alarm_and_the_gap_beside_it_too():
     gearbox = learnt(5)
     for growth, windows in ((0.0, 6), (0.1, 6)):
         for _ in range(windows):
-            outcomes = gearbox.tracker.update(
-                gearbox.window(growth, viscous=0.6 * FRICTION), False, comparable=True)
+            window = gearbox.window(growth, viscous=0.6 * FRICTION)
+            found = judged(gearbox.tracker, window, False, comparable=True)
     size(gearbox, 'friction', 0.6, GROSS)
     size(gearbox, 'gap', 0.1)
-    assert outcomes['friction'].level == Level.ERROR
+    assert found['friction'].level == Level.ERROR
     for _ in range(6):  # in a new motion, still
         gearbox.tracker.update(gearbox.window(0.1, viscous=0.6 * FRICTION, load=9.0), False,
                                comparable=True)
@@ -137,7 +138,7 @@ def test_a_saved_baseline_is_zero_everywhere():
     gearbox.go(20, load=9.0)
     gearbox.go(20, 0.3)
     gearbox.tracker.accept()
-    outcome = gearbox.tracker.outcomes()['backlash']
+    outcome = outcomes(gearbox.tracker)['backlash']
     assert outcome.level == Level.OK and not gearbox.tracker.changes
     # Also in the motion that was not driven since the change.
     assert not alarmed(gearbox.go(10, 0.3)) and not alarmed(gearbox.go(10, 0.3, load=9.0))
@@ -178,7 +179,7 @@ def test_files_of_version_0_2_are_read():
     gearbox = Gearbox(31)
     gearbox.tracker = Tracker(gearbox.tracker.settings, state['drift'])
     size(gearbox, 'gap', 0.05)
-    assert 'gap has grown by +5' in gearbox.tracker.outcomes()['backlash'].message
+    assert 'gap has grown by +5' in outcomes(gearbox.tracker)['backlash'].message
     gearbox.stamp = gearbox.tracker.stamp_ns
     gearbox.go(20, 0.08)
     size(gearbox, 'gap', 0.08)

@@ -32,6 +32,7 @@ import script
 
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.kernels.jit import jit_allocating
+from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.change_tests import FEATURES, TESTS
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -214,7 +215,8 @@ class History:
             column = FEATURES.index(name)
             true = (1.0 + self.size(name, window)) / (1.0 + self.zero[name]) - 1.0
             growth, std = tracker.growth(column)
-            outcome = tracker.outcomes()['friction' if name == 'friction' else 'backlash']
+            component = 'friction' if name == 'friction' else 'backlash'
+            outcome = drift_words.outcome(tracker, component)
             changes = [(t, tracker.changes[t.key]) for t in TESTS
                        if t.column == column and t.key in tracker.changes]
             verdict.judged += 1

@@ -22,23 +22,19 @@ than THRESHOLDS.isolable.
 """
 from collections.abc import Iterable
 import math
-from typing import TypeAlias
 
 import numpy as np
 
 from gearbox_monitor.identification import likelihood
-from gearbox_monitor.identification.candidates import (
-    NOT_FITTED, PERIODIC, replaced_value)
+from gearbox_monitor.identification.candidates import NOT_FITTED, PERIODIC
+from gearbox_monitor.identification.isolability import (
+    direction, remove, Separations, share_left, shares, TWINS)
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.effects import EFFECTS
 
 CAREFUL = 6   # best single effects, whose fits count
-TWINS = {name: effect.twin for name, effect in EFFECTS.items() if effect.twin}
-SMALL = 1e-9
-Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
 
 
 class Space:
@@ -83,69 +79,6 @@ def _orders(search: Search, name: str) -> int | None:
     if candidate_fit is not None:
         return candidate_fit.candidate.orders[0]
     return search.found_orders(name)[0]
-
-
-def share_left(a: Array, b: Array) -> float:
-    """Return the share of the power of a [M, A] that the span of b [M, B] leaves."""
-    total = (a * a).sum()
-    if not b.shape[1] or total <= 0.0:
-        return 1.0
-    q = _orthonormal(b)
-    return float(np.clip(1.0 - ((q.T @ a) ** 2).sum() / total, 0.0, 1.0))
-
-
-def _orthonormal(columns: Array) -> Array:
-    """Return an orthonormal basis of the span of columns [M, C]."""
-    size = np.linalg.norm(columns, axis=0)
-    columns = columns[:, size > 0.0] / size[size > 0.0]
-    values, vectors = np.linalg.eigh(columns.T @ columns)
-    keep = values > SMALL * max(values.max(initial=0.0), 1e-300)
-    return columns @ vectors[:, keep] / np.sqrt(values[keep])
-
-
-def remove(columns: Array, nuisances: Array, prior: Array) -> Array:
-    """
-    Return columns with what the nuisances [M, Q] imitate taken out, their prior [Q] as rows.
-
-    The prior enters as one more reading of each nuisance.
-
-    Args:
-        columns: changes of the readings [M, C].
-        nuisances: changes of the readings by the nuisances [M, Q].
-        prior: weights of the prior [Q].
-    """
-    count = nuisances.shape[1]
-    if not count:
-        return columns
-    stacked = np.concatenate([nuisances, np.diag(np.sqrt(prior))])
-    padded = np.concatenate([columns, np.zeros((count, columns.shape[1]))])
-    q = _orthonormal(stacked)
-    return padded - q @ (q.T @ padded)
-
-
-def direction(fitted: CandidateFit, owner: int, own: Array) -> Array:
-    """
-    Return the change [M, 1] towards no effect `owner` of `fitted`, from its columns `own`.
-
-    Args:
-        fitted: fit on the long windows.
-        owner: index of the effect in the candidate.
-        own: changes of the readings by each coordinate [M, P].
-    """
-    candidate, z = fitted.candidate, fitted.point.z
-    name = candidate.ids[owner]
-    null = replaced_value(candidate.nominal, name) or 0.0
-    total, has_coordinates = np.zeros(len(own)), False
-    for k, c in enumerate(candidate.coordinates):
-        if c.owner != owner:
-            continue
-        if name in EFFECTS and any(p.name == c.name and p.off_at_infinity
-                                   for p in EFFECTS[name].parameters):
-            total -= own[:, k]
-        elif not c.log:
-            total += own[:, k] * ((z[k] - null) or c.scale)
-        has_coordinates = True
-    return total[:, None] if has_coordinates else np.zeros((len(own), 0))
 
 
 def evidence(search: Search, fitted: CandidateFit, owner: int = 0) -> float:
@@ -193,7 +126,7 @@ def separations(search: Search, fitted: CandidateFit) -> Separations:
     for owner in owners:
         other_coordinates = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
         nuisances, weight = space.own[:, other_coordinates], prior[other_coordinates]
-        a = remove(direction(fitted, owner, space.own), nuisances, weight)
+        a = remove(direction(candidate, fitted.point.z, owner, space.own), nuisances, weight)
         table = {name: share_left(a, remove(columns, nuisances, weight))
                  for name, columns in signatures.items()}
         out[candidate.ids[owner]] = (evidence(search, fitted, owner), table)
@@ -252,5 +185,4 @@ def matrix(search: Search, ids: Iterable[str]) -> tuple[list[str], Array]:
     _, prior = none.candidate.prior(none.point.z)
     ids = [n for n in ids if n not in NOT_FITTED]
     columns = [remove(space.signature(n, _orders(search, n)), space.own, prior) for n in ids]
-    first = [a[:, :1] if name not in PERIODIC else a for name, a in zip(ids, columns)]
-    return ids, np.array([[share_left(a, b) for b in columns] for a in first])
+    return ids, shares(ids, columns)

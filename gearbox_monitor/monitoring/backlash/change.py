@@ -25,7 +25,7 @@ from typing import Any, Self
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Flags
-from gearbox_monitor.monitoring.backlash import drift_words, old_state, scan, wear
+from gearbox_monitor.monitoring.backlash import old_state, scan, wear
 from gearbox_monitor.monitoring.backlash.change_tests import (
     ALONE, ALONE_LOSS, ChangeTest, COMPONENTS, FEATURES, GAP, PRIORS, SHARP, STIFFNESS,
     TESTS)
@@ -33,7 +33,6 @@ from gearbox_monitor.monitoring.backlash.features import Backlash, Friction, Not
 from gearbox_monitor.monitoring.backlash.forecast import Trend
 from gearbox_monitor.monitoring.backlash.operating_point import Bins, OperatingPoint
 from gearbox_monitor.monitoring.backlash.wear_data import MIN_COMPLETE, OTHERS, WearData
-from gearbox_monitor.monitoring.checks.outcome import Outcome
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -198,9 +197,9 @@ class Tracker:
 
     def update(self, window: Backlash | NotExcited, trusted: bool = True,
                temperature: float | None = None, comparable: bool = False
-               ) -> dict[str, Outcome]:
+               ) -> None:
         """
-        Take a window.
+        Take a window; `drift_words.outcomes` says what it changed.
 
         Args:
             window: features of the newest window, or why there are none.
@@ -208,13 +207,9 @@ class Tracker:
             temperature: of the gearbox (deg C), None if unknown.
             comparable: whether a window that is not trusted is compared where its fit is as good
                 as those of the baseline; else it is only shown.
-
-        Returns:
-            {component: Outcome} in force.
-
         """
         if window.stamp_ns == self.stamp_ns:
-            return self.outcomes()  # it has been taken before
+            return  # it has been taken before
         self.stamp_ns, self.temperature = window.stamp_ns, temperature
         self.ended = {}
         features: Backlash | Friction
@@ -224,12 +219,11 @@ class Tracker:
             self.pause = window
             if window.friction is None:
                 self.compared = False
-                return self.outcomes()
+                return
             features = window.friction
         self.friction, self.trusted, self.compared = features, bool(trusted), False
         if trusted or comparable:
             self._take(features, trusted)
-        return self.outcomes()
 
     def _take(self, features: Backlash | Friction, trusted: bool) -> None:
         data, settings = self.data, self.settings
@@ -722,10 +716,6 @@ class Tracker:
         return {component: {t.key: self.changes[t.key].stage for t in TESTS
                             if t.component == component and t.key in self.changes}
                 for component in COMPONENTS}
-
-    def outcomes(self) -> dict[str, Outcome]:
-        """Return {component: Outcome} in force."""
-        return {component: drift_words.outcome(self, component) for component in COMPONENTS}
 
     # ------------------------------------------------------------------ healthy by decision
 

@@ -14,17 +14,15 @@
 
 """What the wear of a gearbox is, in words and values: one condition, its size, one remedy."""
 import math
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 from gearbox_monitor.monitoring.backlash import scan
+from gearbox_monitor.monitoring.backlash.change import Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import (
-    ADVICE, ChangeTest, FRICTION, GAP, LOST_MOTION, size_name, TESTS)
+    ADVICE, ChangeTest, COMPONENTS, FRICTION, GAP, LOST_MOTION, size_name, TESTS)
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction
 from gearbox_monitor.monitoring.backlash.forecast import span, when
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
-
-if TYPE_CHECKING:
-    from gearbox_monitor.monitoring.backlash.change import Tracker
 
 GROSS = 3           # stage of an alarm: see change
 # The newest windows may fail to be compared for so many windows before that is a warning.
@@ -33,7 +31,12 @@ OPEN = 2.0          # standard deviations within which a change that requires a 
 UNKNOWN = 1.0       # a growth that is less certain than this is none
 
 
-def outcome(tracker: 'Tracker', component: str) -> Outcome:
+def outcomes(tracker: Tracker) -> dict[str, Outcome]:
+    """Return {component: Outcome} in force."""
+    return {component: outcome(tracker, component) for component in COMPONENTS}
+
+
+def outcome(tracker: Tracker, component: str) -> Outcome:
     """Return the Outcome of a `component` of COMPONENTS."""
     window = tracker.window if component == 'backlash' else tracker.friction
     active = sorted((t for t in TESTS if t.component == component and t.key in tracker.changes),
@@ -69,7 +72,7 @@ def outcome(tracker: 'Tracker', component: str) -> Outcome:
     return Outcome(level, '; '.join(texts), values)
 
 
-def _leading(tracker: 'Tracker', component: str) -> int:
+def _leading(tracker: Tracker, component: str) -> int:
     """Return the feature that a component stands for."""
     if component == 'friction':
         return FRICTION
@@ -80,7 +83,7 @@ def _leading(tracker: 'Tracker', component: str) -> int:
 NOUN = {GAP: 'gap', LOST_MOTION: 'lost motion', FRICTION: 'friction'}
 
 
-def _stale(tracker: 'Tracker', column: int, reason: str) -> str:
+def _stale(tracker: Tracker, column: int, reason: str) -> str:
     """Return the words for a feature that is not compared any more, '' for one that is."""
     compared = tracker.wear[column].compared_ns
     late = tracker.stamp_ns - compared > GRACE * tracker.settings.window * 1e9
@@ -93,7 +96,7 @@ def _stale(tracker: 'Tracker', column: int, reason: str) -> str:
     return f'{NOUN[column]} not compared{since}: {reason}'
 
 
-def _hidden(tracker: 'Tracker', column: int) -> str:
+def _hidden(tracker: Tracker, column: int) -> str:
     """Return the words for a change that the new motion may hide, '' where it hides none."""
     if not tracker.wear[column].pending:
         return ''
@@ -110,7 +113,7 @@ def _percent(growth: float, std: float, sign: str = '+') -> str:
     return f'{100 * growth:{sign}.{digits}f} % +- {100 * std:.{digits}f} %'
 
 
-def _healthy(tracker: 'Tracker', column: int, window: Backlash | Friction | None) -> str:
+def _healthy(tracker: Tracker, column: int, window: Backlash | Friction | None) -> str:
     size = ''
     if isinstance(window, Backlash) and column != FRICTION:
         size = f' {window.gap if column == GAP else window.lost_motion:.4g} rad,'
@@ -123,7 +126,7 @@ def _healthy(tracker: 'Tracker', column: int, window: Backlash | Friction | None
             f'no wear detected so far{learnt}')
 
 
-def _measured(tracker: 'Tracker', component: str, window: Backlash | Friction) -> dict[str, Any]:
+def _measured(tracker: Tracker, component: str, window: Backlash | Friction) -> dict[str, Any]:
     base = tracker.baseline
     values: dict[str, Any]
     if isinstance(window, Backlash) and component == 'backlash':
@@ -159,7 +162,7 @@ def _measured(tracker: 'Tracker', component: str, window: Backlash | Friction) -
     return values
 
 
-def _described(tracker: 'Tracker', test: ChangeTest, values: dict[str, Any]) -> str:
+def _described(tracker: Tracker, test: ChangeTest, values: dict[str, Any]) -> str:
     """Return the words for a Change and add its figures to `values`."""
     change = tracker.changes[test.key]
     _, std = tracker.growth(test.column)
