@@ -274,8 +274,8 @@ class RobotEvidence:
         residual = [a.y - a.z @ solution[a.index] - x @ solution[k + place]
                     for a, x, place in zip(self.at, extra, places)]
         return RobotFit(tuple(chosen), deviance, solution[k:] / scale, offset,
-                   cho_solve(factor, np.eye(size), check_finite=False), scale, tuple(used),
-                   tuple(residual))
+                        cho_solve(factor, np.eye(size), check_finite=False), scale, tuple(used),
+                        tuple(residual))
 
     def _shrunk(self, squares: Array, a: JointRows) -> Array:
         """

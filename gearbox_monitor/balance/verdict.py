@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """The verdict on a whole robot: findings of joints and links, what remains, what would show."""
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 import math
 from typing import Any
@@ -106,7 +106,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     scales = scales_of(laws, free, knowledge, evidence.joints)
     blank = evidence.fit()
     fit, steps = _search(evidence, blank, laws, free, scales)
-    findings = _findings(evidence, blank, fit, steps, scales)
+    findings = _findings(evidence, fit, steps, scales)
     cautions, strange = _cautions(recordings, knowledge) if knowledge else ((), set())
     remainders = _remainders(evidence, fit, steps, knowledge, settings)
     # What a joint does where no reference was is no evidence of a fault.
@@ -120,11 +120,10 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A candidate that was taken: its worth, its rivals that explain the same, the gain."""
+    """A candidate that was taken: its worth and its rivals that explain the same."""
 
     worth: float
     rivals: tuple[str, ...]
-    gain: float
 
 
 def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate],
@@ -140,12 +139,11 @@ def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate
             gained = blank.deviance - current.deviance
             if lawless[0].worth > s.share_unknown * gained:
                 current = lawless[0].fit
-                steps.append(Step(function, (), 0.0))
+                steps.append(Step(function, ()))
             break
         if law < s.margin:
             break
-        steps.append(Step(law, _rivals(entries, s.margin),
-                          current.deviance - entries[0].fit.deviance))
+        steps.append(Step(law, _rivals(entries, s.margin)))
         current = entries[0].fit
         if len(current.chosen) > 1:
             current, stayed = pruned(evidence, current, scales)
@@ -162,13 +160,31 @@ def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*names, *first.twins)))
 
 
-def _findings(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit, steps: Sequence[Step],
+def _shares(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
+    """
+    Return the share of the squared misfit that each candidate of a fit explains, 0 to 1.
+
+    What comes back without its torque, of what comes back without that of all candidates.
+    """
+    def returns(numbers: Iterable[int]) -> float:
+        out = 0.0
+        for j, (a, w, residual) in enumerate(zip(evidence.at, fit.weights, fit.residual)):
+            torque = np.zeros_like(residual)
+            for i in numbers:
+                if j in fit.chosen[i].columns:
+                    torque += fit.chosen[i].columns[j][a.order] @ fit.values[fit.of(i)]
+            out += float(a.spread(w) @ (2.0 * residual * torque + torque ** 2))
+        return out
+    whole = max(returns(range(len(fit.chosen))), 1e-9)
+    return [min(max(returns([i]) / whole, 0.0), 1.0) for i in range(len(fit.chosen))]
+
+
+def _findings(evidence: RobotEvidence, fit: RobotFit, steps: Sequence[Step],
               scales: ContestScales) -> tuple[Finding, ...]:
     """Return the laws of a fit as findings, worthiest first."""
     covariance = evidence.sandwich(fit) if fit.chosen else np.zeros((0, 0))
-    total = max(blank.deviance - fit.deviance, 1e-9)
     out = []
-    for i, (c, step) in enumerate(zip(fit.chosen, steps)):
+    for i, (c, step, share) in enumerate(zip(fit.chosen, steps, _shares(evidence, fit))):
         if c.free or c.values is None:
             continue
         own = fit.of(i)
@@ -183,7 +199,7 @@ def _findings(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit, steps: Se
         values, deviations = _with_totals(evidence, c, values, deviations)
         out.append(Finding(
             c.effect, _location(c), values, deviations, round(step.worth, 3),
-            min(max(step.gain / total, 0.0), 1.0), channel=c.over or None, joint=c.joint,
+            share, channel=c.over or None, joint=c.joint,
             link=c.link if c.link else (BASE if c.joint is None else None),
             confusable=step.rivals))
     return _joined(out)

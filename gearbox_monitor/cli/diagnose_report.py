@@ -24,7 +24,7 @@ from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.words import (
     dense_regions, headline, ids_of, meaning, NAMING, next_steps, number, percent, place_text,
-    SUGGESTED, torque_map_of, undefined, unit_of)
+    SUGGESTED, torque_map_of, undefined, unit_of, value_rows, value_text)
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 WIDTH = 80
@@ -107,24 +107,8 @@ def _gap(data: VerdictData) -> list[str]:
 
 
 def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
-    lines: list[str] = []
-    effects = library()
-    errors = data.get('standard_errors') or {}
-    vague = {(f['effect'], name) for f in data.get('findings') or ()
-             for name, deviation in f['deviations'].items() if deviation is None}
-    for name, values in (data.get('params') or {}).items():
-        units = {p.name: p.unit for p in effects[name].parameters} if name in effects else {}
-        for parameter, value in values.items():
-            if not isinstance(value, (int, float)):
-                value, error = str(value), None
-            else:
-                value, error = number(value), (errors.get(name) or {}).get(parameter)
-            pm = (' (not determined)' if (name, parameter) in vague
-                  else f' +- {error:.2g}' if error else '')
-            unit = on_axis(units.get(parameter, ''), model.axis)
-            first = not any(line.startswith('values') for line in lines)
-            lines.append(f'{"values" if first else "":<{LABEL}s}{name} {parameter} = '
-                         f'{value}{pm}{" " + unit if unit not in ("", "-") else ""}')
+    lines = [f'{"" if k else "values":<{LABEL}s}{row[0]} {value_text(row, "+-")}'
+             for k, row in enumerate(value_rows(data, model.axis))]
     for name, ranges in (data.get('between_recordings') or {}).items():
         for parameter, part in ranges.items():
             lines += _entry('', f'{name} {parameter} in {len(part["recordings"])} recordings: '

@@ -34,12 +34,13 @@ from gearbox_monitor.report.figures import (
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
 from gearbox_monitor.report.words import (
     dense_regions, gain_text, headline, ids_of, meaning, MEANINGS, NAMING, next_steps, number,
-    percent, place_text, torque_map_of, undefined, unit_of)
+    percent, place_text, torque_map_of, undefined, unit_of, value_rows, value_text)
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 ROLES = ('nominal', 'closed')
 RANKED = 10
 RIVALS = 6
+LONGEST = 12  # characters of a value in the summary: a number, no table
 NOISE_RANGE = (0.9, 1.5)  # gaps that are always in view: noise must not look large
 
 
@@ -96,12 +97,16 @@ def sentence(words: str) -> str:
 
 @dataclass(frozen=True)
 class VerdictSummary(Section):
-    """The verdict in one sentence, the meaning of its effects, the main figures."""
+    """
+    The verdict in one sentence, its effects, the main figures.
+
+    meanings: id, meaning and values of each effect.
+    """
 
     template = 'diagnosis/summary.html'
     kind: str
     headline: str
-    meanings: Sequence[tuple[str, str]]
+    meanings: Sequence[tuple[str, str, str]]
     facts: Sequence[tuple[str, str]]
 
     @classmethod
@@ -114,9 +119,13 @@ class VerdictSummary(Section):
         if data['verdict'] in NAMING:
             facts.append(('indistinguishable from it', ', '.join(data['confusable']) or 'nothing'))
         colour = {'none': 'good', 'unknown': 'warn', 'incomplete': 'warn'}
+        rows = value_rows(data, axis)
+        sizes = {name: ', '.join(value_text(row) for row in rows
+                                 if row[0] == name and len(row[2]) <= LONGEST)
+                 for name in ids_of(data)}
         return cls(colour.get(data['verdict'], ''), headline(data),
-                   [(name, meaning(name, axis)) for name in ids_of(data) if name in MEANINGS],
-                   facts)
+                   [(name, meaning(name, axis), sizes[name]) for name in ids_of(data)
+                    if name in MEANINGS], facts)
 
 
 @dataclass(frozen=True)
@@ -464,20 +473,12 @@ class FittedValues(Section):
     @classmethod
     def of(cls, data: VerdictData, axis: str) -> 'FittedValues':
         """Return it for the verdict `data` on a drive with `axis`."""
-        effects, rows = library(), []
-        errors = data.get('standard_errors') or {}
-        params = data.get('params') or {}
-        for name, values in params.items():
-            units = {p.name: p.unit for p in effects[name].parameters} if name in effects else {}
-            for parameter, value in values.items():
-                error = (errors.get(name) or {}).get(parameter)
-                text = number(value) if isinstance(value, (int, float)) else str(value)
-                rows.append((name, parameter, text, f'{error:.2g}' if error else '',
-                             on_axis(units.get(parameter, ''), axis)))
+        effects, params = library(), data.get('params') or {}
         words, knots = torque_map_of(data) or ('', [])
         return cls(
             data['verdict'] == 'incomplete',
-            PageTable(('effect', 'parameter', 'value', 'standard error', 'unit'), rows, (2, 3)),
+            PageTable(('effect', 'parameter', 'value', 'standard error', 'unit'),
+                      value_rows(data, axis), (2, 3)),
             words, PageTable(('at', f'torque, {on_axis("N m", axis)}', 'standard error'), knots,
                              (0, 1, 2)),
             [(name, effects[name].equation) for name in params if name in effects],

@@ -181,7 +181,7 @@ class RobotFindings(Section):
 
 @dataclass(frozen=True)
 class RobotGaps(Section):
-    """The torque that the model does not say, of each joint, before and after the findings."""
+    """The torque of each joint that the model does not explain, before and after."""
 
     heading = 'The gap of each joint'
     template = 'robot_gap/gaps.html'
@@ -222,7 +222,7 @@ class VisibleSizes(Section):
                 unit = _unit(effect)
                 rows.append((MEANINGS.get(effect, effect), f'{places[low]:.2g} {unit}', low,
                              f'{places[high]:.2g} {unit}', high))
-        return cls(PageTable(('effect', 'from', 'at best at', 'from', 'at worst at'), rows),
+        return cls(PageTable(('effect', 'visible from', 'at', 'elsewhere up to', 'at'), rows),
                    list(data['not_tried'].items()))
 
 

@@ -18,7 +18,7 @@ import math
 from typing import Any
 
 from gearbox_monitor.monitoring.backlash.recording_windows import GAP_ERROR
-from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.units import on_axis
 
@@ -32,6 +32,7 @@ PLACES = {
     'arm_sensor': 'arm encoder'}
 # The meaning of each effect on a real drive.
 MEANINGS = {name: effect.meaning for name, effect in EFFECTS.items()}
+UNDETERMINED = 'not determined'
 SUGGESTED = 'this command finds a more informative motion, no larger than that of the recording'
 # Motions that separate effects which other motions confuse.
 SEPARATES = tuple(({name, rival}, motion) for name, effect in EFFECTS.items()
@@ -106,6 +107,42 @@ def counted(count: int, noun: str) -> str:
 def number(value: float | None) -> str:
     """Return `value` with three or four digits, 'none' for None."""
     return 'none' if value is None else f'{value:.4g}'
+
+
+def value_rows(data: Mapping[str, Any], axis: str) -> list[tuple[str, str, str, str, str]]:
+    """
+    Return (effect, parameter, value, deviation, unit) of each value that a verdict identified.
+
+    Args:
+        data: the verdict as plain data.
+        axis: of the drive.
+
+    Returns:
+        Texts; a deviation is '' where none is stated, UNDETERMINED where the recording does not
+        determine the value.
+    """
+    effects, rows = library(), []
+    errors = data.get('standard_errors') or {}
+    undetermined = {(f['effect'], name) for f in data.get('findings') or ()
+                    for name, deviation in f['deviations'].items() if deviation is None}
+    for effect, values in (data.get('params') or {}).items():
+        units = {p.name: p.unit for p in effects[effect].parameters} if effect in effects else {}
+        for name, value in values.items():
+            unit = on_axis(units.get(name, ''), axis)
+            error = (errors.get(effect) or {}).get(name)
+            is_number = isinstance(value, (int, float))
+            rows.append((effect, name, number(value) if is_number else str(value),
+                         UNDETERMINED if (effect, name) in undetermined
+                         else f'{error:.2g}' if error and is_number else '',
+                         '' if unit == '-' else unit))
+    return rows
+
+
+def value_text(row: tuple[str, str, str, str, str], sign: str = '±') -> str:
+    """Return a row of value_rows as `name = value ± deviation unit`."""
+    _, name, value, deviation, unit = row
+    spread = f' ({deviation})' if deviation == UNDETERMINED else f' {sign} {deviation}'
+    return f'{name} = {value}{spread if deviation else ""} {unit}'.rstrip()
 
 
 def width_and_std(width: float, std: float, unit: str) -> str:

@@ -49,6 +49,9 @@ def test_pair_names_the_load_and_the_rubbing_joint(arm, tmp_path, capsys):
     assert payload['link'] == 'flange'
     assert abs(payload['values']['m'] - 2.0) < 0.05 and abs(payload['values']['cz'] - 0.08) < 0.02
     rubbing = next(f for f in data['findings'] if f['effect'] == 'motor_coulomb')
+    # The load takes most of the misfit; the shares of two effects of little overlap add up to it.
+    assert payload['share'] > 0.9 and 0.001 < rubbing['share'] < 0.1
+    assert abs(payload['share'] + rubbing['share'] - 1.0) < 0.05
     assert rubbing['joint'] == 'joint2' and 4.0 < rubbing['values']['Cc_change'] < 9.0
     # The patched file has the load, and nothing else moved.
     before, after = read_robot(arm / 'robot.urdf').chain, read_robot(

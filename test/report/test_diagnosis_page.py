@@ -76,6 +76,7 @@ def test_all_of_it_is_written(folder):
     assert 1e5 < len(html) < 5e6
     assert '<b>' not in html and 'worn &amp; &lt;b&gt;old.csv' in html
     assert 'Effect: arm_coulomb (arm side).' in html and 'second recording' in html
+    assert '<strong>Cac = ' in html.split('What to do next')[0]  # the size, beside the name
     assert 'Missing torque: arm side' in html and 'nan' not in html.lower().split('<pre>')[0]
     for word in ('http:', 'https:', 'url(', '@import', ' src='):
         assert word not in html.replace('http://www.w3.org', '')
