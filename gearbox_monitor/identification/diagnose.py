@@ -82,9 +82,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     decision = decided(evidence, quantum)
     notes = [*decision.notes, *doubts(decision, otherwise)]
     if decision.remains and len(recordings) > 1:
-        same = _shown_by_each(decision, [
-            diagnose([r], model, only=only, exclude=exclude, seed=seed, jobs=jobs).effect
-            for r in recordings])
+        same = _shown_by_each(decision, [_alone(r, decision.evidence, ids) for r in recordings])
         if same is not None:
             decision = same
             notes.append('the effect differs between the recordings, each of which shows it '
@@ -226,6 +224,16 @@ def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[s
             raise InputError(f'{recording.name}: {text}')
         out.append(f'{text}; but the verdict explains the recording better than that')
     return out
+
+
+def _alone(recording: UniformRecording, evidence: Evidence, ids: Sequence[str]) -> str | None:
+    """Return the effects that one recording of several shows alone, None if it shows none."""
+    shown = [i for i in ids if visible(i, evidence.model, recording)]
+    if not shown:
+        return None
+    decision = decided(*evidence_of([recording], evidence.model, shown, evidence.jobs,
+                                    evidence.progress))
+    return '+'.join(decision.ids) or None
 
 
 def _shown_by_each(decision: Decision, names: Sequence[str | None]) -> Decision | None:

@@ -53,8 +53,8 @@ class Decision:
 
     none: the fit without effects; fit: that of all effects that count; closed: the same, or with a
     torque map of the remainder, or whatever leaves least. adequacy: of `fit`. fits: all that were
-    scored by one likelihood, best first. bursts: beside `fit`, None without. lattices: ids of the
-    encoders that are quantised. law: kind of friction that the model file does not have, ''.
+    scored by one likelihood, best first. orders: of periodic effects, likeliest first. bursts:
+    beside `fit`, None without. remains: whether `fit` leaves more than noise. notes: sentences.
     """
 
     evidence: Evidence
@@ -86,7 +86,7 @@ class Judge:
         self.evidence = evidence
         self.search = EffectSearch(evidence.coarse, evidence.starts, evidence.ids, evidence.jobs,
                                    evidence.progress)
-        self._left: dict[tuple[object, ...], Adequacy] = {}
+        self._adequacies: dict[tuple[object, ...], Adequacy] = {}
 
     def polished(self, fit: InnovationFit, iterations: int = POLISH) -> InnovationFit:
         """Return `fit` on short steps, refitted."""
@@ -99,8 +99,8 @@ class Judge:
         Noise that was large while the model was wrong may hold a fit off its optimum. Free runs
         tell when it is worth a try: they miss by little.
         """
-        left = self.left(fit)
-        if left.adequate or left.vetoed:
+        adequacy = self.adequacy(fit)
+        if adequacy.adequate or adequacy.vetoed:
             return fit
         cold = self.polished(replace(fit, torque=self.evidence.fine.least_noise))
         return min(cold, fit, key=lambda f: f.deviance)
@@ -112,7 +112,7 @@ class Judge:
         Steps are as long as the nominal drive allows; with an effect it may be a faster one.
         """
         evidence = self.evidence
-        if evidence.finer > 1 or evidence.noisy or self.left(fit).adequate:
+        if evidence.finer > 1 or evidence.noisy or self.adequacy(fit).adequate:
             return False
         model, torque = fit.candidate.model(fit.z), evidence.fine.least_noise
         shorter = replace(evidence, finer=FINER).fine.run(model, torque).deviance
@@ -120,20 +120,21 @@ class Judge:
 
     def begins_show(self, fit: InnovationFit) -> bool:
         """Return whether filters that begin as another model does may be what `fit` leaves."""
-        evidence, left = self.evidence, self.left(fit)
-        return bool(fit.candidate.ids and evidence.reference is None and not left.adequate
-                    and not left.vetoed and any(map(evidence.hides, evidence.recordings)))
+        evidence, adequacy = self.evidence, self.adequacy(fit)
+        return bool(fit.candidate.ids and evidence.reference is None and not adequacy.adequate
+                    and not adequacy.vetoed and any(map(evidence.hides, evidence.recordings)))
 
     def rescored(self, fits: Iterable[InnovationFit]) -> list[InnovationFit]:
         """Return fits as the likelihood on short steps has them where they stand."""
         return [evaluated(self.evidence.fine, f.candidate, f.z, f.torque).alone() for f in fits]
 
-    def left(self, fit: InnovationFit) -> Adequacy:
+    def adequacy(self, fit: InnovationFit) -> Adequacy:
         """Return what `fit` leaves, evaluated once for each fit."""
-        key = (fit.candidate.name, fit.candidate.nominal.friction_law, fit.z.tobytes())
-        if key not in self._left:
-            self._left[key] = adequacy_of(self.evidence, fit)
-        return self._left[key]
+        key = (fit.candidate.name, fit.candidate.nominal.friction_law, fit.z.tobytes(),
+               fit.torque.tobytes())
+        if key not in self._adequacies:
+            self._adequacies[key] = adequacy_of(self.evidence, fit)
+        return self._adequacies[key]
 
     def score(self, fit: InnovationFit) -> float:
         """Return the BIC of a fit."""
@@ -193,13 +194,13 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
     coarse_none = judge.search.none() if table is None else table.none
     none = judge.polished(coarse_none)
     if table is None:
-        table = judge.search.singles(coarse_none, judge.left(none).adequate)
+        table = judge.search.singles(coarse_none, judge.adequacy(none).adequate)
     singles = _finished(judge, table.singles, COMPARED)
     leader = singles[0] if singles else None
     chosen = none
     if leader is not None and judge.worth(leader, none):
         chosen = judge.cooled(simplest(judge, leader, singles))
-        if judge.left(none).adequate and not judge.holds(chosen, none):
+        if judge.adequacy(none).adequate and not judge.holds(chosen, none):
             chosen = none  # nothing was missing, and readings that were not fitted say so
     if judge.steps_show(chosen):
         return decide(replace(evidence, finer=FINER), table)
@@ -207,35 +208,35 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
         return decide(replace(evidence, reference=chosen), table)
     notes: tuple[str, ...] = ()
     fits = [none, *singles, *judge.rescored(table.singles[len(singles):])]
-    if not judge.left(chosen).adequate and singles:
+    if not judge.adequacy(chosen).adequate and singles:
         reshaped = _reshaped(judge, [chosen, *singles[:SHAPED], none])
         if reshaped is not None:
             chosen, fits = reshaped, [*fits, reshaped]
-    lacking = not judge.left(chosen).adequate
+    lacking = not judge.adequacy(chosen).adequate
     if singles and (lacking or chosen.candidate.ids and judge.lacks(chosen)):
         pairs = judge.search.pairs(table.singles)
         finished = _finished(judge, pairs, PAIRS)
         fits += [*finished, *judge.rescored(pairs[len(finished):])]
         for pair in finished:
             pair = judge.cooled(_canonical(judge, pair))
-            if judge.worth(pair, chosen) and (lacking or judge.left(pair).adequate):
+            if judge.worth(pair, chosen) and (lacking or judge.adequacy(pair).adequate):
                 chosen, fits = pair, [*fits, pair]
                 break
-    left = judge.left(chosen)
+    adequacy = judge.adequacy(chosen)
     bursts = None
-    if not left.adequate and DISTURBANCE.id in evidence.ids:
+    if not adequacy.adequate and DISTURBANCE.id in evidence.ids:
         bursts = _bursts(judge, chosen, none)
         if bursts is not None:
             chosen = bursts.fit
-    remains = not left.adequate and (bursts is None or not bursts.adequate)
+    remains = not adequacy.adequate and (bursts is None or not bursts.adequate)
     closed = chosen
     if remains:
         chosen, closed = _parts(judge, chosen, none, fits)
-        left = judge.left(chosen)
+        adequacy = judge.adequacy(chosen)
     unique: dict[tuple[str, ...], InnovationFit] = {}
     for fit in sorted([*fits, chosen], key=judge.score):
         unique.setdefault(fit.candidate.key, fit)
-    return Decision(evidence, none, chosen, closed, left, judge.left(none),
+    return Decision(evidence, none, chosen, closed, adequacy, judge.adequacy(none),
                     tuple(unique.values()), table.orders, bursts, remains, notes)
 
 
@@ -275,7 +276,6 @@ def _canonical(judge: Judge, fit: InnovationFit) -> InnovationFit:
     for number, name in enumerate(fit.candidate.ids):
         if name not in bound or name == TORQUE_MAP.id:
             continue
-        rest = [i for i in range(len(fit.candidate.ids)) if i != number]
         base = judge.search.without(fit, number)
         count = sum(c.owner == number for c in fit.candidate.coordinates)
         trials = [i for i in judge.evidence.ids
@@ -290,7 +290,8 @@ def _canonical(judge: Judge, fit: InnovationFit) -> InnovationFit:
         if closest is not None and judge.score(closest) - judge.score(
                 fit) < THRESHOLDS.bound_gain:
             return closest
-        if rest and judge.score(base) - judge.score(fit) < THRESHOLDS.bound_gain:
+        if len(fit.candidate.ids) > 1 and judge.score(base) - judge.score(
+                fit) < THRESHOLDS.bound_gain:
             return judge.polished(base)
     return fit
 
@@ -312,7 +313,7 @@ def _reshaped(judge: Judge, fits: Sequence[InnovationFit]) -> InnovationFit | No
             z = np.concatenate([np.zeros(freed), fit.z])
             shaped = judge.polished(InnovationFit(candidate, z, fit.torque), 12)
             if (fit.deviance - shaped.deviance > THRESHOLDS.scatter_gain
-                    and judge.left(shaped).adequate):
+                    and judge.adequacy(shaped).adequate):
                 adequate.append(shaped)
     return min(adequate, default=None, key=lambda f: (
         judge.score(f) + THRESHOLDS.effect_gain * bool(f.candidate.ids)))
@@ -321,7 +322,7 @@ def _reshaped(judge: Judge, fits: Sequence[InnovationFit]) -> InnovationFit | No
 def _bursts(judge: Judge, chosen: InnovationFit, none: InnovationFit) -> Bursts | None:
     """Return bursts on the arm that explain more than the effects do, None without."""
     for fit in [none] if chosen is none else [none, chosen]:
-        bursts = bursts_beside(judge.evidence, fit, judge.left(fit).runs)
+        bursts = bursts_beside(judge.evidence, fit, judge.adequacy(fit).runs)
         if bursts is None:
             continue
         base = judge.score(fit) - (bursts.gain - bursts.price)

@@ -154,6 +154,15 @@ def test_recordings_with_other_encoders_are_evaluated_each_with_its_own():
     assert set(data['channels']) == {'motor', 'arm'}
 
 
+def test_a_remainder_of_recordings_one_of_which_shows_no_candidate():
+    """The motor's encoder alone shows no eccentricity of the arm's: that is no bad input."""
+    effect = [{'id': 'torque_gain', 'g': 0.08}]
+    both, motor = record(effect, 3), record(effect, 3, seed=2)
+    motor = replace(motor, y=motor.y[:, [0, 0]], channels=(0,))
+    verdict = diagnose.diagnose([both, motor], DriveModel(), only=['arm_encoder_eccentricity'])
+    assert verdict.verdict in ('unknown', 'incomplete') and verdict.remainder is not None
+
+
 def test_nothing_runs_from_one_recording_into_the_next():
     """The second begins elsewhere: no speed, region or start knows of the first."""
     free = {'position_gain': 0.0}
