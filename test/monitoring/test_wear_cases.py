@@ -172,6 +172,35 @@ def test_a_lifting_axis_does_not_come_round():
     assert points == {True: 1, False: 2}
 
 
+@pytest.mark.parametrize('restarted', [False, True])
+def test_a_new_motion_that_is_not_compared_does_not_end_the_measurement(restarted):
+    """A window that is not trusted, at a point without any other: nothing was learnt there."""
+    gearbox = Gearbox(5)
+    gearbox.go(19)
+    window = gearbox.window(0.0, load=36.0, gap_std=6.0, stiffness_std=50.0, hysteresis_std=9.0,
+                            viscous_std=9.0, coulomb_std=9.0, lost_motion_std=9.0)
+    gearbox.tracker.update(window, False, comparable=True)
+    tracker = gearbox.tracker
+    assert tracker.point == 1 and not tracker.compared
+    if restarted:
+        gearbox.tracker = Tracker(tracker.settings, json.loads(json.dumps(tracker.to_dict())))
+    assert gearbox.tracker.accept() == 19
+    gearbox.go(10, 0.2)
+    size(gearbox, 'gap', 0.2)
+
+
+def test_a_state_of_version_0_2_ends_at_a_point_without_windows():
+    """Recorded with that version, which names the point of each window, compared or not."""
+    state, problem = load_state(RECORDED / 'drift_state_0_2_new_point.json', 'g7')
+    assert not problem
+    gearbox = Gearbox(31)
+    gearbox.tracker = Tracker(gearbox.tracker.settings, state['drift'])
+    assert gearbox.tracker.point == 1 and gearbox.tracker.data.count(0) == 19
+    gearbox.stamp = gearbox.tracker.stamp_ns
+    gearbox.go(10, 0.2)
+    size(gearbox, 'gap', 0.2)
+
+
 def test_files_of_version_0_2_are_read():
     """Recorded with that version: a gap that has grown by 5 % since the 111th window."""
     state, told = load_state(RECORDED / 'drift_state_0_2.json', 'g7')

@@ -324,7 +324,7 @@ class Tracker:
         """Find new steps, and bring the wear of all features up to date."""
         data = self.data
         observed, points = data.observations(self.stamp_ns, self.settings.window * 1e9)
-        here = points.index(self.point)
+        here = points.index(data.newest)
         results: dict[int, tuple[wear.Wear, wear.Scan]] = {}
         for column in range(SHARP + 1):
             if column == SHARP:
@@ -373,7 +373,7 @@ class Tracker:
     def _estimated(self, column: int, o: wear.Observations, points: int
                    ) -> tuple[wear.Wear, wear.Scan]:
         prior, course = self._prior(column, points), self._course(column)
-        noise = math.sqrt(self.data.points[self.point].variance()[column])
+        noise = math.sqrt(self.data.points[self.data.newest].variance()[column])
         found = wear.estimate(o, prior, course, noise)
         return found, wear.scan(o, found.fit)
 
@@ -403,7 +403,7 @@ class Tracker:
         least = MIN_COMPLETE if column == SHARP else scan.MIN_BASELINE
         before = o.count[:-m].sum() + np.concatenate([[0.0], np.cumsum(o.count[-m:])[:-1]])
         # Only the noise is known by so many windows, not what priors add (Satterthwaite).
-        dof = self.data.points[self.point].dof(column) / np.maximum(found.noise, 1e-3) ** 2
+        dof = self.data.points[self.data.newest].dof(column) / np.maximum(found.noise, 1e-3) ** 2
         up, down = (np.where(before >= least, scan.normal_score(score, dof), 0.0)
                     for score in (found.up, found.down))
         return up, down
@@ -497,9 +497,9 @@ class Tracker:
         sign = 1 if found.value > 0.0 else -1
         test = next(t for t in TESTS if t.column == column and t.sign == sign)
         std = max(found.std, 1e-12)
-        share = self.data.points[self.point].variance()[column] / (
+        share = self.data.points[self.data.newest].variance()[column] / (
             max(int(measured.sum()), 1) * std ** 2)
-        dof = self.data.points[self.point].dof(column) / min(max(share, 1e-3), 1.0) ** 2
+        dof = self.data.points[self.data.newest].dof(column) / min(max(share, 1e-3), 1.0) ** 2
         score = float(scan.normal_score(np.array(abs(found.value) / std), np.array(dof)))
         notice = self.settings.notice(column)
         suspected = score > self.settings.threshold(test) and abs(found.value) >= notice
@@ -836,5 +836,5 @@ class Tracker:
             pause = NotExcited(**{**pause, 'friction': friction and Friction(**friction)})
         self.pause = pause
         self.stamp_ns = int(state['stamp_ns'])
-        if state.get('converted') and self.data.stamps and self.point >= 0:
+        if state.get('converted') and self.data.stamps:
             self._judge()

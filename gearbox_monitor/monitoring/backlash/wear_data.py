@@ -281,6 +281,15 @@ class WearData:
 
     # ------------------------------------------------------------------ for a fit
 
+    @property
+    def newest(self) -> int:
+        """
+        The operating point of the newest row.
+
+        A newer window that was not compared, at another point perhaps, has no row.
+        """
+        return self.where[-1]
+
     def active(self) -> list[int]:
         """Return the points that take part: those of the rows, and the newest of the others."""
         rows = set(self.where)
