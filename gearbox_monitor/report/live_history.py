@@ -18,13 +18,15 @@ What a live page shows of one gearbox: its newest seconds, levels, backlash and 
 Memory is bounded. Times (s) are those of any clock that never goes back, given by the caller.
 """
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 import math
+from typing import Any, TypeVar
 
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.monitoring.monitor import DRIFT_SHOWS
 from gearbox_monitor.report.figures import thinned_rows
 from gearbox_monitor.report.timeline import (
     is_number, LARGEST, LevelSpans, PublishedWindows, SECOND, WindowBacklash)
@@ -37,9 +39,25 @@ MAX_WINDOWS, MAX_ALERTS = 300, 20
 SILENT_SECONDS = 3.0    # without diagnostics: what they said last counts no more
 
 
+State = TypeVar('State', bound=tuple[Any, ...])
+
+
 def is_wear(component: str, message: str) -> bool:
     """Return whether a `message` of a `component` says that something has changed for good."""
     return component in ('backlash', 'friction') and ' has ' in message.split(' since ')[0]
+
+
+def worst_first(states: Iterable[State]) -> list[State]:
+    """
+    Return (level, component, message, ...) in the order in which a reader wants to know them.
+
+    By level, wear before the others of its level. Where there is wear, DRIFT_SHOWS come last:
+    prediction errors that a grown gap causes, for example.
+    """
+    listed = list(states)
+    worn = any(state[0] and is_wear(*state[1:3]) for state in listed)
+    return sorted(listed, reverse=True, key=lambda state: (
+        not (worn and state[1] in DRIFT_SHOWS), state[0], is_wear(*state[1:3])))
 
 
 @dataclass(frozen=True)
@@ -130,12 +148,11 @@ class GearboxHistory:
         """
         Return level, component and message of the worst component; (0, '', '') without any.
 
-        Wear comes before its symptoms: prediction errors that a grown gap causes, for example.
+        See worst_first.
         """
-        states = [(spans.levels[-1], name, spans.messages[-1])
-                  for name, spans in self.levels.items()]
-        worn = [state for state in states if state[0] and is_wear(*state[1:])]
-        return max(worn or states, key=lambda state: state[0], default=(0, '', ''))
+        states = worst_first((spans.levels[-1], name, spans.messages[-1])
+                             for name, spans in self.levels.items())
+        return states[0] if states else (0, '', '')
 
     def rate(self) -> float:
         """Return samples per second of stamps over the motion, 0 for fewer than two."""

@@ -26,7 +26,7 @@ from gearbox_monitor.report.builder import (
 from gearbox_monitor.report.figures import (
     chart, ChartView, Lane, loop_plane, LoopSlice, PageTable, Panel, PlaneView, round_span, Trace)
 from gearbox_monitor.report.live_history import (
-    GearboxHistory, is_wear, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS)
+    GearboxHistory, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS, worst_first)
 from gearbox_monitor.report.recording_page import backlash_panel, drawn_windows, ROLES
 from gearbox_monitor.report.robot_page import JointTable, live_row
 from gearbox_monitor.report.timeline import LEVELS
@@ -102,9 +102,8 @@ class LiveSummary(Section):
             return cls('', f'Waiting for diagnostics of {source}.')
         if time_s - max(heard) > SILENT_SECONDS:
             return cls('error', f'{source} has been silent for {time_s - max(heard):.0f} s.')
-        raised = sorted(((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes),
-                        key=lambda state: (not is_wear(*state[1:3]), -state[0]))
-        raised = [state for state in raised if state[0]]
+        states = ((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes)
+        raised = [state for state in worst_first(states) if state[0]]
         if not raised:
             return cls('good', 'The estimates are trusted, no wear detected so far.')
         level, component, message, name = raised[0]
