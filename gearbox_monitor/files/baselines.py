@@ -187,10 +187,10 @@ def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | 
     return None, f'{path}: {reason}: {set_aside(path)}'
 
 
-def set_aside(path: str | Path) -> str:
-    """Rename `path` to PATH.corrupt-DATE; returns what to report. Raises InputError."""
+def set_aside(path: str | Path, reason: str = 'corrupt') -> str:
+    """Rename `path` to PATH.REASON-DATE; returns what to report. Raises InputError."""
     path = Path(path)
-    aside = path.with_name(f'{path.name}.corrupt-{time.strftime("%Y%m%d-%H%M%S")}')
+    aside = path.with_name(f'{path.name}.{reason}-{time.strftime("%Y%m%d-%H%M%S")}')
     try:
         os.replace(path, aside)
     except OSError as error:

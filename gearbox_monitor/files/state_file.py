@@ -23,10 +23,13 @@ import os
 from pathlib import Path
 import socket
 from threading import Condition, Thread
+import time
 from typing import TextIO
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.baselines import write_whole
+from gearbox_monitor.files.baselines import set_aside, write_whole
+
+PREDECESSOR = 2.0  # s that a process waits at its start for one that is just ending
 
 
 class StateFile:
@@ -34,7 +37,8 @@ class StateFile:
     Writes the newest of the texts that it is given; a text that is overtaken is left out.
 
     path: of the file; owner: who writes it, for whom it refuses. problem: why the file is not
-    written now, '' while it is. held: whether the lock is ours: else nothing is read or written.
+    written now, '' while it is. held: whether the lock is ours: else nothing is written, and each
+    text tries again. readable: whether the file is ours to read: no rival keeps its state there.
     """
 
     def __init__(self, path: str | Path, owner: str) -> None:
@@ -43,17 +47,29 @@ class StateFile:
         self._change = Condition()
         self._text: str | None = None
         self._ends = False
-        self._lock = self._locked(f'{owner} (process {os.getpid()} on {socket.gethostname()})')
-        self.held = self._lock is not None
+        self._owner = f'{owner} (process {os.getpid()} on {socket.gethostname()})'
         self._writer: Thread | None = None
+        self.readable = True
+        self._lock = self._locked()
+        end = time.monotonic() + PREDECESSOR
+        while not self.readable and time.monotonic() < end:
+            time.sleep(0.05)
+            self._lock = self._locked()
+        self._unread = not (self.readable and self.path.exists())
 
-    def _locked(self, owner: str) -> TextIO | None:
+    @property
+    def held(self) -> bool:
+        """Whether the lock is ours."""
+        return self._lock is not None
+
+    def _locked(self) -> TextIO | None:
         """Return the open lock file that is ours, None with a problem."""
         path = self.path.with_name(self.path.name + '.lock')
         try:
             file = open(path, 'a+', encoding='utf-8')
         except OSError as error:
             self.problem = f'{path}: {error.strerror}, expected a folder that can be written'
+            self.readable = True
             return None
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -63,22 +79,40 @@ class StateFile:
             file.close()
             self.problem = (f'{self.path}: {rival} keeps its state there, expected a '
                             'drift_state_file of its own for each gearbox')
+            self.readable = False
             return None
         file.truncate(0)
-        file.write(owner + '\n')
+        file.write(self._owner + '\n')
         file.flush()
+        self.problem, self.readable = '', True
         return file
 
-    def keep(self, text: str) -> None:
-        """Let `text` be written soon."""
+    def keep(self, text: str) -> str:
+        """
+        Let `text` be written soon; return what to report, '' for nothing.
+
+        A lock that comes late may find a state that this process has not read: it is set aside.
+        """
+        note = ''
         if not self.held:
-            return
+            lock = self._locked()
+            if lock is None:
+                return ''
+            try:
+                if self._unread and self.path.exists():
+                    note = f'{self.path}: not read at the start, {set_aside(self.path, "unread")}'
+            except InputError as error:
+                self.problem = str(error)
+                lock.close()
+                return ''
+            self._lock = lock
         with self._change:
             self._text = text
             if self._writer is None:
                 self._writer = Thread(target=self._write, daemon=True)
                 self._writer.start()
             self._change.notify_all()
+        return note
 
     def _write(self) -> None:
         """Write what comes; the thread."""
@@ -104,4 +138,4 @@ class StateFile:
             self._writer.join()
         if self._lock is not None:
             self._lock.close()
-            self._lock, self.held = None, False
+            self._lock = None

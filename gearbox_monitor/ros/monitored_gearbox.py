@@ -131,7 +131,7 @@ class MonitoredGearbox:
 
     def _state_at_start(self, values: EstimatorParameters) -> tuple[Any, dict[str, Any]]:
         """Return (state of drift, adapted values) of the state file, else of the baselines."""
-        if self._state_file is not None and self._state_file.held:
+        if self._state_file is not None and self._state_file.readable:
             state, problem = load_state(values.drift_state_file, values.gearbox_serial)
             if problem:
                 self._node.get_logger().error(self._says + problem)
@@ -213,9 +213,11 @@ class MonitoredGearbox:
         tracker = self.monitor.tracker
         self._state_stamp = tracker.stamp_ns
         if self._state_file is not None:
-            self._state_file.keep(state_text(
+            note = self._state_file.keep(state_text(
                 tracker, self.monitor.parameters.gearbox_serial,
                 self.monitor.estimator.learnt()))
+            if note:
+                self._node.get_logger().warning(self._says + note)
 
     def _kept(self, outcome: Outcome) -> Outcome:
         """Return the `outcome` of backlash, a warning where the state cannot be kept."""

@@ -16,7 +16,7 @@
 import os
 import subprocess
 import sys
-from threading import Event
+from threading import Event, Timer
 
 
 from gearbox_monitor.errors import InputError
@@ -83,3 +83,40 @@ def test_what_cannot_be_written_is_told(tmp_path):
     file.keep('x')
     file.close()
     assert 'expected a writable file' in file.problem
+
+
+def test_a_folder_that_comes_late_gets_the_state_and_loses_none(tmp_path):
+    """As a drive that is mounted after the node has started, with an older state on it."""
+    path = tmp_path / 'late' / 'state.json'
+    file = StateFile(path, 'estimator')
+    assert not file.held and file.keep('first') == ''
+    path.parent.mkdir()
+    path.write_text('of another run')
+    note = file.keep('second')
+    file.close()
+    assert path.read_text() == 'second' and not file.problem
+    unread, = path.parent.glob('state.json.unread-*')
+    assert unread.read_text() == 'of another run' and unread.name in note
+
+
+def test_a_predecessor_that_ends_is_waited_for(tmp_path):
+    path = tmp_path / 'state.json'
+    first = StateFile(path, 'estimator')
+    first.keep('its state')
+    Timer(0.3, first.close).start()
+    second = StateFile(path, 'estimator')
+    assert second.held and second.readable and path.read_text() == 'its state'
+    second.close()
+
+
+def test_a_rival_that_ends_later_leaves_its_state(tmp_path, monkeypatch):
+    monkeypatch.setattr(state_file, 'PREDECESSOR', 0.0)
+    path = tmp_path / 'state.json'
+    first, second = StateFile(path, 'estimator/elbow'), StateFile(path, 'estimator/wrist')
+    assert not second.readable and not second.held
+    first.keep('elbow')
+    first.close()
+    assert 'unread' in second.keep('wrist')
+    second.close()
+    assert path.read_text() == 'wrist'
+    assert next(tmp_path.glob('state.json.unread-*')).read_text() == 'elbow'
