@@ -26,7 +26,7 @@ import numpy as np
 
 from gearbox_monitor.balance.bursts import worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
-from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit, Prior
+from gearbox_monitor.balance.evidence import Prior, RobotEvidence, RobotFit
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import nuisance_of, RobotModel, rows_of
 from gearbox_monitor.balance.settings import SETTINGS, Settings

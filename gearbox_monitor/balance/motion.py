@@ -21,7 +21,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt, welch
 from scipy.special import erf
 
-from gearbox_monitor.balance.robot_log import RobotLog, LogSection
+from gearbox_monitor.balance.robot_log import LogSection, RobotLog
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array

@@ -28,7 +28,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 from gearbox_monitor.balance.local_cosines import local_cosines, LocalCosines
-from gearbox_monitor.balance.motion import RobotMotion, motion_of, smooth_sign
+from gearbox_monitor.balance.motion import motion_of, RobotMotion, smooth_sign
 from gearbox_monitor.balance.robot_log import RobotLog, SETPOINT
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.shapes import DRY, FIRST, group_of, shape_of, VISCOUS

@@ -23,8 +23,8 @@ import numpy as np
 from gearbox_monitor.balance.bursts import burstiness, worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
 from gearbox_monitor.balance.contest import (
-    contest, cost, Contender, over_dispersion, pruned, ContestScales, scales_of, tempered)
-from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit, Prior
+    Contender, contest, ContestScales, cost, over_dispersion, pruned, scales_of, tempered)
+from gearbox_monitor.balance.evidence import Prior, RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.balance.robot_effects import BASE, PAYLOAD, ROBOT_EFFECTS
 from gearbox_monitor.balance.robot_log import RobotLog

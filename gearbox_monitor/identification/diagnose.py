@@ -28,7 +28,7 @@ from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, fitted, InnovationFit)
 from gearbox_monitor.identification.isolability import (
-    confusable, evidence_for, matrix, separations, InnovationSpace)
+    confusable, evidence_for, InnovationSpace, matrix, separations)
 from gearbox_monitor.identification.judge import decide, Decision
 from gearbox_monitor.identification.noise_model import MOTION, noise_floor
 from gearbox_monitor.identification.position import diagnose as by_position

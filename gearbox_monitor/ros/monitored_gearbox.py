@@ -33,8 +33,7 @@ from gearbox_monitor.files.baselines import (
 from gearbox_monitor.files.state_file import StateFile
 from gearbox_monitor.interfaces.signals import ARM, MOTOR, SNAPSHOT, TRANSMISSION
 from gearbox_monitor.kernels.jit import COMPILED, KERNELS
-from gearbox_monitor.monitoring.backlash import shape
-from gearbox_monitor.monitoring.backlash import drift_words
+from gearbox_monitor.monitoring.backlash import drift_words, shape
 from gearbox_monitor.monitoring.backlash.change import Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
 from gearbox_monitor.monitoring.checks import usability

@@ -25,7 +25,7 @@ from gearbox_monitor.monitoring.backlash.change_tests import (
 from gearbox_monitor.monitoring.backlash.operating_point import (
     N_COLUMNS, numbers, OperatingPoint)
 from gearbox_monitor.monitoring.backlash.wear_data import (
-    WearBlock, COUNT, KELVIN, KELVIN_2, MIN_COMPLETE, PRODUCT, RIDGE, TOTAL, WearData)
+    COUNT, KELVIN, KELVIN_2, MIN_COMPLETE, PRODUCT, RIDGE, TOTAL, WearBlock, WearData)
 
 _SUMS = ('first', 'count', 'total', 'squares', 'stated', 'sum_complete')
 
