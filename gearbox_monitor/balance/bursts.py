@@ -23,18 +23,19 @@ LEAST = 10  # segments
 
 
 def burstiness(evidence: RobotEvidence,
-               fit: RobotFit) -> tuple[Array, list[list[tuple[float, float]]]]:
+               fit: RobotFit) -> tuple[Array, list[list[tuple[str, float, float]]]]:
     """
     Return how bursty the residual is.
 
     Returns:
         Whitened energy of the worst tenth of the segments over the median one, per joint [J]: that
-        of noise is near 2; and the (begin, end) of these segments, s.
+        of noise is near 2; and the (recording, begin, end) of these segments, s.
     """
     out = np.zeros(evidence.joints)
-    times: list[list[tuple[float, float]]] = []
-    starts = np.concatenate([rows.motion.t[rows.tests.starts] for rows in evidence.recordings])
+    times: list[list[tuple[str, float, float]]] = []
     seconds = 2.0 * evidence.settings.hop
+    where = [(rows.name, float(t), float(t) + seconds) for rows in evidence.recordings
+             for t in rows.motion.t[rows.tests.starts]]
     for j, a in enumerate(evidence.at):
         energy = np.bincount(a.segment, a.spread(fit.weights[j]) * fit.residual[j] ** 2,
                              evidence.segments)
@@ -46,7 +47,7 @@ def burstiness(evidence: RobotEvidence,
             top = ranked[-max(1, len(ranked) // 10):]
             e = energy / np.maximum(covered, 1e-9)
             out[j] = e[top].mean() / np.median(e[use])
-            times[j] = sorted((float(starts[s]), float(starts[s]) + seconds) for s in top)
+            times[j] = [where[s] for s in sorted(top)]
     return out, times
 
 

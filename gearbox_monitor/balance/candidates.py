@@ -14,7 +14,7 @@
 
 """Candidates: every effect at every place as columns, and functions without a law beside them."""
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import math
 from typing import Any
 
@@ -219,9 +219,3 @@ def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
                 add(j, f'speed of {other}', np.stack(
                     [whole(lambda m: m.v, k), whole(lambda m: m.sign, k)], axis=1))
     return out
-
-
-def with_setting(candidate: Candidate, setting: Any) -> Candidate:
-    """Return `candidate` with another value of its nonlinear parameter."""
-    assert candidate.again is not None
-    return replace(candidate.again(setting))

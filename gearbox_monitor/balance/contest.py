@@ -20,11 +20,11 @@ between healthy parts and beyond the over-dispersion of its joint. Where a funct
 pays more than every law, the cause is unknown.
 """
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.balance.candidates import Candidate, with_setting
+from gearbox_monitor.balance.candidates import Candidate
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.kernels.types import Array
@@ -182,10 +182,11 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
 
     A place of mass by its fixed point, a speed or level by a search around the grid's.
     """
-    c, base = fit.chosen[-1], fit.chosen[:-1]
+    c, base, again = fit.chosen[-1], fit.chosen[:-1], fit.chosen[-1].again
+    assert again is not None
     if c.next_setting is not None:
         for _ in range(3):
-            c = with_setting(c, c.next_setting(fit.values[fit.of(len(base))]))
+            c = again(c.next_setting(fit.values[fit.of(len(base))]))
             fit = evidence.fit((*base, c), fit.weights, 3)
         return fit
     middle = float(c.setting)
@@ -197,7 +198,7 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
                 setting = float(c.setting) * direction
                 if not 1.0 / reach <= setting / middle <= reach:
                     break
-                candidate = replace(with_setting(c, setting))
+                candidate = again(setting)
                 trial = evidence.fit((*base, candidate), fit.weights, 3)
                 if trial.deviance > fit.deviance - LEAST_GAIN:
                     break

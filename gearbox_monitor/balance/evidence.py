@@ -30,7 +30,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from gearbox_monitor.balance.candidates import Candidate
-from gearbox_monitor.balance.rows import Rows
+from gearbox_monitor.balance.rows import NuisanceColumn, Rows
 from gearbox_monitor.kernels.types import Array, Integers
 
 WEAK = 1e-7      # prior precision of a candidate's coefficient, in units of its column
@@ -113,7 +113,7 @@ class RobotEvidence:
     The evidence of `recordings` of one robot about candidates.
 
     prior: what references taught; None, the tolerances of the file. variance [J, bands]: what they
-    left, below which no variance is taken. labels: of the nuisance.
+    left, below which no variance is taken. nuisance: columns by label, the first of each.
     """
 
     def __init__(self, recordings: Sequence[Rows], prior: Prior | None = None,
@@ -122,12 +122,12 @@ class RobotEvidence:
         self.recordings = tuple(recordings)
         self.settings = recordings[0].settings
         self.joints = len(recordings[0].joints)
-        names: dict[str, float] = {}
-        for rows in recordings:
+        self.nuisance: dict[str, NuisanceColumn] = {}
+        for number, rows in enumerate(recordings):
             for column in rows.nuisance:
-                names.setdefault(column.label, column.deviation)
-        self.labels = tuple(names)
-        self.deviation = np.array(list(names.values()))
+                self.nuisance.setdefault(_label(column, number), column)
+        self.labels = tuple(self.nuisance)
+        self.deviation = np.array([column.deviation for column in self.nuisance.values()])
         self.mean, self.precision = self._prior(prior)
         self.at = tuple(self._joint(j) for j in range(self.joints))
         self.segments = sum(len(rows.tests.starts) for rows in recordings)
@@ -148,8 +148,8 @@ class RobotEvidence:
 
     def _joint(self, j: int) -> JointRows:
         place = {label: i for i, label in enumerate(self.labels)}
-        blocks, index = [], {place[c.label] for rows in self.recordings for c in rows.nuisance
-                             if j in c.rows}
+        blocks, index = [], {place[_label(c, i)] for i, rows in enumerate(self.recordings)
+                             for c in rows.nuisance if j in c.rows}
         own = np.array(sorted(index), int)
         where = {k: i for i, k in enumerate(own)}
         cell, target, weight, model, segment = [], [], [], [], []
@@ -158,7 +158,7 @@ class RobotEvidence:
             z = np.zeros((rows.tests.rows, len(own)))
             for column in rows.nuisance:
                 if j in column.rows:
-                    k = place[column.label]
+                    k = place[_label(column, number)]
                     z[:, where[k]] = column.rows[j] * self.deviation[k]
             blocks.append(z)
             bands = len(rows.settings.bands) - 1
@@ -395,6 +395,11 @@ class RobotEvidence:
         d = self.deviation
         return Prior(self.labels, (self.mean + fit.nuisance) * d,
                      fit.covariance[:len(d), :len(d)] * np.outer(d, d))
+
+
+def _label(column: NuisanceColumn, number: int) -> str:
+    """Return the label of a nuisance column of recording `number`."""
+    return f'{column.label} of recording {number + 1}' if column.own else column.label
 
 
 def _estimate(score: Array, schur: Array, squares: Array) -> AddedEstimate:

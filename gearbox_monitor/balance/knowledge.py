@@ -196,15 +196,14 @@ def _next_day(evidence: RobotEvidence, fit: RobotFit, settings: Settings) -> Pri
     column by column; the lag of a recording is its own.
     """
     prior = evidence.posterior(fit)
-    group_of = {c.label: c.group for rows in evidence.recordings for c in rows.nuisance}
-    groups = [group_of[label] for label in prior.labels]
+    groups = [column.group for column in evidence.nuisance.values()]
     covariance = prior.covariance.copy()
     for group in {g for g in groups if g is not None}:
         whole = np.where([g == group for g in groups], prior.mean, 0.0)
         covariance += settings.drift ** 2 * np.outer(whole, whole)
     own = np.array([g is not None for g in groups])
     covariance += np.diag(np.where(own, settings.drift_own * prior.mean, 0.0) ** 2)
-    keep = np.array([not label.startswith('lag of ') for label in prior.labels])
+    keep = np.array([not column.own for column in evidence.nuisance.values()])
     return Prior(tuple(label for label, k in zip(prior.labels, keep) if k), prior.mean[keep],
                  covariance[np.ix_(keep, keep)])
 
@@ -217,21 +216,19 @@ def partitions(evidence: RobotEvidence) -> list[list[Array]]:
     moves, a wrong model differs even then.
     """
     settings = evidence.settings
-    number, speed, posture, time, begin = [], [], [], [], 0.0
+    number, speed, posture = [], [], []
     for i, rows in enumerate(evidence.recordings):
         hop = rows.tests.value.shape[0]
         for s in rows.tests.starts:
             number.append(i)
             speed.append(np.sqrt(np.mean(rows.motion.v[s:s + hop] ** 2, axis=0)))
             posture.append(rows.motion.q[s:s + hop].mean(axis=0))
-            time.append(begin + rows.motion.t[s])
-        begin = time[-1] + 1e3 if time else 0.0
-    by_time: list[int] = []
-    for i in range(len(evidence.recordings)):
-        own = np.flatnonzero(np.array(number) == i)
+    by_time, parts = [], 0
+    for own in np.bincount(number):
         count = max(2 if len(evidence.recordings) == 1 else 1,
-                    int(len(own) * settings.hop / settings.part))
-        by_time += [100 * i + int(k) for k in np.arange(len(own)) * count // max(len(own), 1)]
+                    int(own * settings.hop / settings.part))
+        by_time += (parts + np.arange(own) * count // own).tolist()
+        parts += count
     out = [_parts(np.array(by_time))]
     for feature in (speed, posture):
         x = np.array(feature)

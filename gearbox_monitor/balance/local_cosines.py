@@ -19,6 +19,7 @@ Local cosines with a sine window (Malvar's lapped transform) are orthonormal and
 one per time and frequency. White noise stays white, coloured noise gets one variance per band.
 """
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -52,12 +53,12 @@ class LocalCosines:
         """Number of rows."""
         return len(self.frequency)
 
-    @property
+    @cached_property
     def share(self) -> Array:
         """Mean square of the mask of each joint [J] in the segments."""
-        return (self.covered ** 1).mean(axis=0)
+        return self.covered.mean(axis=0)
 
-    @property
+    @cached_property
     def covered(self) -> Array:
         """Mean square of the mask in each segment [S, J]."""
         window = self.value[:, 0] ** 2 + self.value[:, 1] ** 2

@@ -66,13 +66,14 @@ class NuisanceColumn:
     A column that is no finding: rows {joint: [R]}, `deviation` of its coefficient.
 
     group: (joint, DRY or VISCOUS) of friction that scales as a whole with the day, None for
-    others.
+    others. own: each recording has a coefficient of its own.
     """
 
     label: str
     rows: Mapping[int, Array]
     deviation: float
     group: tuple[int, str] | None = None
+    own: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,5 +271,5 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
             add(f'kd {name}', m.kd * m.v, gain)
             add(f'setpoint lag {name}', m.kp * m.setpoint_speed, max(0.25 * rows.motion.step,
                                                                      0.003))
-    columns.append(NuisanceColumn(f'lag of {rows.name}', late, s.lag))
+    columns.append(NuisanceColumn('lag', late, s.lag, own=True))
     return columns

@@ -105,9 +105,14 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     laws, free = library(recordings, effects), free_functions(recordings)
     scales = scales_of(laws, free, knowledge, evidence.joints)
     blank = evidence.fit()
-    fit, steps = _search(evidence, blank, laws, free, scales)
+    fit, steps, small = _search(evidence, blank, laws, free, scales)
     findings = _findings(evidence, fit, steps, scales)
     cautions, strange = _cautions(recordings, knowledge) if knowledge else ((), set())
+    if small is not None:
+        c, j = small.candidate, next(iter(small.candidate.columns))
+        size = _rms(evidence, j, c.columns[j] @ small.fit.values[small.fit.of(len(fit.chosen))])
+        cautions += (f'{c.joint}: {size:.2g} N m rms over {c.over} remains, little beside what '
+                     'the findings explain there',)
     remainders = _remainders(evidence, fit, steps, knowledge, settings)
     # What a joint does where no reference was is no evidence of a fault.
     cautions += tuple(f'{r.joint}: what remains over {r.over} may be usual there'
@@ -127,20 +132,29 @@ class Step:
 
 
 def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate],
-            free: Sequence[Candidate], scales: ContestScales) -> tuple[RobotFit, list[Step]]:
-    """Return the fit with all that pays, and its steps, one of each chosen candidate."""
+            free: Sequence[Candidate], scales: ContestScales
+            ) -> tuple[RobotFit, list[Step], Contender | None]:
+    """
+    Return the fit with all that pays, and its steps, one of each chosen candidate.
+
+    Also the function without a law that beats every law at the end, but adds little to what the
+    candidates explain at its joint: laws that are nearly true leave such.
+    """
     s, steps, blank = evidence.settings, [], current
+    small: Contender | None = None
     for step in range(s.most + 1):
+        small = None
         lawless = contest(evidence, current, free, scales, 6)[:1]
         entries = contest(evidence, current, laws, scales, s.finalists) if step < s.most else []
         law = entries[0].worth if entries else -math.inf
         function = lawless[0].worth if lawless else -math.inf
         if function > max(s.margin, law + s.margin):
-            gained = blank.deviance - current.deviance
-            if lawless[0].worth > s.share_unknown * gained:
+            where = next(iter(lawless[0].candidate.columns))
+            if function > s.share_unknown * _gain_at(evidence, blank, current, where):
                 current = lawless[0].fit
                 steps.append(Step(function, ()))
-            break
+                break
+            small = lawless[0]
         if law < s.margin:
             break
         steps.append(Step(law, _rivals(entries, s.margin)))
@@ -148,7 +162,7 @@ def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate
         if len(current.chosen) > 1:
             current, stayed = pruned(evidence, current, scales)
             steps = [steps[i] for i in stayed]
-    return current, steps
+    return current, steps, small
 
 
 def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
@@ -207,9 +221,10 @@ def _findings(evidence: RobotEvidence, fit: RobotFit, steps: Sequence[Step],
 
 def _determined(evidence: RobotEvidence, c: Candidate, covariance: Array) -> bool:
     """Return whether the motion excites a candidate's first coefficient."""
-    torque, column, rows = 0.0, 0.0, evidence.recordings[0]
+    torque, column = 0.0, 0.0
     for j, x in c.columns.items():
-        torque += float(np.sum(evidence.at[j].y ** 2) + np.sum(rows.model[j] ** 2))
+        torque += float(np.sum(evidence.at[j].y ** 2))
+        torque += sum(float(np.sum(rows.model[j] ** 2)) for rows in evidence.recordings)
         column += float(np.sum(x[:, 0] ** 2))
     return covariance[0, 0] * column < TOO_WIDE ** 2 * torque
 
@@ -287,15 +302,16 @@ def _remainders(evidence: RobotEvidence, fit: RobotFit, steps: Sequence[Step],
                                  _rms(evidence, j, x), c.over, c.joint,
                                  figures={'evidence': round(step.worth, 3)}))
     size, times = burstiness(evidence, fit)
-    worst = worst_segments(evidence, fit)
+    worst, several = worst_segments(evidence, fit), len(evidence.recordings) > 1
     for j in np.argsort(-size):
         healthy = knowledge is not None and worst[j] < LARGER * knowledge.bursts[j]
         if size[j] > settings.bursts and not healthy and all(
                 r.joint != chain.joints[j] for r in out):
-            out.append(Remainder('arm_side', 'effort', _rms(evidence, j, fit.residual[j]),
-                                 'bursts', chain.joints[j], tuple(times[j]),
-                                 {'burstiness': round(float(size[j]), 2)}))
-            break
+            out.append(Remainder(
+                'arm_side', 'effort', _rms(evidence, j, fit.residual[j]), 'bursts',
+                chain.joints[j], tuple((begin, end) for _, begin, end in times[j]),
+                tuple(name for name, *_ in times[j]) if several else (),
+                {'burstiness': round(float(size[j]), 2)}))
     return tuple(out)
 
 
@@ -306,15 +322,20 @@ def _rms(evidence: RobotEvidence, joint: int, rows: Array) -> float:
     return math.sqrt(float(np.sum(rows ** 2)) / max(samples, 1.0))
 
 
+def _gain_at(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit, joint: int) -> float:
+    """Return by how much 2 log likelihood of a joint's rows is above that of `blank`."""
+    count = evidence.at[joint].count
+    return float((count * np.log(fit.weights[joint] / blank.weights[joint])).sum())
+
+
 def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[JointGap, ...]:
     """Return the gaps of the joints, those with most evidence first."""
     out = []
     for j, name in enumerate(evidence.recordings[0].robot.chain.joints):
         a = evidence.at[j]
-        change = float((a.count * np.log(fit.weights[j] / blank.weights[j])).sum())
         effort = np.concatenate([r.joints[j].effort for r in evidence.recordings])
         out.append(JointGap(name, _rms(evidence, j, a.y), _rms(evidence, j, fit.residual[j]),
-                            float(np.std(effort)), change))
+                            float(np.std(effort)), _gain_at(evidence, blank, fit, j)))
     return tuple(sorted(out, key=lambda g: -g.evidence))
 
 
@@ -371,7 +392,7 @@ def _cautions(recordings: Sequence[Rows], knowledge: Knowledge
     strange: set[str | None] = set()
     for j, name in enumerate(knowledge.joints):
         for variable, visits in knowledge.visits[name].items():
-            share = float(np.mean([unvisited(rows, j, variable, visits)[1]
+            share = float(np.mean([unvisited(rows, j, variable, visits)[2]
                                    for rows in recordings]))
             if share > 1.0 - recordings[0].settings.visited:
                 out.append(f'{name}: in {100 * share:.0f} % of the motion no reference had '

@@ -81,18 +81,20 @@ def visits_of(recordings: Sequence[Rows], joint: int) -> dict[str, Visits]:
     return out
 
 
-def unvisited(rows: Rows, joint: int, variable: str, visits: Visits) -> tuple[Array, float]:
-    """Return hat functions [N, k] where no reference was, and their share of the motion."""
+def unvisited(rows: Rows, joint: int, variable: str, visits: Visits
+              ) -> tuple[tuple[int, ...], Array, float]:
+    """Return knots [k] where no reference was, hats [N, k] on them, their share of the motion."""
     x = _value(rows.joints[joint], variable)
     low, high, share = _hats(x, visits.spacing, _turns(rows, joint, variable))
-    columns = []
+    knots, hats = [], []
     for knot in np.unique(np.concatenate([low, high])).tolist():
         if visits.seconds.get(knot, 0.0) < SECONDS:
             hat = np.where(low == knot, 1.0 - share, 0.0) + np.where(high == knot, share, 0.0)
             if hat.any():
-                columns.append(hat)
-    series = np.stack(columns, axis=1) if columns else np.zeros((len(x), 0))
-    return series, float(series.sum(axis=1).mean()) if columns else 0.0
+                knots.append(knot)
+                hats.append(hat)
+    series = np.stack(hats, axis=1) if hats else np.zeros((len(x), 0))
+    return tuple(knots), series, float(series.sum(axis=1).mean()) if hats else 0.0
 
 
 def with_unvisited(rows: Rows, visits: Mapping[str, Mapping[str, Visits]], sizes: Array) -> Rows:
@@ -107,8 +109,9 @@ def with_unvisited(rows: Rows, visits: Mapping[str, Mapping[str, Visits]], sizes
     columns = list(rows.nuisance)
     for j, name in enumerate(rows.robot.chain.joints):
         for variable, of in visits[name].items():
-            series, _ = unvisited(rows, j, variable, of)
-            tested = rows.tested(j, series) if series.shape[1] else series
-            columns += [NuisanceColumn(f'beyond {name} {variable} {k}', {j: tested[:, k]},
-                                       UNSURE * sizes[j]) for k in range(series.shape[1])]
+            knots, series, _ = unvisited(rows, j, variable, of)
+            if knots:
+                columns += [NuisanceColumn(f'beyond {name} {variable} {knot}', {j: tested},
+                                           UNSURE * sizes[j])
+                            for knot, tested in zip(knots, rows.tested(j, series).T)]
     return replace(rows, nuisance=tuple(columns))

@@ -78,7 +78,8 @@ class Remainder:
 
     place: location class where a torque or an offset takes it up. channel: reading that shows it
     most, of size `size` there (rms beyond noise, in the unit of the reading). over: variable of
-    the motion that it follows, None where it follows none. times: (begin, end) of bursts, s.
+    the motion that it follows, None where it follows none. times: (begin, end) of bursts, s, each
+    in the recording of the same place in `recordings`, which is empty where there is only one.
     """
 
     place: str
@@ -87,10 +88,11 @@ class Remainder:
     over: str | None = None
     joint: str | None = None
     times: tuple[tuple[float, float], ...] = ()
+    recordings: tuple[str, ...] = ()
     figures: Mapping[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data; joint and times only where there are any."""
+        """Return plain data; joint, times and recordings only where there are any."""
         data: dict[str, Any] = {'location': self.place, 'place': self.place,
                                 'channel': self.channel, 'size': self.size, 'over': self.over,
                                 **self.figures}
@@ -98,6 +100,8 @@ class Remainder:
             data['joint'] = self.joint
         if self.times:
             data['times'] = [list(pair) for pair in self.times]
+        if self.recordings:
+            data['recordings'] = list(self.recordings)
         return data
 
 

@@ -93,8 +93,10 @@ def remainder_words(remainder: Mapping[str, Any]) -> str:
     """Return one sentence, without a full stop, on what no finding explains."""
     size = f'{remainder["size"]:.2g} N m rms'
     if remainder['over'] == 'bursts':
-        times = ', '.join(f'{a:.0f}' for a, _ in remainder['times'][:4])
-        return f'{remainder["joint"]}: {size} in bursts, at {times} s'
+        names = remainder.get('recordings') or [''] * len(remainder['times'])
+        times = ', '.join(f'{begin:.0f} s' + (f' of {name}' if name else '')
+                          for name, (begin, _) in list(zip(names, remainder['times']))[:4])
+        return f'{remainder["joint"]}: {size} in bursts, at {times}'
     return f'{remainder["joint"]}: {size} over {remainder["over"]}, by no law of the library'
 
 

@@ -35,7 +35,7 @@ import random_robots
 from scipy.stats import beta
 from script import run_script
 
-from gearbox_monitor.balance.candidates import Candidate, library, with_setting
+from gearbox_monitor.balance.candidates import Candidate, library
 from gearbox_monitor.balance.knowledge import learn
 from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.balance.verdict import diagnose
@@ -72,7 +72,7 @@ def gain_of_truth(verdict, case, oracle):
                      'base_tilt': lambda e: -9.81 * np.sin(e['angle']) * np.array(
                          [-np.cos(e['phase']), -np.sin(e['phase'])]),
                      'motor_inertia': lambda e: np.array([e['size']])}[e['kind']](e)
-                c = with_setting(c, np.array(e['c'])) if e['kind'] == 'payload' else c
+                c = c.again(np.array(e['c'])) if e['kind'] == 'payload' else c
                 for j, x in c.columns.items():
                     columns[j] = columns.get(j, 0.0) + (x @ b)[:, None]
     for j in range(len(case.joints)):
