@@ -71,7 +71,7 @@ def load_baseline(path: str | Path, gearbox_serial: str = '') -> list[dict[str, 
                       'points')
     if data.get('points', len(points)) != len(points):
         raise Damaged(f'{path}: baseline: {len(points)} operating points, expected '
-                      f'{data["points"]}: the file is cut')
+                      f'{data["points"]}: the file is truncated')
     for k, point in enumerate(points):
         _check_point(point, f'{path}: baseline[{k}]')
     try:

@@ -171,7 +171,7 @@ class Tracker:
     The wear of one gearbox, its sequential test, forecast and alarms; one `update` per window.
 
     settings: TrackerSettings. state: what to_dict or baseline_points gave, or None. Raises
-    ValueError, KeyError or TypeError for a state that is none.
+    ValueError, KeyError or TypeError for data that are no state.
     """
 
     def __init__(self, settings: TrackerSettings, state: Any = None) -> None:
@@ -594,9 +594,10 @@ class Tracker:
         if self._over(column, old):
             ended = up if up.key in self.changes else down
             if ended.key in self.changes:
-                self.ended[ended.component] = (
-                    f'over: {ended.words.replace(" has ", " had ")} '
-                    f'{100 * self.changes[ended.key].found:.1f} %')
+                text = (f'over: {ended.words.replace(" has ", " had ")} '
+                        f'{100 * self.changes[ended.key].found:.1f} %')
+                self.ended[ended.component] = '; '.join(filter(None, (
+                    self.ended.get(ended.component), text)))
             self._end(column)
             return
         if test.key not in self.changes:

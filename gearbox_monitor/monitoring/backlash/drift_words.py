@@ -17,14 +17,13 @@ import math
 from typing import Any
 
 from gearbox_monitor.monitoring.backlash import scan
-from gearbox_monitor.monitoring.backlash.change import Tracker
+from gearbox_monitor.monitoring.backlash.change import GROSS, Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import (
     ADVICE, ChangeTest, COMPONENTS, FRICTION, GAP, LOST_MOTION, size_name, TESTS)
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction
 from gearbox_monitor.monitoring.backlash.forecast import span, when
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 
-GROSS = 3           # stage of an alarm: see change
 # The newest windows may fail to be compared for so many windows before that is a warning.
 GRACE = 3
 OPEN = 2.0          # standard deviations within which a change that requires a service may hide

@@ -151,7 +151,7 @@ def converted(state: Values) -> dict[str, Any]:
     """
     Return the state of drift of version 0.2 as Tracker.to_dict gives it now.
 
-    Raises KeyError, TypeError, IndexError or ValueError for a state that is none.
+    Raises KeyError, TypeError, IndexError or ValueError for data that are no state.
     """
     n = len(FEATURES)
     if isinstance(state['points'], list) and 'windows' not in state:

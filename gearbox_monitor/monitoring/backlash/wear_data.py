@@ -42,7 +42,7 @@ COUNT, TOTAL, KELVIN, KELVIN_2, PRODUCT = range(5)  # rows of the sums of a cell
 
 @dataclass
 class WearBlock:
-    """Windows that were, as sums: cells {(point, trusted): [5, F + 1]}, see COUNT and after."""
+    """Windows of the past, as sums: cells {(point, trusted): [5, F + 1]}, see COUNT and after."""
 
     begin_ns: int
     end_ns: int
