@@ -18,10 +18,11 @@ import json
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks.blind import mujoco_baselines, mujoco_drives, mujoco_set
+from gearbox_monitor.benchmarks.blind import (
+    mujoco_baselines, mujoco_drives, mujoco_set, real_joints)
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
-from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.plant.simulate import Plant, simulate
 
 pytest.importorskip('mujoco')
 NOMINAL = {**mujoco_drives.drawn_nominal(np.random.default_rng(3)), 'K': 25.0, 'b': 0.1, 'G': 0.4,
@@ -46,6 +47,36 @@ def test_the_nominal_file_is_the_nominal_drive(tmp_path):
     ours = simulate(model, U[:500], mujoco_drives.DT).x[:, :2]
     theirs, _ = mujoco_drives.simulated(NOMINAL, U[:500])
     assert np.sqrt(np.mean((ours - theirs) ** 2)) < 1e-4
+
+
+def real(robot):
+    """Return values of the first joint of a `robot`, its inputs, angles and speeds."""
+    index = next(i for i, j in enumerate(real_joints.JOINTS) if j.robot == robot)
+
+    class Fixed(np.random.Generator):
+
+        def integers(self, *_):
+            return index
+    v = real_joints.nominal(Fixed(np.random.PCG64(4)))
+    u = real_joints.inputs(v, np.random.default_rng(5), np.arange(2500) * mujoco_drives.DT)
+    q, w = mujoco_drives.simulated(v, u)
+    return {**v, 'scale': real_joints.scaled(v, u, q[:, 0], w[:, 0])}, u, q, w
+
+
+@pytest.mark.parametrize('robot', ['cassie', 'go2', 'panda', 'sawyer', 'shadow hand'])
+def test_the_file_of_a_real_joint_is_read_as_the_joint(robot, tmp_path):
+    """Ours repeats MuJoCo's run, and every effect of the joint moves it otherwise."""
+    v, u, q, w = real(robot)
+    (tmp_path / 'robot.xml').write_text(mujoco_drives.xml_of(v), encoding='utf-8')
+    model = model_of(read_mjcf(tmp_path / 'robot.xml', 'joint'))
+    plant = Plant(model, state=np.array([q[0, 0], q[0, 0]]))
+    ours = plant.run(u[:500], mujoco_drives.DT).x[:, 0]
+    np.testing.assert_allclose(ours, q[:500, 0], rtol=0.0, atol=2e-3 * max(np.ptp(q), 0.1))
+    for name, (key, _) in real_joints.names_of(v).items():
+        peak = np.abs(real_joints.efforts(v, u, q[:, 0], w[:, 0])).max()
+        changed = mujoco_drives.changed(v, name, 0.5 if key not in ('lag', 'delay') else 0.02,
+                                        1.0, peak)
+        assert np.abs(mujoco_drives.simulated(changed, u)[0] - q).max() > 1e-5, name
 
 
 def test_labels_are_sealed(tmp_path):

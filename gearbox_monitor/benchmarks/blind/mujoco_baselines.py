@@ -31,15 +31,16 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
 
-from gearbox_monitor.benchmarks.blind import window_fit
-from gearbox_monitor.benchmarks.blind.mujoco_drives import ADDED, DT, INSIDE, Values, xml_of
+from gearbox_monitor.benchmarks.blind import real_joints, window_fit
+from gearbox_monitor.benchmarks.blind.mujoco_drives import (
+    ADDED, DT, encoders, names_of, Values, xml_of)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.compiled_model import mujoco_module
 
 LENGTH, GAP = 250, 50   # samples of a window, and between windows
 SMOOTH = 21             # samples over which readings are smoothed by a cubic
 TRAIN = 0.7             # share of the windows that are fitted
-STATE_STEPS = np.array([1e-3, 1e-3, 1e-2, 1e-2])  # rad, rad/s
+STATE_STEPS = 1e-3, 1e-2  # rad, rad/s
 STARTS = (0.15, -0.15)  # relative, or in SCALES
 SCALES = {'Cav': 0.05, 'Cac': 0.1, 'G': 0.5, 'lag': 0.01, 'delay': 0.01}
 EVALUATIONS = 12
@@ -59,9 +60,9 @@ Acting = Callable[[Any, Any], None]  # changes MjModel and MjData before a step
 
 class Windows(NamedTuple):
     """
-    Parts of a recording: u [W, GAP + L] from GAP samples earlier, y [W, L, 2].
+    Parts of a recording: u [W, GAP + L] from GAP samples earlier, y [W, L, E] of E encoders.
 
-    starts [W, 4]: states where y begins; sigma [2]: noise of the encoders.
+    starts [W, 2 E]: states where y begins; sigma [E]: noise of the encoders.
     """
 
     u: Array
@@ -71,7 +72,7 @@ class Windows(NamedTuple):
 
 
 def windows_of(u: Array, y: Array) -> Windows:
-    """Return the Windows of a recording: torque [N] and readings [N, 2]."""
+    """Return the Windows of a recording: input [N] and readings [N, E]."""
     smooth = savgol_filter(y, SMOOTH, 3, axis=0)
     speed = savgol_filter(y, SMOOTH, 3, 1, DT, axis=0)
     # Of a cubic over SMOOTH samples, the residual keeps this share of white noise.
@@ -84,26 +85,27 @@ def windows_of(u: Array, y: Array) -> Windows:
 
 def free_runs(v: Values, u: Array, starts: Array, acting: Acting | None = None) -> Array:
     """
-    Return positions [W, L, 2] of free runs in MuJoCo.
+    Return positions [W, L, E] of free runs in MuJoCo.
 
     Args:
         v: values of the drive.
-        u: torque [W, GAP + L], N m; in the first GAP samples only the actuator moves.
-        starts: states where windows begin [W, 4].
+        u: input [W, GAP + L], N m or rad; in the first GAP samples only the actuator moves.
+        starts: states where windows begin [W, 2 E].
         acting: called before each step, after the torque of the actuator is set.
     """
     mujoco = mujoco_module()
     m = mujoco.MjModel.from_xml_string(xml_of(v))
     data, n = mujoco.MjData(m), round(DT / m.opt.timestep)
-    y = np.empty((len(u), u.shape[1] - GAP, 2))
-    for w, torques in enumerate(u):
+    e = encoders(v)
+    y = np.empty((len(u), u.shape[1] - GAP, e))
+    for w, controls in enumerate(u / v.get('gear', 1.0)):
         mujoco.mj_resetData(m, data)
-        for k, torque in enumerate(torques, -GAP):
+        for k, control in enumerate(controls, -GAP):
             if k <= 0:
-                data.qpos[:], data.qvel[:] = starts[w, :2], starts[w, 2:]
+                data.qpos[:], data.qvel[:] = starts[w, :e], starts[w, e:]
             if k >= 0:
                 y[w, k] = data.qpos
-            data.ctrl[0] = torque
+            data.ctrl[0] = control
             if acting is not None:
                 acting(m, data)
             mujoco.mj_step(m, data, nstep=n)
@@ -117,23 +119,24 @@ def _residual(v: Values, part: Windows, acting: Acting | None = None) -> Array:
 
 
 def _spans(v: Values, part: Windows) -> Array:
-    """Return orthonormal bases [W, 2 L, 4] of what errors of the starts do to residuals."""
+    """Return orthonormal bases [W, E L, 2 E] of what errors of the starts do to residuals."""
     base = _residual(v, part)
     columns = []
-    for step, unit in zip(STATE_STEPS, np.eye(4)):
+    for step, unit in zip(np.repeat(STATE_STEPS, encoders(v)), np.eye(2 * encoders(v))):
         moved = part._replace(starts=part.starts + step * unit)
         columns.append((_residual(v, moved) - base) / step)
     return np.linalg.qr(np.stack(columns, axis=2))[0]
 
 
 def _without(r: Array, spans: Array) -> Array:
-    """Return residuals `r` [W, 2 L] without their parts in `spans`."""
+    """Return residuals `r` [W, E L] without their parts in `spans`."""
     parts: Array = r - np.einsum('wlk,wk->wl', spans, np.einsum('wlk,wl->wk', spans, r))
     return parts
 
 
-def _misfit(r: Array) -> float:
-    return float(np.sqrt(np.sum(r * r) / (r.size - 4 * len(r))))
+def _misfit(r: Array, spans: Array) -> float:
+    r = _without(r, spans)
+    return float(np.sqrt(np.sum(r * r) / (r.size - spans.shape[2] * len(r))))
 
 
 def closed_of(nominal: Values, values: Values, u: Array, y: Array) -> float | None:
@@ -143,19 +146,18 @@ def closed_of(nominal: Values, values: Values, u: Array, y: Array) -> float | No
     Args:
         nominal: values of the nominal drive.
         values: values to be judged.
-        u: torque [N], N m.
-        y: readings [N, 2], rad.
+        u: input [N], N m or rad.
+        y: readings [N, E], rad.
     """
     _, test = _split(windows_of(u, y))
-    return window_fit.closed(*(_misfit(_without(_residual(v, test), _spans(v, test)))
+    return window_fit.closed(*(_misfit(_residual(v, test), _spans(v, test))
                                for v in (nominal, values)))
 
 
 def _closed_by(v: Values, test: Windows, acting: Acting) -> float | None:
     """Return the fraction of the nominal misfit on windows `test` that `acting` closes."""
     spans = _spans(v, test)
-    return window_fit.closed(*(_misfit(_without(_residual(v, test, a), spans))
-                               for a in (None, acting)))
+    return window_fit.closed(*(_misfit(_residual(v, test, a), spans) for a in (None, acting)))
 
 
 def _split(part: Windows) -> tuple[Windows, Windows]:
@@ -166,34 +168,40 @@ def _split(part: Windows) -> tuple[Windows, Windows]:
 
 def _with(v: Values, name: str, x: float, peak: float) -> dict[str, Any]:
     """Return `v` with the parameter of effect `name` moved by `x`."""
-    key, _ = INSIDE[name]
+    key, _ = names_of(v)[name]
     if key == 'limit':
         return {**v, key: peak * math.exp(min(x, 0.0))}
+    if key in v.get('scale', ()):
+        return {**v, key: max(0.0, v[key] + v['scale'][key] * x)}
     if key in ADDED:
         return {**v, key: max(0.0, v[key] + SCALES[key] * x)}
     return {**v, key: v[key] * math.exp(x)}
 
 
 def least_squares_by_bic(v: Values, u: Array, y: Array,
-                         names: Sequence[str] = tuple(INSIDE)) -> dict[str, Any]:
+                         names: Sequence[str] = ()) -> dict[str, Any]:
     """
     Return the effect with the best criterion, its values and what it closes.
 
     Args:
         v: values of the nominal drive.
-        u: torque [N], N m.
-        y: readings [N, 2], rad.
-        names: effects that are tried.
+        u: input [N], N m or rad.
+        y: readings [N, E], rad.
+        names: effects that are tried; none: all that the drive can have.
 
     Returns:
         named (an id or none), values, closed: see closed_of.
     """
     train, _ = _split(windows_of(u, y))
-    spans, peak = _spans(v, train), float(np.abs(u).max())
+    spans, torque = _spans(v, train), u
+    if 'robot' in v:
+        q, w = (savgol_filter(y[:, 0], SMOOTH, 3, d, DT) for d in range(2))
+        torque = real_joints.efforts(v, u, q, w)
+    peak = float(np.abs(torque).max())
     plain = _without(_residual(v, train), spans)
     n = plain.size
     best: tuple[float, str, Values] = (n * math.log(np.sum(plain * plain) / n), 'none', v)
-    for name in names:
+    for name in names or names_of(v):
         def lack(x: Array, name: str = name) -> Array:
             return _without(_residual(_with(v, name, x[0], peak), train), spans).ravel()
         for start in STARTS:

@@ -15,8 +15,10 @@
 """
 Drives in MuJoCo with a known deviation from their MJCF file, and their sealed labels.
 
-The nominal model of a recording is the file robot.xml beside it. The deviation is one of MuJoCo's
-own features, or lies outside of the library: a payload that swings, a hard stop, a contact.
+The nominal model of a recording is the file robot.xml beside it: half of them are drives of a
+motor, a gearbox and an arm with two encoders, half are joints of real robots (real_joints) with
+one. The deviation is one of MuJoCo's own features, or lies outside of the library: a payload that
+swings, a hard stop, a contact.
 """
 from collections.abc import Callable, Mapping, Sequence
 import json
@@ -26,6 +28,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gearbox_monitor.benchmarks.blind import real_joints
 from gearbox_monitor.benchmarks.blind.draw import log_uniform, OF_COULOMB, SMOOTH
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.compiled_model import mujoco_module
@@ -48,7 +51,11 @@ INSIDE = {
     'actuator_delay': ('delay', (0.002, 0.018))}
 ADDED = ('Cav', 'Cac', 'G', 'lag', 'delay')  # in their own unit, the others by a factor
 OUTSIDE = {'payload': (0.05, 0.5), 'hard_stop': (0.5, 0.95), 'contact': (0.5, 0.95)}
-CONFLICTS = ({'actuator_lag', 'actuator_delay'},)
+CONFLICTS = ({'actuator_lag', 'actuator_delay'}, {'setpoint_lag', 'setpoint_delay'})
+# What one drive can have: of two masses, of a real robot with a motor, with a servo.
+DRIVES = (INSIDE, {**real_joints.BOTH, **real_joints.OF_MOTORS},
+          {**real_joints.BOTH, **real_joints.OF_SERVOS})
+LEAST_MOTION = 1e-3  # rad, rms: below, nothing is shown
 SHARES = {'none': 0.30, 'pair': 0.10, 'outside': 0.12}  # the others are single effects
 
 Values = Mapping[str, Any]
@@ -62,6 +69,11 @@ class Label(NamedTuple):
     truth: dict[str, Any]
     sigma: list[float]
     evidence: float
+
+
+def names_of(v: Values) -> Mapping[str, tuple[str, tuple[float, float]]]:
+    """Return the effects that a drive with the values `v` can have, as INSIDE."""
+    return real_joints.names_of(v) if 'robot' in v else INSIDE
 
 
 def drawn_nominal(random: np.random.Generator) -> dict[str, Any]:
@@ -79,6 +91,8 @@ def drawn_nominal(random: np.random.Generator) -> dict[str, Any]:
 
 def xml_of(v: Values) -> str:
     """Return the MJCF file of a drive with the values `v`, friction by MuJoCo's defaults."""
+    if 'robot' in v:
+        return real_joints.xml_of(v)
     centre = v['G'] / (MASS * G)
     own = v['m2'] - MASS * centre * centre
     ahead, below = centre * math.sin(v['phi']), centre * math.cos(v['phi'])
@@ -142,7 +156,7 @@ def changed(nominal: Values, name: str, size: float, sign: float, peak: float) -
         name: id of the effect.
         size: drawn from its range.
         sign: -1 or 1.
-        peak: of the torque, N m, or of the arm's position, rad, for what is outside.
+        peak: of the effort, N m, or of the arm's position, rad, for what is outside.
 
     Returns:
         The values.
@@ -150,7 +164,9 @@ def changed(nominal: Values, name: str, size: float, sign: float, peak: float) -
     if name in OUTSIDE:
         amount = size if name == 'payload' else size * peak
         return {**nominal, 'outside': (name, amount)}
-    key, _ = INSIDE[name]
+    key, _ = names_of(nominal)[name]
+    if 'robot' in nominal:
+        return real_joints.changed(nominal, key, size, sign, peak)
     if name == 'saturation':
         value = (1.0 - size) * peak
     elif key in ADDED:
@@ -160,30 +176,37 @@ def changed(nominal: Values, name: str, size: float, sign: float, peak: float) -
     return {**nominal, key: float(f'{value:.6g}')}
 
 
+def encoders(v: Values) -> int:
+    """Return the number of encoders of a drive with the values `v`."""
+    return 1 if 'robot' in v else 2
+
+
 def simulated(v: Values, u: Array, states: Array | None = None, length: int = 0
               ) -> tuple[Array, Array]:
     """
-    Return positions and speeds of motor and arm in MuJoCo.
+    Return positions and speeds of motor and arm, or of the one joint, in MuJoCo.
 
     Args:
         v: values of the drive.
-        u: torque [N], N m.
-        states: positions and speeds [N, 4] at which parts of `length` samples begin; None: one run
-            from rest.
+        u: input [N]: torque on the motor, N m, or setpoint, rad.
+        states: positions and speeds [N, 2 E] at which parts of `length` samples begin; None: one
+            run from rest.
         length: see states.
 
     Returns:
-        Positions [N, 2], rad, and speeds [N, 2], rad/s.
+        Positions [N, E], rad, and speeds [N, E], rad/s, of the E encoders.
     """
     mujoco = mujoco_module()
     m = mujoco.MjModel.from_xml_string(xml_of(v))
     data, n = mujoco.MjData(m), round(DT / m.opt.timestep)
-    q, w = np.empty((len(u), 2)), np.empty((len(u), 2))
-    for k, torque in enumerate(u):
+    e = encoders(v)
+    data.qpos[0] = u[0] if v.get('kp') else 0.0
+    q, w = np.empty((len(u), e)), np.empty((len(u), e))
+    for k, control in enumerate(u / v.get('gear', 1.0)):
         if states is not None and k % length == 0:
-            data.qpos[:2], data.qvel[:2] = states[k, :2], states[k, 2:]
-        q[k], w[k] = data.qpos[:2], data.qvel[:2]
-        data.ctrl[0] = torque
+            data.qpos[:e], data.qvel[:e] = states[k, :e], states[k, e:]
+        q[k], w[k] = data.qpos[:e], data.qvel[:e]
+        data.ctrl[0] = control
         mujoco.mj_step(m, data, nstep=n)
     return q, w
 
@@ -199,7 +222,28 @@ def _torque(random: np.random.Generator) -> Array:
     return u
 
 
-def make(ids: Sequence[str], seed: Sequence[int],
+def _drawn(ids: Sequence[str], random: np.random.Generator, real: bool, smooth: bool
+           ) -> tuple[dict[str, Any], Array] | None:
+    """Return values and controls [N] of a nominal drive, None where the motion does not suit."""
+    if real:
+        kind = next((name for name in ids if name not in real_joints.BOTH), '')
+        nominal = real_joints.nominal(random, kind)
+        if not {*ids} <= {*real_joints.names_of(nominal), *OUTSIDE}:
+            return None
+        u = real_joints.inputs(nominal, random, np.arange(round(SECONDS / DT)) * DT)
+    else:
+        nominal, u = drawn_nominal(random), _torque(random)
+        if smooth:
+            nominal['Cc'] = 0.0
+    q, w = simulated(nominal, u)
+    if real:
+        nominal['scale'] = real_joints.scaled(nominal, u, q[:, 0], w[:, 0])
+    elif np.ptp(q[:, 0] - q[:, 1]) < 2.2 * nominal['b']:
+        return None
+    return (nominal, u) if np.isfinite(q).all() and np.abs(q).max() <= 60.0 else None
+
+
+def make(ids: Sequence[str], seed: Sequence[int], real: bool = False,
          smooth: bool = False) -> tuple[dict[str, Any], Label] | None:
     """
     Draw a recording.
@@ -207,29 +251,30 @@ def make(ids: Sequence[str], seed: Sequence[int],
     Args:
         ids: effects that it has.
         seed: of all random numbers.
-        smooth: whether the drive has no Coulomb friction.
+        real: whether the nominal drive is a joint of a real robot.
+        smooth: whether another drive has no Coulomb friction.
 
     Returns:
         (recording, Label), None where the motion does not suit.
     """
     random = np.random.default_rng(seed)
-    nominal, u = drawn_nominal(random), _torque(random)
-    if smooth:
-        nominal['Cc'] = 0.0
-    plain, speeds = simulated(nominal, u)
-    if np.ptp(plain[:, 0] - plain[:, 1]) < 2.2 * nominal['b'] or np.abs(plain).max() > 60.0:
+    drawn = _drawn(ids, random, real, smooth)
+    if drawn is None:
         return None
+    nominal, u = drawn
+    plain, speeds = simulated(nominal, u)
+    if plain.std(axis=0).min() < LEAST_MOTION:
+        return None
+    effort = real_joints.efforts(nominal, u, plain[:, 0], speeds[:, 0]) if real else u
     sigma = log_uniform(random, 0.002, 0.02) * plain.std(axis=0)
     sigma = np.array([float(f'{s:.4g}') for s in sigma])
     truth, q, w = nominal, plain, speeds
     for name in ids:
-        low, high = OUTSIDE[name] if name in OUTSIDE else INSIDE[name][1]
-        peak = float(np.abs(u).max()) if name == 'saturation' else float(plain[:, 1].max())
+        low, high = OUTSIDE[name] if name in OUTSIDE else names_of(nominal)[name][1]
+        peak = float(plain[:, -1].max()) if name in OUTSIDE else float(np.abs(effort).max())
         before = truth
         truth = changed(before, name, log_uniform(random, low, high),
                         float(random.choice([-1.0, 1.0])), peak)
-        if name == 'gravity' and truth['G'] == before['G']:
-            return None
         q, w = simulated(truth, u)
         if not np.isfinite(q).all() or np.abs(q).max() > 60.0:
             return None
@@ -241,23 +286,24 @@ def make(ids: Sequence[str], seed: Sequence[int],
     if not ids:
         evidence = 0.0
     y = q + sigma * random.standard_normal(q.shape)
-    return ({'u': u, 'y': y, 'xml': xml_of(nominal)},
+    return ({'u': u, 'y': y, 'xml': xml_of(nominal), 'input': 'setpoint' if nominal.get('kp')
+             else 'u'},
             Label(list(ids), nominal, truth, sigma.tolist(), evidence))
 
 
-def plan(n: int, random: np.random.Generator) -> list[list[str]]:
-    """Return the ids of each of `n` recordings, in the order that `random` gives."""
+def plan(n: int, random: np.random.Generator, effects: Sequence[str]) -> list[list[str]]:
+    """Return the ids of each of `n` recordings, singles and pairs of `effects`, in any order."""
     def cycle(names: Sequence[str], count: int) -> list[list[str]]:
         rows = [names[i] for _ in range(count) for i in random.permutation(len(names))]
         return [[name] for name in rows[:count]]
     counts = {kind: max(1, round(share * n)) for kind, share in SHARES.items()}
     pairs: list[list[str]] = []
     while len(pairs) < counts['pair']:
-        ids = [str(i) for i in random.choice(list(INSIDE), 2, replace=False)]
-        if set(ids) not in CONFLICTS:
+        ids = [str(i) for i in random.choice(list(effects), 2, replace=False)]
+        if set(ids) not in CONFLICTS and any({*ids} <= {*kind} for kind in DRIVES):
             pairs.append(ids)
     rows = [*([[]] * counts['none']), *pairs, *cycle(list(OUTSIDE), counts['outside']),
-            *cycle(list(INSIDE), max(1, n - sum(counts.values())))]
+            *cycle(list(effects), max(1, n - sum(counts.values())))]
     return [rows[i] for i in random.permutation(len(rows))]
 
 
@@ -278,12 +324,13 @@ def generate(n: int, folder: Path, seed: int, sealed: Path,
     """
     random = np.random.default_rng([seed, 25])
     labels: dict[str, Any] = {}
-    rows = plan(n, random)
-    for number, ids in enumerate(rows):
+    rows = [(ids, False) for ids in plan(n - n // 2, random, list(INSIDE))]
+    rows += [(ids, True) for ids in plan(n // 2, random, list(real_joints.INSIDE))]
+    for number, (ids, real) in enumerate(rows):
         name = random.bytes(6).hex()
         smooth = number % SMOOTH == 0 and not {*ids} & OF_COULOMB
         drawn = next((made for attempt in range(TRIES)
-                      if (made := make(ids, [seed, len(labels), attempt], smooth))), None)
+                      if (made := make(ids, [seed, len(labels), attempt], real, smooth))), None)
         if drawn is None:
             raise RuntimeError(f'{"+".join(ids)}: not drawn in {TRIES} tries')
         recording, label = drawn
@@ -291,7 +338,8 @@ def generate(n: int, folder: Path, seed: int, sealed: Path,
         place.mkdir(parents=True)
         t = np.arange(len(recording['u'])) * DT
         np.savetxt(place / 'recording.csv', np.column_stack([t, recording['u'], recording['y']]),
-                   '%.9g', ',', header='t,u,motor,arm', comments='')
+                   '%.9g', ',', header=','.join(('t', recording['input'], 'motor', 'arm')[
+                       :2 + recording['y'].shape[1]]), comments='')
         (place / 'robot.xml').write_text(recording['xml'], encoding='utf-8')
         labels[name] = label._asdict()
         progress(len(labels), len(rows))

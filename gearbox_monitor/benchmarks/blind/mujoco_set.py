@@ -23,17 +23,25 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.benchmarks.blind import mujoco_baselines, mujoco_drives, plant, scorer
+from gearbox_monitor.benchmarks.blind import (
+    mujoco_baselines, mujoco_drives, plant, real_joints, scorer)
 from gearbox_monitor.benchmarks.blind.mujoco_drives import INSIDE, OUTSIDE, Values
 from gearbox_monitor.benchmarks.harness import bar_lines, BarTable
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.compiled_model import mujoco_module
 
-MODEL = ('robot.xml', '--joint', 'motor', '--model-arm-joint', 'arm')  # of each recording
-OURS = 'diagnose'
+MODEL = 'robot.xml'  # of each recording
+OURS, RIVAL = 'diagnose', 'least squares, BIC'
 CLOSE = 0.05
 # What a verdict says of an effect -> the value in MuJoCo.
 IN_MUJOCO: dict[str, Callable[[float], float]] = {'torque_gain': lambda g: 1.0 + g}
+
+
+def model_options(folder: Path) -> tuple[str, ...]:
+    """Return the model of the recording in `folder`, with its options."""
+    text = (folder / MODEL).read_text(encoding='utf-8')
+    joints = ('joint',) if 'name="joint"' in text else ('motor', '--model-arm-joint', 'arm')
+    return MODEL, '--joint', *joints
 
 
 def diagnosed_values(nominal: Values, verdict: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -43,9 +51,13 @@ def diagnosed_values(nominal: Values, verdict: Mapping[str, Any]) -> dict[str, A
         numbers = dict((verdict.get('params') or {}).get(name, {}))
         if name == 'gravity' and 'phi' in numbers:
             values['phi'] = numbers.pop('phi')
-        if name not in INSIDE or len(numbers) != 1:
+        effects = mujoco_drives.names_of(nominal)
+        if name not in effects or len(numbers) != 1:
             return None
-        values[INSIDE[name][0]] = IN_MUJOCO.get(name, float)(*numbers.values())
+        key, value = effects[name][0], IN_MUJOCO.get(name, float)(*numbers.values())
+        # Without an armature, half of the joint's inertia counts as the motor's.
+        rotorless = key == 'm1' and not nominal['m1']
+        values[key] = max(value - 0.5 * nominal['m2'], 0.0) if rotorless else value
     return values
 
 
@@ -57,7 +69,7 @@ def scored(label: Mapping[str, Any], verdict: Mapping[str, Any] | None,
     Args:
         label: what was drawn, a mujoco_drives.Label.
         verdict: of the diagnosis; None: missing.
-        recording: torque [N] and readings [N, 2].
+        recording: input [N] and readings [N, E].
     """
     ids, nominal, found = label['ids'], label['nominal'], verdict or {}
     outside = bool(ids) and ids[0] in OUTSIDE
@@ -74,7 +86,8 @@ def scored(label: Mapping[str, Any], verdict: Mapping[str, Any] | None,
         values = diagnosed_values(nominal, found) if found.get('verdict') == 'effect' else None
         row[OURS] = values and mujoco_baselines.closed_of(nominal, values, *recording)
     for name, method in mujoco_baselines.BASELINES.items():
-        row[name] = method(nominal, *recording)
+        if 'robot' not in nominal or name == RIVAL:  # the others are for two masses
+            row[name] = method(nominal, *recording)
     return row
 
 
@@ -87,15 +100,17 @@ def table(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return a line for each method from `rows`: what it names, and what it closes."""
     out = []
     for method in (OURS, *mujoco_baselines.BASELINES):
+        own = [row for row in rows if method in row]
+
         def named(row: Mapping[str, Any], method: str = method) -> str | None:
             return row['named'] if method == OURS else row[method]['named']
 
-        def share(kind: str, right: Callable[[Any], bool]) -> str:
-            hits = [right(row) for row in rows if row['class'] == kind]
+        def share(kind: str, right: Callable[[Any], bool], own: Sequence[Any] = own) -> str:
+            hits = [right(row) for row in own if row['class'] == kind]
             return f'{sum(hits)}/{len(hits)}'
-        closed = [row[method] if method == OURS else row[method]['closed'] for row in rows
+        closed = [row[method] if method == OURS else row[method]['closed'] for row in own
                   if row['class'] in ('single', 'pair')]
-        names = method == OURS or any(row[method]['named'] for row in rows)
+        names = method == OURS or any(row[method]['named'] for row in own)
         out.append({
             'method': method,
             'single': share('single', lambda r: named(r) == r['ids'][0]) if names else '-',
@@ -146,6 +161,8 @@ def score(labels: Mapping[str, Any], verdicts: Mapping[str, Mapping[str, Any] | 
     bars.share('pairs, both named', [r['top1'] for r in of['pair']])
     bars.share('without Coulomb friction: right', [
         r['top1'] for r in rows if not labels[r['name']]['nominal']['Cc']])
+    bars.share('joints of real robots: right', [
+        r['top1'] for r in rows if 'robot' in labels[r['name']]['nominal']])
     bars.share('outside unknown or in parts', [r['top1'] for r in of['outside']], 0.85)
     bars.share('closed in MuJoCo within 0.05 of the truth',
                [r[OURS] is not None and abs(r[OURS] - r['true']) <= CLOSE
@@ -154,7 +171,7 @@ def score(labels: Mapping[str, Any], verdicts: Mapping[str, Mapping[str, Any] | 
 
 
 def read_recording(folder: Path) -> tuple[Array, Array]:
-    """Return torque [N] and readings [N, 2] of the recording in `folder`."""
+    """Return input [N] and readings [N, E] of the recording in `folder`."""
     rows = np.loadtxt(folder / 'recording.csv', delimiter=',', skiprows=1)
     return rows[:, 1], rows[:, 2:]
 
@@ -198,11 +215,11 @@ def text(data: Mapping[str, Any]) -> str:
                      f'{row["outside"]:>9}{closed:>9}')
     lines += ['', 'What was named', '']
     for row in data['rows']:
-        rival = row['least squares, BIC']['named']
+        rival = row[RIVAL]['named']
         lines.append(f'{row["name"]} {"+".join(row["ids"]) or "none"} -> {row["named"]}; least '
                      f'squares {rival}')
     lines += [f'{name}: {failure}'[:80] for name, failure in data['failures'].items()]
     return '\n'.join([*lines, '', *bar_lines(data['bars'])])
 
 
-assert set(INSIDE) <= set(plant.EFFECTS)
+assert {*INSIDE, *real_joints.INSIDE} <= {*plant.EFFECTS}

@@ -128,7 +128,7 @@ def diagnose(folder: str | Path, exclude: Sequence[str],
     out = Path(folder) / 'verdict.json'
     line = [*(command or [sys.executable, '-m', 'gearbox_monitor.cli.main', 'diagnose']),
             'recording.csv', '--model',
-            *(mujoco_set.MODEL if (Path(folder) / mujoco_set.MODEL[0]).exists()
+            *(mujoco_set.model_options(Path(folder)) if (Path(folder) / mujoco_set.MODEL).exists()
               else ['drive.yaml']), '--json', 'verdict.json']
     if exclude:
         line += ['--exclude', *exclude]
