@@ -100,6 +100,7 @@ def test_rest_is_found_where_it_is_and_only_there():
     assert noise_search.at_rest(stamps, drifting) is None
 
 
+@pytest.mark.system
 def test_one_command_writes_what_replay_loads(bag, tmp_path, capsys, monkeypatch):
     """Far-off starts give the same file; the truth is not read."""
     read = []

@@ -139,6 +139,7 @@ def test_the_true_effect_closes_the_gap(cases, name):
     json.dumps(closure, allow_nan=False)
 
 
+@pytest.mark.system
 def test_recordings_with_other_encoders_are_evaluated_each_with_its_own():
     """One with both encoders, one with the motor's alone: no reading is made up."""
     effect = [{'id': 'torque_gain', 'g': 0.08}]

@@ -192,6 +192,7 @@ def test_values_and_parameters_of_effects_are_fitted(tmp_path, capsys):
     assert mesh['phi'] == pytest.approx(0.4, abs=0.05)
 
 
+@pytest.mark.system
 def test_three_effects_from_one_command(tmp_path, capsys):
     effects = [{'id': 'backlash_gap', 'b': 0.013}, {'id': 'motor_coulomb', 'Cc': 0.03},
                {'id': 'mesh_error', 'A': 0.004, 'N': 7, 'phi': 0.4}]

@@ -257,7 +257,7 @@ def test_evaluations_come_at_their_phase_of_the_second(phase, expected, monkeypa
     assert evaluated == expected
 
 
-@pytest.mark.parametrize('arm_joint', ['arm', ''])
+@pytest.mark.parametrize('arm_joint', ['arm', pytest.param('', marks=pytest.mark.system)])
 def test_a_change_between_two_evaluations_is_the_same_step_by_step(arm_joint):
     """What the monitor has not taken yet belongs to the time before the change."""
     samples, _ = drive(24.0)

@@ -50,6 +50,7 @@ def test_the_bars_can_be_missed():
     assert row['wrong_while_ok'] > 1000 and 'no wrong estimate under OK' in row['missed']
 
 
+@pytest.mark.system
 def test_step_by_step_equals_run_when_positions_jump():
     base, _ = healthy(seconds=20.0)
     messages = wrapped(MOTOR)(base, None).take(base.at > 14.0)
