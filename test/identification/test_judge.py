@@ -49,7 +49,7 @@ CASES = {
 }
 
 
-def record(effects, seconds=5, seed=1, std=SIGMA, u=None, model=None):
+def record(effects, seconds=4, seed=1, std=SIGMA, u=None, model=None):
     """Return a recording of the paper's drive with `effects` under a sum of sines."""
     t = np.arange(round(seconds / DT)) * DT
     if u is None:
