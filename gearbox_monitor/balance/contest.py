@@ -82,7 +82,15 @@ class Contender:
 
 def over_dispersion(evidence: RobotEvidence, candidate: Candidate, scales: ContestScales,
                     fit: RobotFit) -> float:
-    """Return the over-dispersion of a candidate, of several joints by their information."""
+    """
+    Return the over-dispersion of a candidate, of several joints by their information.
+
+    Args:
+        evidence: of the recordings.
+        candidate: effect or function.
+        scales: with the over-dispersion of each joint.
+        fit: whose weights tell how much each joint says.
+    """
     if len(candidate.columns) == 1:
         return float(scales.dispersion[next(iter(candidate.columns))])
     total = {}
@@ -114,7 +122,14 @@ def tempered(values: Array, covariance: Array, scatter: Array | None, dispersion
 
 
 def cost(evidence: RobotEvidence, candidate: Candidate, scales: ContestScales) -> float:
-    """Return the extended BIC of a candidate: ln n per parameter and the choice among all."""
+    """
+    Return the extended BIC of a candidate: ln n per parameter and the choice among all.
+
+    Args:
+        evidence: of the recordings, with the number n of rows.
+        candidate: effect or function.
+        scales: with the number of its rivals.
+    """
     count = scales.lawless if candidate.free else scales.names
     return float(candidate.size * np.log(max(evidence.rows_in(candidate), 3.0))
                  + 2.0 * np.log(count))
@@ -160,7 +175,15 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
 
 def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
              scales: ContestScales) -> float:
-    """Return the tempered gain of the candidate that `fit` adds to `current`, less its cost."""
+    """
+    Return the tempered gain of the candidate that `fit` adds to `current`, less its cost.
+
+    Args:
+        evidence: of the recordings.
+        current: fit without the candidate.
+        fit: with the candidate as its newest.
+        scales: of the evidence of candidates.
+    """
     c, own = fit.chosen[-1], fit.of(len(fit.chosen) - 1)
     k = evidence.n_nuisance
     inside = slice(k + own.start, k + own.stop)

@@ -144,7 +144,14 @@ def names_of(v: Values) -> dict[str, tuple[str, tuple[float, float]]]:
 
 
 def inputs(v: Values, random: np.random.Generator, t: Array) -> Array:
-    """Return inputs [N] at the times `t` [N]: setpoints, rad, or torques on the joint, N m."""
+    """
+    Return inputs [N]: setpoints, rad, or torques on the joint, N m.
+
+    Args:
+        v: values of the joint.
+        random: source of random numbers.
+        t: times [N], s.
+    """
     low, high = v['control']
     middle, half = (low + high) / 2.0, (high - low) / 2.0
     if v['kp']:
@@ -160,13 +167,29 @@ def inputs(v: Values, random: np.random.Generator, t: Array) -> Array:
 
 
 def efforts(v: Values, u: Array, q: Array, w: Array) -> Array:
-    """Return the torques [N] of the actuator on the joint, N m."""
+    """
+    Return the torques [N] of the actuator on the joint, N m.
+
+    Args:
+        v: values of the joint.
+        u: inputs [N], rad or N m.
+        q: angles [N], rad.
+        w: speeds [N], rad/s.
+    """
     torque: Array = v['kp'] * (u - q) - v['kd'] * w if v['kp'] else u
     return np.clip(torque, -v['limit'], v['limit'])
 
 
 def scaled(v: Values, u: Array, q: Array, w: Array) -> dict[str, float]:
-    """Return {value: unit of the size of its effect} of a motion: inputs, angles, speeds [N]."""
+    """
+    Return {value: unit of the size of its effect} of a motion.
+
+    Args:
+        v: values of the joint.
+        u: inputs [N], rad or N m.
+        q: angles [N], rad.
+        w: speeds [N], rad/s.
+    """
     torque = float(np.sqrt(np.mean(efforts(v, u, q, w) ** 2)))
     return {'m1': v['m1'] + v['m2'], 'Cc': torque, 'Cv': torque / max(float(w.std()), 1e-9),
             'G': torque}
