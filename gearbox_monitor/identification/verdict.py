@@ -181,15 +181,14 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
     if basis.lattices and not basis.remains and len(effects) < 2:
         effects = [*effects, *basis.lattices[:2 if not effects else 1]]
     kind = kind_of(bool(effects), basis.remains)
-    places = dict(localisation.NOWHERE)
-    if kind == EFFECT:  # it names the place; what free signals explain illustrates it
-        places = localisation.places(basis.none, most=ILLUSTRATED)
-    elif kind != NONE:
-        places = localisation.places(basis.none)
-    remaining = None
+    places, remaining = dict(localisation.NOWHERE), None
     if basis.remains:
-        left = places if not candidate.ids else localisation.places(basis.runs)
+        left = localisation.places(basis.runs if candidate.ids else basis.none)
         remaining = remaining_place(left, basis.dependence)
+    if kind == UNKNOWN:
+        places = left
+    elif kind != NONE:  # an effect names the place; what free signals explain illustrates it
+        places = localisation.places(basis.none, most=ILLUSTRATED)
     locations = [location_of(i) for i in effects]
     if kind == UNKNOWN:
         locations = [str(remaining)]
