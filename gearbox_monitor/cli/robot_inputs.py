@@ -163,7 +163,7 @@ def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
         raise InputError(f'{args.values}: kp: none of {", ".join(lacking)}, expected one of each '
                          'joint')
     raw = read_robot_log(path, file.chain.joints, recorded_names(args.recorded, file.chain.joints),
-                         values.constants, servo, args.topic)
+                         values.constants, '' if servo else file.no_servo, args.topic)
     if raw.kind == 'current' and values.constants is None:
         raise InputError(f'{path}: current without torque_constants, expected N m/A of each joint '
                          'in --values: a rough one does, masses come in its scale')

@@ -42,8 +42,8 @@ from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.friction_law import FrictionLaw
 from gearbox_monitor.robot.compiled_model import (
-    actuator_law, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled, is_off,
-    mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)
+    actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled,
+    is_off, mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)
 
 INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between joints
 
@@ -367,14 +367,11 @@ def _joint(document: XmlDocument, m: Any, state: Any, index: int,
     unit, row = np.zeros(m.nv), np.zeros(m.nv)
     unit[dof] = 1.0
     mujoco.mj_mulM(m, state, row, unit)
-    own = ((m.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT))
-           & (m.actuator_trnid[:, 0] == index))
-    squares = m.actuator_gear[m.actuator_outadr][own, 0] ** 2 if own.any() else np.zeros(0)
-    added = float(np.sum(m.actuator_damping[own] * squares))
-    armature = float(m.dof_armature[dof] + np.sum(m.actuator_armature[own] * squares))
+    rotor, added = actuator_losses(m, index)
+    armature = float(m.dof_armature[dof]) + rotor
     damping, springs = float(m.dof_damping[dof]) + added, float(m.jnt_stiffness[index])
     if disabled(m, 'DAMPER'):
-        damping = added = 0.0
+        damping = 0.0
     if disabled(m, 'SPRING'):
         springs = 0.0
     dampers, more = (math.fsum(getattr(law, name) for law in others)

@@ -99,7 +99,7 @@ def _index(file: ChainFile, joint: str) -> int:
 def _mjcf_joint(document: XmlDocument, file: ChainFile, joint: str, change: Mapping[str, float]
                 ) -> list[Edit]:
     m, i = file.compiled, _index(file, joint)
-    base = {'Cc_change': float(m.dof_frictionloss[i]), 'Cv_change': float(file.chain.viscous[i]),
+    base = {'Cc_change': float(m.dof_frictionloss[i]), 'Cv_change': float(m.dof_damping[i]),
             'm1_change': float(m.dof_armature[i])}
     return with_attributes(document, _element(document, 'joint', joint), {
         OF_JOINT[key][0]: number(max(base[key] + value, 0.0)) for key, value in change.items()})

@@ -63,6 +63,7 @@ def _runs(file: ChainFile, verdict: RobotVerdict, closed: bool) -> Array:
     if learnt:     # friction of the file is not used: that of the references acts along the motion
         m.dof_frictionloss[:] = 0.0
         m.dof_damping[:] = 0.0
+        m.actuator_damping[:] = 0.0
         for j in range(len(chain.links)):
             taught[:, j] = rows.joints[j].model - rows.joints[j].smooth
     effort = np.stack([x.effort for x in rows.joints], axis=1) - taught
