@@ -19,21 +19,26 @@ The balance decides; the runs confirm, and give the number that users of a simul
 references taught beside the file, and effects that no attribute expresses, act as the torque that
 they have along the recorded motion.
 """
+from collections.abc import Mapping
 import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.balance.robot_effects import BASE_TILT, GRAVITY_SIZE
 from gearbox_monitor.balance.verdict import RobotVerdict
+from gearbox_monitor.export.robot_bodies import body_with
+from gearbox_monitor.export.robot_closed import OF_LINK
 from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.robot.chain import body_of, inertial
+from gearbox_monitor.plant.effects.motor_side import MOTOR_INERTIA
 from gearbox_monitor.robot.compiled_model import mujoco_module
 
 WINDOW = 0.5    # s of a run
 MOST = 40       # windows
-NATIVE = ('payload', 'motor_inertia', 'base_tilt')
+NATIVE = (*OF_LINK, MOTOR_INERTIA.id, BASE_TILT.id)
 
 
 def rollouts(file: ChainFile, verdict: RobotVerdict) -> dict[str, Any]:
@@ -69,8 +74,8 @@ def _runs(file: ChainFile, verdict: RobotVerdict, closed: bool) -> Array:
     effort = np.stack([x.effort for x in rows.joints], axis=1) - taught
     for i, c in enumerate(verdict.fit.chosen if closed else ()):
         b = verdict.fit.values[verdict.fit.of(i)]
-        if c.effect in NATIVE:
-            _edit(m, file, c.effect, c.joint or c.link or '', b, c.values)
+        if c.effect in NATIVE and c.values is not None:
+            _edit(m, file, c.effect, c.joint or c.link or '', c.values(b))
         elif c.effect in EFFECTS and c.joint is not None:
             column = EFFECTS[c.effect].column
             j = chain.joints.index(c.joint)
@@ -105,31 +110,20 @@ def _copy(file: ChainFile) -> Any:
     return m
 
 
-def _edit(m: Any, file: ChainFile, effect: str, place: str, b: Array, values: Any) -> None:
-    """Put a finding with coefficients `b` into the compiled model `m`."""
+def _edit(m: Any, file: ChainFile, effect: str, place: str, values: Mapping[str, float]) -> None:
+    """Put a finding with its `values` into the compiled model `m`."""
     mujoco = mujoco_module()
-    if effect == 'motor_inertia':
-        m.dof_armature[file.chain.joints.index(place)] += b[0]
-    elif effect == 'base_tilt':
-        m.opt.gravity[:2] += b
+    if effect == MOTOR_INERTIA.id:
+        m.dof_armature[file.chain.joints.index(place)] += values['m1_change']
+    elif effect == BASE_TILT.id:
+        m.opt.gravity[:2] += GRAVITY_SIZE * np.array([values['ax'], values['ay']])
     else:
-        i = next(k for k, link in enumerate(file.chain.links) if link.name == place)
-        body = int(m.jnt_bodyid[i])
-        frame = np.zeros(9)
-        mujoco.mju_quat2Mat(frame, m.body_iquat[body])
-        axes = frame.reshape(3, 3)
-        mass_values = values(b)
-        at = np.array([mass_values[c] for c in ('cx', 'cy', 'cz')]) + m.jnt_pos[i]
-        theta = inertial(float(m.body_mass[body]), m.body_ipos[body].copy(),
-                         axes @ np.diag(m.body_inertia[body]) @ axes.T)
-        theta = theta + inertial(mass_values['m'], at, np.zeros((3, 3)))
-        if theta[0] <= 0.0:
-            return
-        mass, centre, tensor = body_of(theta)
+        body, (mass, centre, tensor) = body_with(
+            replace(file, compiled=m), place, OF_LINK[effect](values))
         moments, vectors = np.linalg.eigh(tensor)
         if np.linalg.det(vectors) < 0.0:
             vectors[:, 0] *= -1.0
         quat = np.zeros(4)
         mujoco.mju_mat2Quat(quat, vectors.ravel())
         m.body_mass[body], m.body_ipos[body], m.body_iquat[body] = mass, centre, quat
-        m.body_inertia[body] = np.maximum(moments, 1e-9)
+        m.body_inertia[body] = moments
