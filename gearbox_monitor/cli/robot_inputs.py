@@ -177,7 +177,7 @@ def load_model(args: Namespace) -> ChainFile:
     if Path(args.model).suffix.lower() not in SUFFIXES:
         raise InputError(f'{args.model}: expected an MJCF (.xml) or URDF file of the whole robot; '
                          'with --joint one joint of it, or a model file of a drive')
-    return read_robot(args.model)
+    return read_robot(args.model, args.root)
 
 
 def reference_knowledge(paths: Sequence[str], file: ChainFile, values: RobotValues,

@@ -55,20 +55,35 @@ class ChainFile:
     no_servo: str = ''
 
 
-def read_robot(path: str | Path) -> ChainFile:
-    """Return the ChainFile `path`. Raises InputError for what is no open chain."""
+def read_robot(path: str | Path, root: str | Path | None = None) -> ChainFile:
+    """
+    Return a robot's file.
+
+    Args:
+        path: of an MJCF or URDF.
+        root: folder below which the files lie that an MJCF names, None for its own folder.
+
+    Returns:
+        The ChainFile.
+
+    Raises:
+        InputError: it is neither, or no open chain.
+    """
     path = Path(path)
     data = read_file(path)
     digest = hashlib.sha256(data).hexdigest()
-    root = parse_xml(data, str(path)).root
-    if root.tag == 'robot':
+    element = parse_xml(data, str(path)).root
+    if element.tag == 'robot':
+        if root is not None:
+            raise InputError(f'--root: {root}: of a URDF no other file is read, expected it with '
+                             'an MJCF')
         text = data.decode('utf-8', 'replace')
         chain = chain_of(parse(text, str(path)), joint_losses(text), str(path))
         return ChainFile(path, chain, None, None, digest, no_servo='a URDF has no actuators')
-    if root.tag != 'mujoco':
-        raise InputError(f'{path}: line {root.line}: <{root.tag}>, expected <mujoco> or <robot> '
-                         'of a URDF file')
-    m = compiled_model(data, path)
+    if element.tag != 'mujoco':
+        raise InputError(f'{path}: line {element.line}: <{element.tag}>, expected <mujoco> or '
+                         '<robot> of a URDF file')
+    m = compiled_model(data, path, Path(root) if root else None)
     _refuse(m, path)
     kp, kd, lacks = _servo(m)
     return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, lacks)

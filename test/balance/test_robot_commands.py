@@ -18,6 +18,7 @@ import json
 import numpy as np
 import pytest
 
+from gearbox_monitor.cli.diagnose_robot import OF_ONE_JOINT
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.files.knowledge_file import load_knowledge, save_knowledge
@@ -94,7 +95,12 @@ def test_knowledge_survives_its_file_and_is_refused_for_another_model(arm, tmp_p
 @pytest.mark.parametrize('options, words', [
     (['--recorded', 'jint1=a'], 'did you mean'), (['--recorded', 'joint1'], 'NAME=LOGNAME'),
     (['--only', 'payloud'], "did you mean 'payload'"), (['--validate', 'x'], 'of one joint'),
-    (['--reference', 'a.knowledge', 'b.csv'], 'one file of learn')])
+    (['--reference', 'a.knowledge', 'b.csv'], 'one file of learn'),
+    (['--root', '.'], '--root: .: of a URDF no other file is read'),
+    (['--jobs', '0'], '--jobs: 0'),
+    *((['--' + option, 'sum'], f'--{option}: of one joint, expected --joint')
+      for option in OF_ONE_JOINT if option != 'repeated'),
+    (['--repeated', 'drop'], '--repeated: of one joint')])
 def test_bad_options_are_one_line(arm, capsys, options, words):
     assert diagnose(arm, *options) == 2
     error = capsys.readouterr().err
@@ -106,3 +112,19 @@ def test_values_are_checked(arm, tmp_path, capsys):
     values.write_text('link_tolerance: {flangee: 0.2}\n')
     assert diagnose(arm, '--values', str(values)) == 2
     assert "did you mean 'flange'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('command', ['diagnose', 'learn'])
+def test_root_is_where_the_parts_of_a_file_lie(tmp_path, capsys, command):
+    pytest.importorskip('mujoco')
+    (tmp_path / 'robots').mkdir()
+    (tmp_path / 'parts.xml').write_text(
+        '<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody></mujoco>')
+    model = tmp_path / 'robots' / 'robot.xml'
+    model.write_text('<mujoco><include file="../parts.xml"/></mujoco>')
+    arguments = [command, str(tmp_path / 'no.csv'), '--model', str(model)]
+    if command == 'learn':
+        arguments += ['--out', str(tmp_path / 'a.knowledge')]
+    assert main(arguments) == 2 and 'parts.xml' in capsys.readouterr().err
+    assert main([*arguments, '--root', str(tmp_path)]) == 2
+    assert 'no.csv: no such file' in capsys.readouterr().err
