@@ -78,7 +78,7 @@ def read_robot(path: str | Path, root: str | Path | None = None) -> ChainFile:
             raise InputError(f'--root: {root}: of a URDF no other file is read, expected it with '
                              'an MJCF')
         text = data.decode('utf-8', 'replace')
-        chain = chain_of(parse(text, str(path)), joint_losses(text), str(path))
+        chain = chain_of(parse(text, str(path)), joint_losses(text, str(path)), str(path))
         return ChainFile(path, chain, None, None, digest, no_servo='a URDF has no actuators')
     if element.tag != 'mujoco':
         raise InputError(f'{path}: line {element.line}: <{element.tag}>, expected <mujoco> or '

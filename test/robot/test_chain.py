@@ -137,3 +137,18 @@ def test_mimic_joints_are_refused_by_name():
             'second', 'b', 'c', '<mimic joint="first"/>') + '</robot>'
     with pytest.raises(InputError, match='mimic first'):
         chain_of(parse(text, 'hand.urdf'), {}, 'hand.urdf')
+
+
+@pytest.mark.parametrize('where, text', [
+    ('joint j: dynamics: damping', 'damping=""'), ('joint j: dynamics: friction', 'friction="x"'),
+    ('joint j: dynamics: damping', 'damping="inf"')])
+def test_numbers_of_a_urdf_are_read_or_refused_with_their_place(tmp_path, where, text):
+    path = tmp_path / 'arm.urdf'
+    path.write_text(
+        '<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/><inertia '
+        'ixx="1" iyy="1" izz="1"/></inertial></link><joint name="j" type="revolute">'
+        f'<parent link="a"/><child link="b"/><dynamics {text}/></joint></robot>')
+    value = text.partition('=')[2].strip('"')
+    with pytest.raises(InputError) as error:
+        read_robot(path)
+    assert str(error.value) == f'{path}: {where}: {value!r}, expected a number'
