@@ -24,14 +24,14 @@ from gearbox_monitor.balance.bursts import burstiness, worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
 from gearbox_monitor.balance.contest import (
     Contender, contest, ContestScales, cost, over_dispersion, pruned, scales_of, tempered)
-from gearbox_monitor.balance.evidence import Prior, RobotEvidence, RobotFit
+from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.balance.robot_effects import BASE, PAYLOAD, ROBOT_EFFECTS
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.visits import unvisited, with_unvisited
-from gearbox_monitor.identification.findings import Finding, kind_of, NONE, Remainder
+from gearbox_monitor.identification.findings import Finding, kind_of, Remainder
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_OFFSET
@@ -414,6 +414,3 @@ def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
         'visible': {k: dict(v) for k, v in verdict.visible.items()},
         'not_tried': dict(verdict.not_tried),
         'cautions': list(verdict.cautions)}
-
-
-__all__ = ['NONE', 'JointGap', 'Prior', 'RobotVerdict', 'diagnose', 'verdict_data']

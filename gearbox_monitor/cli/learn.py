@@ -53,8 +53,9 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     if not args.out.endswith(SUFFIX):
         raise InputError(f'--out: {args.out}, expected a name that ends with {SUFFIX}')
-    if any(path.endswith(SUFFIX) for path in args.log):
-        raise InputError(f'{args.log[0]}: a file of learn, expected logs')
+    learnt = [path for path in args.log if path.endswith(SUFFIX)]
+    if learnt:
+        raise InputError(f'{", ".join(learnt)}: written by learn, expected logs')
     expect_new(args.out)
     expect_folder_of(args.out)
     file = load_model(args)

@@ -193,8 +193,10 @@ def reference_knowledge(paths: Sequence[str], file: ChainFile, values: RobotValu
     """
     if len(paths) == 1 and paths[0].endswith(SUFFIX):
         return load_knowledge(paths[0], file.digest), []
-    if any(path.endswith(SUFFIX) for path in paths):
-        raise InputError(f'--reference: {", ".join(paths)}, expected logs, or one file of learn')
+    learnt = [path for path in paths if path.endswith(SUFFIX)]
+    if learnt:
+        raise InputError(f'--reference: {", ".join(learnt)} beside others, expected logs, or one '
+                         'file of learn')
     robot = robot_model(file, values, True)
     logs = [load_log(path, file, robot, values, args) for path in paths]
     expect_alike(logs)

@@ -284,7 +284,7 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
 
     """
     document, m, path = file.document, file.compiled, file.path
-    posture = _posture(m, keyframe, path)
+    posture = posture_of(m, keyframe, path)
     state = at_rest(m, posture)
     numbers = [_number(m, name, path) for name in joints if name]
     if len(numbers) > 1:
@@ -321,16 +321,29 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
                      hysteresis, own, tuple(passive), state.qpos.copy(), keyframe, tuple(notes))
 
 
-def _posture(m: Any, keyframe: str | None, path: Path) -> Array | None:
-    """Return the posture [nq] of a keyframe. Raises InputError."""
+def posture_of(m: Any, keyframe: str | None, path: Path) -> Array | None:
+    """
+    Return the posture of a keyframe.
+
+    Args:
+        m: mujoco.MjModel.
+        keyframe: its name, None for none.
+        path: of the file, for messages.
+
+    Returns:
+        Positions [nq], None without a keyframe.
+
+    Raises:
+        InputError: the file has no such keyframe.
+    """
     if keyframe is None:
         return None
     mujoco = mujoco_module()
     k = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_KEY, keyframe)
     if k < 0:
         names = [name_of(m, 'key', i) for i in range(m.nkey)]
-        raise InputError(f'{path}: keyframe: {keyframe!r} is not in the file, '
-                         + (unknown(keyframe, names) if names else 'which has none'))
+        raise InputError(f'{path}: keyframe: {keyframe!r} is not in the file, ' + (
+            unknown(keyframe, names) if names else 'which has none: leave the option out'))
     posture: Array = m.key_qpos[k].copy()
     return posture
 

@@ -272,17 +272,19 @@ def joint_losses(text: str, source: str = 'URDF') -> dict[str, tuple[float, floa
         source: its name, for messages.
 
     Returns:
-        {joint: (damping N m s/rad, friction N m)} of the elements <dynamics>.
+        {joint: (damping N m s/rad, friction N m)}, 0 without an element <dynamics>.
 
     Raises:
         InputError: an attribute is no number.
     """
-    losses = {}
-    for joint in ElementTree.fromstring(text).findall('joint'):
-        element, name = joint.find('dynamics'), joint.get('name', '')
-        if element is not None:
-            damping, friction = (
-                finite_number(element.get(key, '0'), f'{source}: joint {name}: dynamics: {key}')
-                for key in ('damping', 'friction'))
-            losses[name] = damping, friction
-    return losses
+    return {joint.get('name', ''): losses_of(joint, source)
+            for joint in ElementTree.fromstring(text).findall('joint')}
+
+
+def losses_of(joint: ElementTree.Element, source: str) -> tuple[float, float]:
+    """Return damping and friction of the element `joint`, see joint_losses."""
+    element, where = joint.find('dynamics'), f'{source}: joint {joint.get("name", "")}: dynamics'
+    damping, friction = (
+        finite_number('0' if element is None else element.get(key, '0'), f'{where}: {key}')
+        for key in ('damping', 'friction'))
+    return damping, friction

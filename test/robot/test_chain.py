@@ -20,6 +20,7 @@ import pytest
 from random_robots import make
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.mjcf_file import read_mjcf
 from gearbox_monitor.export.robot_model import chain_of_compiled, read_robot
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.robot.chain import body_of, chain_of, inertial, joint_losses
@@ -149,6 +150,7 @@ def test_numbers_of_a_urdf_are_read_or_refused_with_their_place(tmp_path, where,
         'ixx="1" iyy="1" izz="1"/></inertial></link><joint name="j" type="revolute">'
         f'<parent link="a"/><child link="b"/><dynamics {text}/></joint></robot>')
     value = text.partition('=')[2].strip('"')
-    with pytest.raises(InputError) as error:
-        read_robot(path)
-    assert str(error.value) == f'{path}: {where}: {value!r}, expected a number'
+    for read in (read_robot, lambda path: read_mjcf(path, 'j')):
+        with pytest.raises(InputError) as error:
+            read(path)
+        assert str(error.value) == f'{path}: {where}: {value!r}, expected a number'
