@@ -26,7 +26,7 @@ from gearbox_monitor.balance.contest import (
     Contender, contest, ContestScales, cost, over_dispersion, pruned, scales_of, tempered)
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
-from gearbox_monitor.balance.robot_effects import BASE, PAYLOAD, ROBOT_EFFECTS
+from gearbox_monitor.balance.robot_effects import BASE, COUPLING, PAYLOAD, ROBOT_EFFECTS
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
 from gearbox_monitor.balance.settings import SETTINGS, Settings
@@ -40,6 +40,7 @@ from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_CO
 TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
 TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined
 WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not determined
+AHEAD = 4          # laws of a joint that are tried with a second one
 LARGER = 1.5       # bursts of healthy references that were as large are none
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
           'm1_change': ('m1', 'armature')}
@@ -150,14 +151,17 @@ def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate
         function = lawless[0].worth if lawless else -math.inf
         if function > max(s.margin, law + s.margin):
             where = next(iter(lawless[0].candidate.columns))
-            if function > s.share_unknown * _gain_at(evidence, blank, current, where):
+            pair = _pair(evidence, entries, laws, scales, lawless[0])
+            if pair is not None:
+                entries = [pair, *(e for e in entries if e is not pair)]
+            elif function > s.share_unknown * _gain_at(evidence, blank, current, where):
                 current = lawless[0].fit
                 steps.append(Step(function, ()))
                 break
-            small = lawless[0]
+            small = lawless[0] if pair is None else None
         if law < s.margin:
             break
-        steps.append(Step(law, _rivals(entries, s.margin)))
+        steps.append(Step(entries[0].worth, _rivals(entries, s.margin)))
         current = entries[0].fit
         if len(current.chosen) > 1:
             current, stayed = pruned(evidence, current, scales)
@@ -165,12 +169,32 @@ def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate
     return current, steps, small
 
 
+def _pair(evidence: RobotEvidence, entries: Sequence[Contender], laws: Sequence[Candidate],
+          scales: ContestScales, function: Contender) -> Contender | None:
+    """
+    Return the law that, with a second one of its joint, is worth more than a function alone.
+
+    A spring at each end of a range is two laws: a function over the angle beats either.
+    """
+    s, joint = evidence.settings, function.candidate.joint
+    best, most = None, function.worth
+    own = [c for c in laws if c.joint == joint]
+    first = [e for e in entries if e.candidate.joint == joint and e.worth >= s.margin]
+    for entry in first[:AHEAD]:
+        second = contest(evidence, entry.fit, own, scales, AHEAD)[:1]
+        if second and second[0].worth >= s.margin and entry.worth + second[0].worth > most:
+            best, most = entry, entry.worth + second[0].worth
+    return best
+
+
 def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
     """Return the effects, with their place, that explain a recording like the first."""
     first = entries[0].candidate
-    names = [c.effect if c.place == first.place else f'{c.effect}@{c.place}'
-             for e in entries[1:] if e.worth > max(entries[0].worth - margin, 0.0)
-             for c in (e.candidate,) if c.name != first.name]
+    rivals = [e.candidate for e in entries[1:]
+              if e.worth > max(entries[0].worth - margin, 0.0)
+              and e.candidate.name != first.name]
+    names = [f'{c.effect}@{c.place}' if c.place != first.place else
+             f'{c.effect} ({c.over})' if c.effect == first.effect else c.effect for c in rivals]
     return tuple(dict.fromkeys((*names, *first.twins)))
 
 
@@ -345,7 +369,7 @@ def _visible(evidence: RobotEvidence, fit: RobotFit, laws: Sequence[Candidate],
     out: dict[str, dict[str, float]] = {}
     links = {link.name: link for link in evidence.recordings[0].robot.chain.links}
     for c, e in zip(laws, evidence.estimates(fit, laws)):
-        if c.values is None or c.over:
+        if c.values is None or c.effect == COUPLING.id:
             continue
         along = np.zeros(c.width)
         along[0] = 1.0
