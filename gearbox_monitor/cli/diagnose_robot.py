@@ -108,7 +108,7 @@ def run(args: Namespace) -> int:
                      'state others with tolerance in --values')
     verdict = diagnose(robot, logs, knowledge, effects)
     data = plain(verdict_data(verdict)) | {
-        'logs': list(args.bag), 'model': args.model,
+        'logs': list(args.bag), 'model': args.model, 'model_digest': file.digest,
         'references': list(knowledge.references) if knowledge else [],
         'warnings': notes, 'rollouts': None, 'closed': None}
     torque = not verdict.evidence.recordings[0].setpoint

@@ -86,7 +86,7 @@ def body_with(file: ChainFile, link: str, added: Array) -> tuple[int, tuple[floa
 
 
 def moved(theta: Array, by: Array) -> Array:
-    """Return inertial parameters [10] in a frame whose origin lies at -`by` [3] m of theirs."""
+    """Return inertial parameters `theta` [10] in a frame whose origin lies at -`by` [3] m."""
     mass, first = float(theta[0]), theta[1:4]
     out = theta.copy()
     out[1:4] += mass * by

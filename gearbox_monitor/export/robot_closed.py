@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearbox_monitor.balance.robot_effects import (
-    BASE_TILT, GRAVITY_SIZE, INERTIA_NAMES, LINK_INERTIA, PAYLOAD)
-from gearbox_monitor.errors import InputError
+    BASE, BASE_TILT, GRAVITY_SIZE, INERTIA_NAMES, LINK_INERTIA, PAYLOAD)
+from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.mjcf import EXPRESSIONS, REFUSED
 from gearbox_monitor.export.mjcf_file import read_file
 from gearbox_monitor.export.mjcf_patch import number
@@ -63,6 +63,9 @@ OF_LINK: dict[str, Callable[[Mapping[str, float]], Array]] = {
     PAYLOAD.id: lambda v: inertial(v['m'], np.array([v['cx'], v['cy'], v['cz']]), POINT),
     LINK_INERTIA.id: lambda v: np.array([*np.zeros(4), *(v[name] for name in INERTIA_NAMES)])}
 
+NEEDED = {**{name: (place.value,) for name, place in OF_JOINT.items()},
+          **{e.id: tuple(e.units) for e in (PAYLOAD, LINK_INERTIA, BASE_TILT)}}
+
 
 def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: str
                 ) -> tuple[str | None, list[str]]:
@@ -103,32 +106,40 @@ class _Draft:
     """What findings change in a file: attributes of joints, inertial parameters of links."""
 
     def __init__(self, document: XmlDocument, file: ChainFile) -> None:
-        self.document, self.file = document, file
-        self.joints: dict[int, dict[str, float]] = {}
-        self.links: dict[str, Array] = {}
-        self.tilt: Mapping[str, float] | None = None
+        self._document, self._file = document, file
+        self._joints: dict[int, dict[str, float]] = {}
+        self._links: dict[str, Array] = {}
+        self._tilt: Mapping[str, float] | None = None
 
     def take(self, finding: Mapping[str, Any]) -> None:
         """Add a finding. Raises InputError, and changes nothing, if the file has no place."""
-        effect, values = finding['effect'], finding['values']
+        effect, values, chain = finding['effect'], finding['values'], self._file.chain
+        kind = 'joint' if finding.get('joint') else 'link'
+        names = chain.joints if kind == 'joint' else [BASE, *(link.name for link in chain.links)]
+        if finding.get(kind) not in names:
+            raise InputError(f'{kind}: {finding.get(kind)!r} is not in {self._document.name}, '
+                             + unknown(finding.get(kind), names))
+        lacking = [name for name in NEEDED.get(effect, ()) if name not in values]
+        if lacking or (effect in OF_JOINT) > (kind == 'joint'):
+            raise InputError(f'no {", ".join(lacking) or "joint"}, expected it in the finding')
         if effect in OF_JOINT:
             place = OF_JOINT[effect]
-            joint = self.file.chain.joints.index(finding['joint'])
-            attribute, before = self.attribute(joint, place)
-            own = self.joints.get(joint, {})
+            joint = chain.joints.index(finding['joint'])
+            attribute, before = self._attribute(joint, place)
+            own = self._joints.get(joint, {})
             change, unsure = values[place.value], finding['deviations'][place.value] or 0.0
             after = own.get(attribute, before) + change
             if after < -TWO * unsure - 1e-9 * before:
                 raise InputError(f'{attribute} {before:.3g} in the file, {change:+.3g}, expected '
                                  'a sum of 0 or more')
-            self.joints[joint] = {**own, attribute: max(after, 0.0)}
+            self._joints[joint] = {**own, attribute: max(after, 0.0)}
         elif effect in OF_LINK:
-            theta = OF_LINK[effect](values) + self.links.get(finding['link'], np.zeros(PER_LINK))
-            self.body(finding['link'], theta)
-            self.links[finding['link']] = theta
+            theta = OF_LINK[effect](values) + self._links.get(finding['link'], np.zeros(PER_LINK))
+            self._inertial(finding['link'], theta)
+            self._links[finding['link']] = theta
         elif effect == BASE_TILT.id:
-            self.gravity()
-            self.tilt = values
+            self._gravity()
+            self._tilt = values
         else:
             row = EXPRESSIONS.get(effect)
             raise InputError(row.words if row is not None and row.kind == REFUSED
@@ -136,35 +147,35 @@ class _Draft:
 
     def edits(self) -> list[Edit]:
         """Return the edits of the file."""
-        out = [edit for joint, values in self.joints.items()
-               for edit in self.of_joint(joint, {k: number(v) for k, v in values.items()})]
-        for link, theta in self.links.items():
-            out += self.body(link, theta)
-        return [*out, *(self.of_tilt(self.tilt) if self.tilt is not None else ())]
+        out = [edit for joint, values in self._joints.items()
+               for edit in self._of_joint(joint, {k: number(v) for k, v in values.items()})]
+        for link, theta in self._links.items():
+            out += self._inertial(link, theta)
+        return [*out, *(self._of_tilt(self._tilt) if self._tilt is not None else ())]
 
-    def attribute(self, joint: int, place: JointPlace) -> tuple[str, float]:
-        """Return the attribute of an effect and its value now. Raises InputError without one."""
+    def _attribute(self, joint: int, place: JointPlace) -> tuple[str, float]:
+        """Return the attribute at `place` of a `joint`, and its value. Raises InputError."""
         raise NotImplementedError
 
-    def of_joint(self, joint: int, values: dict[str, str]) -> list[Edit]:
-        """Return the edits that give a joint `values` of attributes."""
+    def _of_joint(self, joint: int, values: dict[str, str]) -> list[Edit]:
+        """Return the edits that give a `joint` the attributes `values`."""
         raise NotImplementedError
 
-    def body(self, link: str, theta: Array) -> list[Edit]:
-        """Return the edits that add `theta` [10], in the frame of the joint, to a link."""
+    def _inertial(self, link: str, theta: Array) -> list[Edit]:
+        """Return the edits that add `theta` [10], in the frame of the joint, to a `link`."""
         raise NotImplementedError
 
-    def gravity(self) -> None:
+    def _gravity(self) -> None:
         """Raise InputError if gravity has no place in the file."""
 
-    def of_tilt(self, values: Mapping[str, float]) -> list[Edit]:
-        """Return the edits that turn gravity."""
+    def _of_tilt(self, values: Mapping[str, float]) -> list[Edit]:
+        """Return the edits that turn gravity by the `values` of a tilt."""
         raise NotImplementedError
 
 
 class _MjcfDraft(_Draft):
-    def attribute(self, joint: int, place: JointPlace) -> tuple[str, float]:
-        m = self.file.compiled
+    def _attribute(self, joint: int, place: JointPlace) -> tuple[str, float]:
+        m = self._file.compiled
         self._joint(joint)
         if place.flags and disabled(m, *place.flags):
             raise InputError(f'{place.mjcf}: a flag of <option> switches it off')
@@ -172,22 +183,22 @@ class _MjcfDraft(_Draft):
                  'armature': m.dof_armature}[place.mjcf]
         return place.mjcf, float(array[joint])
 
-    def of_joint(self, joint: int, values: dict[str, str]) -> list[Edit]:
-        return with_attributes(self.document, self._joint(joint), dict(values))
+    def _of_joint(self, joint: int, values: dict[str, str]) -> list[Edit]:
+        return with_attributes(self._document, self._joint(joint), dict(values))
 
     def _joint(self, joint: int) -> XmlElement:
-        m, name = self.file.compiled, self.file.compiled.joint(joint).name
+        m, name = self._file.compiled, self._file.compiled.joint(joint).name
         own = [e for body in _bodies(self._world()) for e in _joints(body)]
         return self._element(own, joint, [m.joint(i).name for i in range(m.njnt)],
                              f'joint {name or joint}')
 
     def _body(self, body: int) -> XmlElement:
-        m, name = self.file.compiled, self.file.compiled.body(body).name
+        m, name = self._file.compiled, self._file.compiled.body(body).name
         return self._element(list(_bodies(self._world())), body - 1,
                              [m.body(i).name for i in range(1, m.nbody)], f'body {name or body}')
 
     def _world(self) -> list[XmlElement]:
-        return self.document.root.all('worldbody')
+        return self._document.root.all('worldbody')
 
     def _element(self, elements: Sequence[XmlElement], index: int, names: Sequence[str],
                  title: str) -> XmlElement:
@@ -198,15 +209,15 @@ class _MjcfDraft(_Draft):
         if names[index] and names[index] in own:
             return elements[own.index(names[index])]
         what = 'is not in this file itself' if names[index] else 'has no name, expected one'
-        raise InputError(f'{self.document.name}: {title}: {what}')
+        raise InputError(f'{self._document.name}: {title}: {what}')
 
-    def body(self, link: str, theta: Array) -> list[Edit]:
-        for compiler in self.document.root.all('compiler'):
+    def _inertial(self, link: str, theta: Array) -> list[Edit]:
+        for compiler in self._document.root.all('compiler'):
             for key, usual in (('settotalmass', '-1'), ('inertiafromgeom', 'auto')):
                 if compiler.attributes.get(key, usual) not in (usual, 'false'):
-                    raise InputError(f'{self.document.name}: compiler: {key}: replaces masses of '
+                    raise InputError(f'{self._document.name}: compiler: {key}: replaces masses of '
                                      'bodies, expected none')
-        body, (mass, centre, tensor) = body_with(self.file, link, theta)
+        body, (mass, centre, tensor) = body_with(self._file, link, theta)
         values: dict[str, str | None] = {
             'pos': number(*centre), 'mass': number(mass), 'fullinertia': number(
                 *np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2])}
@@ -214,20 +225,20 @@ class _MjcfDraft(_Draft):
         present = element.all('inertial')
         if present:
             gone = dict.fromkeys(('diaginertia', 'quat', 'axisangle', 'xyaxes', 'zaxis', 'euler'))
-            return with_attributes(self.document, present[0], {**values, **gone})
+            return with_attributes(self._document, present[0], {**values, **gone})
         text = ' '.join(f'{key}="{value}"' for key, value in values.items())
-        return [with_child(self.document, element, f'<inertial {text}/>', first=True)]
+        return [with_child(self._document, element, f'<inertial {text}/>', first=True)]
 
-    def of_tilt(self, values: Mapping[str, float]) -> list[Edit]:
-        turned = self.file.chain.gravity + GRAVITY_SIZE * np.array(
+    def _of_tilt(self, values: Mapping[str, float]) -> list[Edit]:
+        turned = self._file.chain.gravity + GRAVITY_SIZE * np.array(
             [values['ax'], values['ay'], 0.0])
-        options = self.document.root.all('option')
+        options = self._document.root.all('option')
         text = number(*turned)
         if not options:
-            return [with_child(self.document, self.document.root, f'<option gravity="{text}"/>',
+            return [with_child(self._document, self._document.root, f'<option gravity="{text}"/>',
                                first=True)]
         own = next((o for o in reversed(options) if 'gravity' in o.attributes), options[-1])
-        return with_attributes(self.document, own, {'gravity': text})
+        return with_attributes(self._document, own, {'gravity': text})
 
 
 def _bodies(elements: Sequence[XmlElement]) -> Iterator[XmlElement]:
@@ -250,27 +261,27 @@ def _joints(body: XmlElement) -> Iterator[XmlElement]:
 
 
 class _UrdfDraft(_Draft):
-    def attribute(self, joint: int, place: JointPlace) -> tuple[str, float]:
+    def _attribute(self, joint: int, place: JointPlace) -> tuple[str, float]:
         if not place.urdf:
             raise InputError('a URDF has no rotors')
-        return place.urdf, float(getattr(self.file.chain, place.field)[joint])
+        return place.urdf, float(getattr(self._file.chain, place.field)[joint])
 
-    def of_joint(self, joint: int, values: dict[str, str]) -> list[Edit]:
-        element = self._named('joint', self.file.chain.joints[joint])
+    def _of_joint(self, joint: int, values: dict[str, str]) -> list[Edit]:
+        element = self._named('joint', self._file.chain.joints[joint])
         present = element.all('dynamics')
         if present:
-            return with_attributes(self.document, present[0], dict(values))
+            return with_attributes(self._document, present[0], dict(values))
         text = ' '.join(f'{key}="{value}"' for key, value in values.items())
-        return [with_child(self.document, element, f'<dynamics {text}/>')]
+        return [with_child(self._document, element, f'<dynamics {text}/>')]
 
-    def gravity(self) -> None:
+    def _gravity(self) -> None:
         raise InputError('a URDF has no gravity')
 
     def _named(self, tag: str, name: str) -> XmlElement:
         """Return a joint or link of the robot; a <transmission> names joints as well."""
-        return next(e for e in self.document.root.all(tag) if e.attributes.get('name') == name)
+        return next(e for e in self._document.root.all(tag) if e.attributes.get('name') == name)
 
-    def body(self, link: str, theta: Array) -> list[Edit]:
+    def _inertial(self, link: str, theta: Array) -> list[Edit]:
         element = self._named('link', link)
         own: Array = np.zeros(PER_LINK)
         present = element.all('inertial')
@@ -285,13 +296,13 @@ class _UrdfDraft(_Draft):
                                [i.get('ixz', 0.0), i.get('iyz', 0.0), i['izz']]])
             axes = turn(*rpy)
             own = inertial(float(part['mass']['value']), xyz, axes @ tensor @ axes.T)
-        mass, centre, tensor = possible(own, theta, f'{self.document.name}: link {link}')
+        mass, centre, tensor = possible(own, theta, f'{self._document.name}: link {link}')
         text = (f'<inertial>\n  <origin xyz="{number(*centre)}" rpy="0 0 0"/>\n'
                 f'  <mass value="{number(mass)}"/>\n  <inertia ixx="{number(tensor[0, 0])}" '
                 f'ixy="{number(tensor[0, 1])}" ixz="{number(tensor[0, 2])}" '
                 f'iyy="{number(tensor[1, 1])}" iyz="{number(tensor[1, 2])}" '
                 f'izz="{number(tensor[2, 2])}"/>\n</inertial>')
         if not present:
-            return [with_child(self.document, element, text, first=True)]
-        inner = self.document.indentation(present[0])
+            return [with_child(self._document, element, text, first=True)]
+        inner = self._document.indentation(present[0])
         return [Edit(present[0].start, present[0].end, text.replace('\n', f'\n{inner}'))]

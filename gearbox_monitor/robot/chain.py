@@ -275,7 +275,7 @@ def joint_losses(text: str, source: str = 'URDF') -> dict[str, tuple[float, floa
         {joint: (damping N m s/rad, friction N m)}, 0 without an element <dynamics>.
 
     Raises:
-        InputError: an attribute is no number.
+        InputError: an attribute is not a number.
     """
     return {joint.get('name', ''): losses_of(joint, source)
             for joint in ElementTree.fromstring(text).findall('joint')}
