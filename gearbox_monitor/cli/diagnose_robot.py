@@ -113,7 +113,13 @@ def run(args: Namespace) -> int:
         'warnings': notes, 'rollouts': None, 'closed': None}
     torque = not verdict.evidence.recordings[0].setpoint
     if file.compiled is not None and verdict.findings and torque:
-        data['rollouts'] = plain(rollouts(file, verdict))
+        runs = data['rollouts'] = plain(rollouts(file, verdict))
+        for finding in data['findings']:
+            place = finding.get('joint') or finding.get('link')
+            run = f'{finding["effect"]} of {place}' not in runs['without']
+            finding['confirmed'] = place not in runs['vetoed'] if run else None
+        data['cautions'] += [f'{place}: free runs in MuJoCo are farther off with its finding than '
+                             'without' for place in runs['vetoed']]
     data['cpu_s'] = round(time.process_time() - began, 2)
     if args.out:
         _write(args, data, file, verdict)

@@ -74,7 +74,7 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
 
     Args:
         file: of the robot.
-        findings: as plain data.
+        findings: as plain data; those with `confirmed` false are left out.
         author: who writes it, for a comment.
 
     Returns:
@@ -86,6 +86,8 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
     for finding in findings:
         name = f'{finding["effect"]} of {finding.get("joint") or finding.get("link") or "base"}'
         try:
+            if finding.get('confirmed', True) is False:
+                raise InputError('free runs are farther off with it than without')
             draft.take(finding)
         except InputError as error:
             left.append(f'{name}: {error}')
@@ -179,9 +181,7 @@ class _MjcfDraft(_Draft):
         self._joint(joint)
         if place.flags and disabled(m, *place.flags):
             raise InputError(f'{place.mjcf}: a flag of <option> switches it off')
-        array = {'frictionloss': m.dof_frictionloss, 'damping': m.dof_damping,
-                 'armature': m.dof_armature}[place.mjcf]
-        return place.mjcf, float(array[joint])
+        return place.mjcf, float(getattr(m, f'dof_{place.mjcf}')[joint])
 
     def _of_joint(self, joint: int, values: dict[str, str]) -> list[Edit]:
         return with_attributes(self._document, self._joint(joint), dict(values))
