@@ -91,14 +91,30 @@ def over_dispersion(evidence: RobotEvidence, candidate: Candidate, scales: Conte
         scales: with the over-dispersion of each joint.
         fit: whose weights tell how much each joint says.
     """
+    return sum(share * float(scales.dispersion[j])
+               for j, share in informed(evidence, candidate, fit).items())
+
+
+def informed(evidence: RobotEvidence, candidate: Candidate, fit: RobotFit) -> dict[int, float]:
+    """
+    Return from which joints the information on a candidate comes.
+
+    Args:
+        evidence: of the recordings.
+        candidate: of one or several joints.
+        fit: whose variances count.
+
+    Returns:
+        {joint: share}, 1 in sum.
+    """
     if len(candidate.columns) == 1:
-        return float(scales.dispersion[next(iter(candidate.columns))])
+        return dict.fromkeys(candidate.columns, 1.0)
     total = {}
     for j, x in candidate.columns.items():
         a = evidence.at[j]
         total[j] = float(a.spread(fit.weights[j]) @ (x[a.order] ** 2).sum(axis=1))
     whole = sum(total.values()) + 1e-300
-    return sum(scales.dispersion[j] * t for j, t in total.items()) / whole
+    return {j: t / whole for j, t in total.items()}
 
 
 def tempered(values: Array, covariance: Array, scatter: Array | None, dispersion: float) -> float:

@@ -23,7 +23,8 @@ import numpy as np
 from gearbox_monitor.balance.bursts import burstiness, worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
 from gearbox_monitor.balance.contest import (
-    Contender, contest, ContestScales, cost, over_dispersion, pruned, scales_of, tempered)
+    Contender, contest, ContestScales, cost, informed, over_dispersion, pruned, scales_of,
+    tempered)
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.balance.robot_effects import BASE, COUPLING, PAYLOAD, ROBOT_EFFECTS
@@ -35,6 +36,8 @@ from gearbox_monitor.identification.findings import Finding, kind_of, Remainder
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_OFFSET
+from gearbox_monitor.plant.effects.controller import (
+    SERVO_DEADBAND, SERVO_GAIN, SETPOINT_DELAY)
 from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
 
 TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
@@ -42,6 +45,8 @@ TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: 
 WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not determined
 AHEAD = 4          # laws of a joint that are tried with a second one
 LARGER = 1.5       # bursts of healthy references that were as large are none
+OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
+LEAST_GAIN = 0.1   # of a servo, of the model's
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
           'm1_change': ('m1', 'armature')}
 
@@ -108,7 +113,8 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     blank = evidence.fit()
     fit, steps, small = _search(evidence, blank, laws, free, scales)
     findings = _findings(evidence, fit, steps, scales)
-    cautions, strange = _cautions(recordings, knowledge) if knowledge else ((), set())
+    cautions, strange = _cautions(recordings, knowledge) if knowledge else (
+        _of_gains(evidence, fit), set())
     if small is not None:
         c, j = small.candidate, next(iter(small.candidate.columns))
         size = _rms(evidence, j, c.columns[j] @ small.fit.values[small.fit.of(len(fit.chosen))])
@@ -232,8 +238,10 @@ def _findings(evidence: RobotEvidence, fit: RobotFit, steps: Sequence[Step],
         spread = spread * max(phi, 1.0)
         if scatter is not None and len(scatter) == len(b):
             spread = spread + np.diag(scatter ** 2)
+        determined = _determined(evidence, c, spread)
+        b, spread = _of_servo(evidence, fit, c, b, spread)
         values = dict(c.values(b))
-        deviations = _deviations(c, b, spread, _determined(evidence, c, spread))
+        deviations = _deviations(c, b, spread, determined)
         values, deviations = _with_totals(evidence, c, values, deviations)
         out.append(Finding(
             c.effect, _location(c), values, deviations, round(step.worth, 3),
@@ -241,6 +249,26 @@ def _findings(evidence: RobotEvidence, fit: RobotFit, steps: Sequence[Step],
             link=c.link if c.link else (BASE if c.joint is None else None),
             confusable=step.rivals))
     return _joined(out)
+
+
+def _of_servo(evidence: RobotEvidence, fit: RobotFit, c: Candidate, b: Array, spread: Array
+              ) -> tuple[Array, Array]:
+    """
+    Return coefficients and covariance in the scale of the servo's true gain, where it has one.
+
+    The balance of setpoints is divided by the gain, so that gains that are free do not allow the
+    solution 0 = 0: torques come out in the scale of the model's gain, the true one is a nuisance.
+    """
+    robot = evidence.recordings[0].robot
+    if not evidence.recordings[0].setpoint or c.effect in OF_SETPOINT:
+        return b, spread
+    posterior = evidence.posterior(fit)
+    own = [posterior.labels.index(f'kp {robot.chain.joints[j]}') for j in c.columns]
+    shares = np.array(list(informed(evidence, c, fit).values()))
+    gain = max(1.0 + float(shares @ posterior.mean[own]), LEAST_GAIN)
+    unsure = float(shares @ posterior.covariance[np.ix_(own, own)] @ shares)
+    b = b / gain
+    return b, (spread + unsure * np.outer(b, b)) / gain ** 2
 
 
 def _determined(evidence: RobotEvidence, c: Candidate, covariance: Array) -> bool:
@@ -407,6 +435,19 @@ def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:
             out[effect.id] = f'{rows.rate:.3g} samples/s or this motion do not show it'
     out |= {e.id: 'this motion does not show it' for e in ROBOT_EFFECTS if e.id not in tried}
     return out
+
+
+def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
+    """Return cautions about servos whose gain is not that of the model."""
+    rows = evidence.recordings[0]
+    if not rows.setpoint:
+        return ()
+    posterior = evidence.posterior(fit)
+    change = {name: posterior.mean[posterior.labels.index(f'kp {name}')]
+              for name in rows.robot.chain.joints}
+    return tuple(f'{name}: its servo acts with {1.0 / max(1.0 + x, LEAST_GAIN):.2g} times the '
+                 'gain of the model; sizes of torques are in its scale'
+                 for name, x in change.items() if abs(x) > 2.0 * rows.robot.gain_tolerance)
 
 
 def _cautions(recordings: Sequence[Rows], knowledge: Knowledge

@@ -134,6 +134,23 @@ def test_springs_at_both_ends_of_a_joint_are_two_findings():
     assert '(upper end)' in ' '.join(finding_words(f.to_dict()) for f in verdict.findings)
 
 
+@pytest.mark.parametrize('factor, tolerance', [(1.0, 0.2), (0.5, 0.2), (2.0, 10.0)])
+def test_gains_of_a_servo_may_be_wrong(factor, tolerance):
+    """Free gains allowed the solution 0 = 0, and sizes came in the scale of a wrong gain."""
+    case = random_robots.make(9708, False, ['torque_offset'], 100)
+    chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
+                              Path('robot.xml'))
+    log, _, (kp, kd) = random_robots.log(case, 1, 20.0, True, True)
+    count = len(case.joints)
+    robot = RobotModel(chain, np.full(count, 0.05), 0.05, kp=factor * kp, kd=factor * kd,
+                       compensated=True, gain_tolerance=tolerance)
+    verdict = diagnose(robot, [log])
+    finding, = verdict.findings
+    assert (finding.effect, finding.joint) == ('torque_offset', case.joints[-1])
+    assert finding.values['u0'] == pytest.approx(case.truth[0]['size'], rel=0.06)
+    assert len(verdict.cautions) == (count if factor == 0.5 else 0)
+
+
 @pytest.mark.parametrize('seed, pair, kinds, how', [
     (7, False, [], 'none: right'), (10, False, ['motor_viscous'], 'one: right'),
     (10, False, ['payload'], 'one: right'), (3, False, ['friction_jump'], 'outside: right'),

@@ -114,6 +114,43 @@ def test_values_are_checked(arm, tmp_path, capsys):
     assert "did you mean 'flange'" in capsys.readouterr().err
 
 
+SERVO = """<mujoco><option timestep="0.001" integrator="implicitfast"/>
+<default><joint axis="0 1 0" damping=".3" frictionloss=".3" armature=".03"
+  solreffriction="0.002 1"/></default>
+<worldbody><body pos="0 0 .3"><joint name="j1"/><inertial pos="0 0 .2" mass="3"
+  diaginertia=".05 .05 .01"/><body name="fore" pos="0 0 .4"><joint name="j2"/><inertial
+  pos="0 0 .15" mass="{mass}" diaginertia=".02 .02 .005"/></body></body></worldbody>
+<actuator><position joint="j1" kp="{kp}" kv="12"/><position joint="j2" kp="80" kv="3"/></actuator>
+</mujoco>"""
+
+
+@pytest.mark.parametrize('mass, kp, found', [(1.5, 330, []), (2.5, 300, ['payload'])])
+def test_setpoints_of_position_actuators_in_the_file(tmp_path, capsys, mass, kp, found):
+    mujoco = pytest.importorskip('mujoco')
+    (tmp_path / 'robot.xml').write_text(SERVO.format(mass=1.5, kp=300))
+    (tmp_path / 'values.yaml').write_text('gain_tolerance: 0.05\n')
+    m = mujoco.MjModel.from_xml_string(SERVO.format(mass=mass, kp=kp))
+    d, rng, rows = mujoco.MjData(m), np.random.default_rng(1), []
+    t = np.arange(0.0, 30.0, 1e-3)[:, None]
+    goal = np.stack([0.5 + np.sum(rng.uniform(0.1, 0.35, 5) * np.sin(
+        2.0 * np.pi * rng.uniform(0.05, 0.6, 5) * t + rng.uniform(0.0, 6.28, 5)), axis=1)
+        for _ in range(2)], axis=1)
+    d.qpos[:] = goal[0]
+    for k, r in enumerate(goal):
+        if k % 5 == 0:
+            d.ctrl[:] = r
+        if k % 10 == 0:
+            rows.append([k * 1e-3, *(d.qpos + rng.normal(0.0, 1e-4, 2)), *d.ctrl])
+        mujoco.mj_step(m, d)
+    np.savetxt(tmp_path / 'log.csv', rows, '%.9g', ',', comments='',
+               header='t,q_j1,q_j2,setpoint_j1,setpoint_j2')
+    main(['diagnose', str(tmp_path / 'log.csv'), '--model', str(tmp_path / 'robot.xml'),
+          '--values', str(tmp_path / 'values.yaml'), '--json', '-'])
+    findings = json.loads(capsys.readouterr().out)['findings']
+    assert [f['effect'] for f in findings] == found
+    assert all(f['link'] == 'fore' and 0.5 < f['values']['m'] < 1.3 for f in findings)
+
+
 @pytest.mark.parametrize('command', ['diagnose', 'learn'])
 def test_root_is_where_the_parts_of_a_file_lie(tmp_path, capsys, command):
     pytest.importorskip('mujoco')
