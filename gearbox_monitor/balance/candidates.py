@@ -42,8 +42,9 @@ class Candidate:
     parameter. again(setting): the candidate for another one, None if there is none to refine.
     low, high: bounds of the first coefficient. values(b): parameters of the coefficients.
     twins: effects with the same columns. over: variable of a free function, or what tells an
-    effect from another one of its id at the same place. fixed_point: the
-    setting follows from the coefficients b: next_setting(b).
+    effect from another one of its id at the same place. next_setting(b): the setting that follows
+    from the coefficients b, None if it is searched. span: of a setting that is a position, how far
+    the joint moves (standard deviation); 0 for one that is refined in ratios.
     """
 
     effect: str
@@ -60,6 +61,7 @@ class Candidate:
     over: str = ''
     extra: int = 0
     next_setting: Callable[[Array], Any] | None = None
+    span: float = 0.0
 
     @property
     def width(self) -> int:
@@ -141,6 +143,7 @@ def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Seq
             again=made if column.setting and not column.whole else None,
             low=max(column.low(m) for m in motions), high=column.high,
             values=lambda b: column.values(b, setting), twins=column.twins, over=name[2],
+            span=float(np.std(setting_of.q)) if column.place else 0.0,
             extra=1 if column.setting and not column.fixed_point else 0,
             next_setting=(lambda b: float(np.clip(b[0], 1e-3, column.high)))
             if column.fixed_point else None)

@@ -140,14 +140,14 @@ UPPER_SPRING = RobotEffect(
     'end_spring', 'a spring or a cable pulls back at the upper end of the range',
     MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
         lambda m, q0: np.maximum(m.q - q0, 0.0)[:, None],
-        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': 1.0}, setting='q0',
+        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': 1.0}, setting='q0', place=True,
         grid=lambda m: _ends(m, (0.5, 0.65, 0.8, 0.9)), low=not_negative),
         subject=('k', 'spring at the end of the range'), over='upper end')
 LOWER_SPRING = RobotEffect(
     'end_spring', 'a spring or a cable pulls back at the lower end of the range',
     MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
         lambda m, q0: np.minimum(m.q - q0, 0.0)[:, None],
-        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': -1.0}, setting='q0',
+        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': -1.0}, setting='q0', place=True,
         grid=lambda m: _ends(m, (0.1, 0.2, 0.35, 0.5)), low=not_negative),
         subject=('k', 'spring at the end of the range'), over='lower end')
 COUPLING = RobotEffect(

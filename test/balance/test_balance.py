@@ -129,8 +129,8 @@ def test_springs_at_both_ends_of_a_joint_are_two_findings():
                        [replace(log, sections=tuple(sections))])
     ends = {f.channel: f.values['k'] / k for f in verdict.findings
             if f.effect == 'end_spring' and f.joint == case.joints[0]}
-    assert ends['upper end'] == pytest.approx(4.0, rel=0.2), ends
-    assert ends['lower end'] == pytest.approx(2.0, rel=0.2), ends
+    assert ends['upper end'] == pytest.approx(4.0, rel=0.05), ends
+    assert ends['lower end'] == pytest.approx(2.0, rel=0.05), ends
     assert '(upper end)' in ' '.join(finding_words(f.to_dict()) for f in verdict.findings)
 
 
