@@ -38,11 +38,13 @@ TABLES = ('.parquet', '.pq')
 TEXTS = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')
 PREFIXES = {'tau_': TORQUE, 'i_': CURRENT, 'setpoint_': SETPOINT}
 SETPOINTS = 'joint_setpoints'
+NO_SERVO = 'the model has none'
+NEEDED = 'setpoints need position actuators of all joints in the model, or gains in --values'
 COLUMNS = 't, q_NAME and tau_NAME, i_NAME or setpoint_NAME of each joint'
 
 
 def read_robot_log(path: str | Path, joints: Sequence[str], recorded: Mapping[str, str],
-                   constants: Mapping[str, float] | None = None, servo: bool = False,
+                   constants: Mapping[str, float] | None = None, no_servo: str = NO_SERVO,
                    topic: str = 'joint_states') -> RawLog:
     """
     Return the RawLog of a file.
@@ -52,7 +54,7 @@ def read_robot_log(path: str | Path, joints: Sequence[str], recorded: Mapping[st
         joints: of the model.
         recorded: {joint: its name in the log}, where they differ.
         constants: torque per current, N m/A, of each joint; None where they are not known.
-        servo: the model has position actuators: setpoints may be used.
+        no_servo: why setpoints make no torque with the model, '' where they do.
         topic: of the joint states in a bag.
 
     Raises:
@@ -70,8 +72,8 @@ def read_robot_log(path: str | Path, joints: Sequence[str], recorded: Mapping[st
         columns = {c: np.asarray(table[c].to_numpy(), float) for c in table.column_names
                    if c == 't' or c.startswith(('q_', *PREFIXES))}
     else:
-        return _from_bag(path, joints, recorded, servo, topic)
-    return _from_columns(path, columns, joints, recorded, constants, servo)
+        return _from_bag(path, joints, recorded, no_servo, topic)
+    return _from_columns(path, columns, joints, recorded, constants, no_servo)
 
 
 def _text_columns(path: Path) -> dict[str, Array]:
@@ -119,18 +121,18 @@ def _is_number(word: str) -> bool:
 
 
 def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str],
-                  recorded: Mapping[str, str], constants: Mapping[str, float] | None, servo: bool
-                  ) -> RawLog:
+                  recorded: Mapping[str, str], constants: Mapping[str, float] | None,
+                  no_servo: str) -> RawLog:
     if 't' not in columns:
         raise InputError(f'{path}: no column t in {", ".join(columns)[:80]!r}, expected {COLUMNS}')
     names = {joint: recorded.get(joint, joint) for joint in joints}
     position = {joint: columns[f'q_{name}'] for joint, name in names.items()
                 if f'q_{name}' in columns}
-    prefix = next((p for p in PREFIXES if (p != 'setpoint_' or servo)
+    prefix = next((p for p in PREFIXES if (p != 'setpoint_' or not no_servo)
                    and all(p + name in columns for name in names.values())), None)
     if prefix is None:
         what = [c for c in columns if c.startswith(tuple(PREFIXES))]
-        hint = '; setpoints need position actuators in the model or gains in --values' if any(
+        hint = f'; {NEEDED} ({no_servo})' if any(
             c.startswith('setpoint_') for c in what) else ''
         raise InputError(f'{path}: no torque of all joints ({", ".join(what)[:120] or "none"}), '
                          f'expected tau_NAME, i_NAME or setpoint_NAME of {", ".join(joints)}'
@@ -152,7 +154,7 @@ def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str
     return RawLog(path.name, columns['t'], position, inputs, kind, kind == CURRENT, tuple(notes))
 
 
-def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], servo: bool,
+def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], no_servo: str,
               topic: str) -> RawLog:
     names = [recorded.get(joint, joint) for joint in joints]
     with open_bag(path) as reader:
@@ -164,11 +166,11 @@ def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], se
         if np.isfinite(states.effort).any(axis=0).all():
             return RawLog(path.name, t, position, dict(zip(joints, states.effort.T)), TORQUE,
                           notes=tuple(notes))
-        if not servo or not setpoints:
+        if no_servo or not setpoints:
             without = [j for j, e in zip(joints, states.effort.T) if not np.isfinite(e).any()]
             raise InputError(
                 f'{path}: no effort of {", ".join(without)}, expected the torque of all joints, '
-                f'or {SETPOINTS} and position actuators in the model')
+                f'or {SETPOINTS}' + (f'; {NEEDED} ({no_servo})' if no_servo else ''))
         goal = reader.joint_states(setpoints[0], names)
         at = (goal.stamp_ns - states.stamp_ns[0]) * 1e-9
         inputs = {}

@@ -41,8 +41,10 @@ class Candidate:
     joint, link: where; both None is the base. columns: {joint: [R, k]}. setting: of its nonlinear
     parameter. again(setting): the candidate for another one, None if there is none to refine.
     low, high: bounds of the first coefficient. values(b): parameters of the coefficients.
-    twins: effects with the same columns. over: variable of a free function. fixed_point: the
-    setting follows from the coefficients b: next_setting(b).
+    twins: effects with the same columns. over: variable of a free function, or what tells an
+    effect from another one of its id at the same place. next_setting(b): the setting that follows
+    from the coefficients b, None if it is searched. span: of a setting that is a position, how far
+    the joint moves (standard deviation); 0 for one that is refined in ratios.
     """
 
     effect: str
@@ -59,6 +61,7 @@ class Candidate:
     over: str = ''
     extra: int = 0
     next_setting: Callable[[Array], Any] | None = None
+    span: float = 0.0
 
     @property
     def width(self) -> int:
@@ -96,13 +99,14 @@ def library(recordings: Sequence[Rows], effects: Sequence[str] | None = None) ->
     out: list[Candidate] = []
     first = recordings[0]
     chain = first.robot.chain
-    columns = [(e.id, e.column, e.rotary_only) for e in EFFECTS.values() if e.column is not None]
-    columns += [(e.id, e.column, False) for e in ROBOT_EFFECTS if e.column is not None]
+    columns = [(e.id, '', e.column, e.rotary_only) for e in EFFECTS.values()
+               if e.column is not None]
+    columns += [(e.id, e.over, e.column, False) for e in ROBOT_EFFECTS if e.column is not None]
     for j, name in enumerate(chain.joints):
-        for name_of_effect, column, rotary in columns:
-            wished = effects is None or name_of_effect in effects
+        for effect_id, over, column, rotary in columns:
+            wished = effects is None or effect_id in effects
             if wished and visible_in(column, first) and not (rotary and chain.links[j].slides):
-                out += _of_joint(name_of_effect, column, recordings, j, name)
+                out += _of_joint((effect_id, name, over), column, recordings, j)
     for effect in ROBOT_EFFECTS:
         if effect.column is None and (effects is None or effect.id in effects):
             out += _of_robot(effect, recordings)
@@ -124,9 +128,9 @@ def tries(column: BalanceColumn, setting: float, m: JointMotion, rate: float) ->
     return True
 
 
-def _of_joint(effect: str, column: BalanceColumn, recordings: Sequence[Rows], joint: int,
-              name: str) -> list[Candidate]:
-    """Return an effect of one joint for each setting of its grid."""
+def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Sequence[Rows],
+              joint: int) -> list[Candidate]:
+    """Return the candidates of a `name`, of one joint, for each setting of the grid."""
     motions = [rows.joints[joint] for rows in recordings]
     setting_of = max(motions, key=lambda m: float(np.std(m.effort)))
 
@@ -134,10 +138,12 @@ def _of_joint(effect: str, column: BalanceColumn, recordings: Sequence[Rows], jo
         parts = [{joint: rows.tested(joint, column.series(m, setting), column.momentum)}
                  for rows, m in zip(recordings, motions)]
         return Candidate(
-            effect, _stacked(parts), joint=name, setting=setting if column.setting else None,
+            name[0], _stacked(parts), joint=name[1],
+            setting=setting if column.setting else None,
             again=made if column.setting and not column.whole else None,
             low=max(column.low(m) for m in motions), high=column.high,
-            values=lambda b: column.values(b, setting), twins=column.twins,
+            values=lambda b: column.values(b, setting), twins=column.twins, over=name[2],
+            span=float(np.std(setting_of.q)) if column.place else 0.0,
             extra=1 if column.setting and not column.fixed_point else 0,
             next_setting=(lambda b: float(np.clip(b[0], 1e-3, column.high)))
             if column.fixed_point else None)

@@ -33,6 +33,7 @@ from gearbox_monitor.plant.effects.motor_side import STRIBECK
 PER_NAME = 2          # settings of one effect among the finalists
 STEPS = (1.25, 1.08, 1.025)
 LEAST_GAIN = 0.3      # of deviance, for which a setting is moved
+SIDE = 0.5            # of the motion's deviation: beyond, the next of a grid is nearer
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,14 +92,30 @@ def over_dispersion(evidence: RobotEvidence, candidate: Candidate, scales: Conte
         scales: with the over-dispersion of each joint.
         fit: whose weights tell how much each joint says.
     """
+    return sum(share * float(scales.dispersion[j])
+               for j, share in informed(evidence, candidate, fit).items())
+
+
+def informed(evidence: RobotEvidence, candidate: Candidate, fit: RobotFit) -> dict[int, float]:
+    """
+    Return from which joints the information on a candidate comes.
+
+    Args:
+        evidence: of the recordings.
+        candidate: of one or several joints.
+        fit: whose variances count.
+
+    Returns:
+        {joint: share}, 1 in sum.
+    """
     if len(candidate.columns) == 1:
-        return float(scales.dispersion[next(iter(candidate.columns))])
+        return dict.fromkeys(candidate.columns, 1.0)
     total = {}
     for j, x in candidate.columns.items():
         a = evidence.at[j]
         total[j] = float(a.spread(fit.weights[j]) @ (x[a.order] ** 2).sum(axis=1))
     whole = sum(total.values()) + 1e-300
-    return sum(scales.dispersion[j] * t for j, t in total.items()) / whole
+    return {j: t / whole for j, t in total.items()}
 
 
 def tempered(values: Array, covariance: Array, scatter: Array | None, dispersion: float) -> float:
@@ -212,14 +229,19 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
             c = again(c.next_setting(fit.values[fit.of(len(base))]))
             fit = evidence.fit((*base, c), fit.weights, 3)
         return fit
-    middle = float(c.setting)
+    middle, span = float(c.setting), c.span
     reach = 1.6 if c.effect == STRIBECK.id else 1.2   # beyond, the next of the grid is nearer
     for factor in STEPS:
-        for direction in (factor, 1.0 / factor):
+        for direction in (1.0, -1.0):
             while True:
                 assert c.setting is not None
-                setting = float(c.setting) * direction
-                if not 1.0 / reach <= setting / middle <= reach:
+                if span:
+                    setting = float(c.setting) + direction * (factor - 1.0) * span
+                    inside = abs(setting - middle) <= SIDE * span
+                else:
+                    setting = float(c.setting) * factor ** direction
+                    inside = 1.0 / reach <= setting / middle <= reach
+                if not inside:
                     break
                 candidate = again(setting)
                 trial = evidence.fit((*base, candidate), fit.weights, 3)

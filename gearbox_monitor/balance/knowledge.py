@@ -36,7 +36,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_RIPPLE
 from gearbox_monitor.plant.effects.motor_side import COGGING
 
-VERSION = 1
+VERSION = 2
 MOST_PARTS = 12
 CALMED = 0.9  # the shapes have made parts alike where their over-dispersion falls to this
 MOST_PASSES = 4
@@ -83,9 +83,7 @@ class Knowledge:
 
 def key_of(candidate: Candidate) -> str:
     """Return what names an effect and its place in a Knowledge, whatever its setting."""
-    side = '' if candidate.effect != 'end_spring' else 'ul'[
-        candidate.values is not None and candidate.values(np.ones(1)).get('side', 0.0) < 0.0]
-    return '|'.join((*candidate.name, side))
+    return '|'.join(candidate.name)
 
 
 def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',

@@ -46,7 +46,8 @@ class RobotEffect:
     id, meaning: as of an Effect; units {parameter: unit}. place: JOINT, LINK or BASE. column: of
     an effect of one joint; else columns(rows, index, centre) of the joint or link `index`, and
     values(b, centre). low: of the first coefficient, beside a model file. subject: the value by
-    which reports state it, and what it is in words.
+    which reports state it, and what it is in words. over: what tells it from another one of the
+    same id and place.
     """
 
     id: str
@@ -58,6 +59,7 @@ class RobotEffect:
     values: Callable[[Array, Array], Mapping[str, float]] | None = None
     low: float = -math.inf
     subject: tuple[str, str] = ('', '')
+    over: str = ''
 
 
 def compact(centre: Array) -> Array:
@@ -138,16 +140,16 @@ UPPER_SPRING = RobotEffect(
     'end_spring', 'a spring or a cable pulls back at the upper end of the range',
     MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
         lambda m, q0: np.maximum(m.q - q0, 0.0)[:, None],
-        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': 1.0}, setting='q0',
+        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': 1.0}, setting='q0', place=True,
         grid=lambda m: _ends(m, (0.5, 0.65, 0.8, 0.9)), low=not_negative),
-        subject=('k', 'spring at the end of the range'))
+        subject=('k', 'spring at the end of the range'), over='upper end')
 LOWER_SPRING = RobotEffect(
     'end_spring', 'a spring or a cable pulls back at the lower end of the range',
     MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
         lambda m, q0: np.minimum(m.q - q0, 0.0)[:, None],
-        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': -1.0}, setting='q0',
+        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': -1.0}, setting='q0', place=True,
         grid=lambda m: _ends(m, (0.1, 0.2, 0.35, 0.5)), low=not_negative),
-        subject=('k', 'spring at the end of the range'))
+        subject=('k', 'spring at the end of the range'), over='lower end')
 COUPLING = RobotEffect(
     'joint_coupling', 'the motion of another joint drags this one', MappingProxyType(
         {'Cc': 'N m', 'Cv': 'N m s/rad'}), JOINT, columns=lambda rows, pair, c: {

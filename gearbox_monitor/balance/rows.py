@@ -34,6 +34,7 @@ from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.shapes import DRY, FIRST, group_of, shape_of, VISCOUS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import JointMotion
+from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.robot.chain import Chain, PER_LINK
 
 STEADY = 10.0  # Hz, of the effort without its noise
@@ -265,9 +266,9 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
                         group_of(shape))
         if rows.setpoint:
             gain = robot.gain_tolerance
-            columns.append(NuisanceColumn(f'kp {name}', {
-                j: rows.model[j] + rows.tested(
-                    j, (m.kd * m.v - m.compensation)[:, None])[:, 0]}, gain))
+            # The column of the effect itself: two that differ by rounding would explain noise.
+            assert SERVO_GAIN.column is not None
+            add(f'kp {name}', SERVO_GAIN.column.series(m, 0.0)[:, 0], gain)
             add(f'kd {name}', m.kd * m.v, gain)
             add(f'setpoint lag {name}', m.kp * m.setpoint_speed, max(0.25 * rows.motion.step,
                                                                      0.003))

@@ -23,24 +23,30 @@ import numpy as np
 from gearbox_monitor.balance.bursts import burstiness, worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
 from gearbox_monitor.balance.contest import (
-    Contender, contest, ContestScales, cost, over_dispersion, pruned, scales_of, tempered)
-from gearbox_monitor.balance.evidence import Prior, RobotEvidence, RobotFit
+    Contender, contest, ContestScales, cost, informed, over_dispersion, pruned, scales_of,
+    tempered)
+from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
-from gearbox_monitor.balance.robot_effects import BASE, PAYLOAD, ROBOT_EFFECTS
+from gearbox_monitor.balance.robot_effects import BASE, COUPLING, PAYLOAD, ROBOT_EFFECTS
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.visits import unvisited, with_unvisited
-from gearbox_monitor.identification.findings import Finding, kind_of, NONE, Remainder
+from gearbox_monitor.identification.findings import Finding, kind_of, Remainder
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_OFFSET
+from gearbox_monitor.plant.effects.controller import (
+    SERVO_DEADBAND, SERVO_GAIN, SETPOINT_DELAY)
 from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
 
 TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
 TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined
 WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not determined
+AHEAD = 4          # laws of a joint that are tried with a second one
 LARGER = 1.5       # bursts of healthy references that were as large are none
+OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
+LEAST_GAIN = 0.1   # of a servo, of the model's
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
           'm1_change': ('m1', 'armature')}
 
@@ -107,7 +113,8 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     blank = evidence.fit()
     fit, steps, small = _search(evidence, blank, laws, free, scales)
     findings = _findings(evidence, fit, steps, scales)
-    cautions, strange = _cautions(recordings, knowledge) if knowledge else ((), set())
+    cautions, strange = _cautions(recordings, knowledge) if knowledge else (
+        _of_gains(evidence, fit), set())
     if small is not None:
         c, j = small.candidate, next(iter(small.candidate.columns))
         size = _rms(evidence, j, c.columns[j] @ small.fit.values[small.fit.of(len(fit.chosen))])
@@ -150,14 +157,17 @@ def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate
         function = lawless[0].worth if lawless else -math.inf
         if function > max(s.margin, law + s.margin):
             where = next(iter(lawless[0].candidate.columns))
-            if function > s.share_unknown * _gain_at(evidence, blank, current, where):
+            pair = _pair(evidence, entries, laws, scales, lawless[0])
+            if pair is not None:
+                entries = [pair, *(e for e in entries if e is not pair)]
+            elif function > s.share_unknown * _gain_at(evidence, blank, current, where):
                 current = lawless[0].fit
                 steps.append(Step(function, ()))
                 break
-            small = lawless[0]
+            small = lawless[0] if pair is None else None
         if law < s.margin:
             break
-        steps.append(Step(law, _rivals(entries, s.margin)))
+        steps.append(Step(entries[0].worth, _rivals(entries, s.margin)))
         current = entries[0].fit
         if len(current.chosen) > 1:
             current, stayed = pruned(evidence, current, scales)
@@ -165,12 +175,32 @@ def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate
     return current, steps, small
 
 
+def _pair(evidence: RobotEvidence, entries: Sequence[Contender], laws: Sequence[Candidate],
+          scales: ContestScales, function: Contender) -> Contender | None:
+    """
+    Return the law that, with a second one of its joint, is worth more than a function alone.
+
+    A spring at each end of a range is two laws: a function over the angle beats either.
+    """
+    s, joint = evidence.settings, function.candidate.joint
+    best, most = None, function.worth
+    own = [c for c in laws if c.joint == joint]
+    first = [e for e in entries if e.candidate.joint == joint and e.worth >= s.margin]
+    for entry in first[:AHEAD]:
+        second = contest(evidence, entry.fit, own, scales, AHEAD)[:1]
+        if second and second[0].worth >= s.margin and entry.worth + second[0].worth > most:
+            best, most = entry, entry.worth + second[0].worth
+    return best
+
+
 def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
     """Return the effects, with their place, that explain a recording like the first."""
     first = entries[0].candidate
-    names = [c.effect if c.place == first.place else f'{c.effect}@{c.place}'
-             for e in entries[1:] if e.worth > max(entries[0].worth - margin, 0.0)
-             for c in (e.candidate,) if c.name != first.name]
+    rivals = [e.candidate for e in entries[1:]
+              if e.worth > max(entries[0].worth - margin, 0.0)
+              and e.candidate.name != first.name]
+    names = [f'{c.effect}@{c.place}' if c.place != first.place else
+             f'{c.effect} ({c.over})' if c.effect == first.effect else c.effect for c in rivals]
     return tuple(dict.fromkeys((*names, *first.twins)))
 
 
@@ -208,8 +238,10 @@ def _findings(evidence: RobotEvidence, fit: RobotFit, steps: Sequence[Step],
         spread = spread * max(phi, 1.0)
         if scatter is not None and len(scatter) == len(b):
             spread = spread + np.diag(scatter ** 2)
+        determined = _determined(evidence, c, spread)
+        b, spread = _of_servo(evidence, fit, c, b, spread)
         values = dict(c.values(b))
-        deviations = _deviations(c, b, spread, _determined(evidence, c, spread))
+        deviations = _deviations(c, b, spread, determined)
         values, deviations = _with_totals(evidence, c, values, deviations)
         out.append(Finding(
             c.effect, _location(c), values, deviations, round(step.worth, 3),
@@ -217,6 +249,26 @@ def _findings(evidence: RobotEvidence, fit: RobotFit, steps: Sequence[Step],
             link=c.link if c.link else (BASE if c.joint is None else None),
             confusable=step.rivals))
     return _joined(out)
+
+
+def _of_servo(evidence: RobotEvidence, fit: RobotFit, c: Candidate, b: Array, spread: Array
+              ) -> tuple[Array, Array]:
+    """
+    Return coefficients and covariance in the scale of the servo's true gain, where it has one.
+
+    The balance of setpoints is divided by the gain, so that gains that are free do not allow the
+    solution 0 = 0: torques come out in the scale of the model's gain, the true one is a nuisance.
+    """
+    robot = evidence.recordings[0].robot
+    if not evidence.recordings[0].setpoint or c.effect in OF_SETPOINT:
+        return b, spread
+    posterior = evidence.posterior(fit)
+    own = [posterior.labels.index(f'kp {robot.chain.joints[j]}') for j in c.columns]
+    shares = np.array(list(informed(evidence, c, fit).values()))
+    gain = max(1.0 + float(shares @ posterior.mean[own]), LEAST_GAIN)
+    unsure = float(shares @ posterior.covariance[np.ix_(own, own)] @ shares)
+    b = b / gain
+    return b, (spread + unsure * np.outer(b, b)) / gain ** 2
 
 
 def _determined(evidence: RobotEvidence, c: Candidate, covariance: Array) -> bool:
@@ -345,7 +397,7 @@ def _visible(evidence: RobotEvidence, fit: RobotFit, laws: Sequence[Candidate],
     out: dict[str, dict[str, float]] = {}
     links = {link.name: link for link in evidence.recordings[0].robot.chain.links}
     for c, e in zip(laws, evidence.estimates(fit, laws)):
-        if c.values is None or c.over:
+        if c.values is None or c.effect == COUPLING.id:
             continue
         along = np.zeros(c.width)
         along[0] = 1.0
@@ -385,6 +437,19 @@ def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:
     return out
 
 
+def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
+    """Return cautions about servos whose gain is not that of the model."""
+    rows = evidence.recordings[0]
+    if not rows.setpoint:
+        return ()
+    posterior = evidence.posterior(fit)
+    change = {name: posterior.mean[posterior.labels.index(f'kp {name}')]
+              for name in rows.robot.chain.joints}
+    return tuple(f'{name}: its servo acts with {1.0 / max(1.0 + x, LEAST_GAIN):.2g} times the '
+                 'gain of the model; sizes of torques are in its scale'
+                 for name, x in change.items() if abs(x) > 2.0 * rows.robot.gain_tolerance)
+
+
 def _cautions(recordings: Sequence[Rows], knowledge: Knowledge
               ) -> tuple[tuple[str, ...], set[str | None]]:
     """Return what the references did not visit, in words, and the joints."""
@@ -414,6 +479,3 @@ def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
         'visible': {k: dict(v) for k, v in verdict.visible.items()},
         'not_tried': dict(verdict.not_tried),
         'cautions': list(verdict.cautions)}
-
-
-__all__ = ['NONE', 'JointGap', 'Prior', 'RobotVerdict', 'diagnose', 'verdict_data']

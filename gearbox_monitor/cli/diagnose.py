@@ -101,11 +101,11 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    if diagnose_robot.is_robot(args):
-        return diagnose_robot.run(args)
     check_jobs(args.jobs)
     if args.seed < 0:
         raise InputError(f'--seed: {args.seed}, expected a whole number >= 0')
+    if diagnose_robot.is_robot(args):
+        return diagnose_robot.run(args)
     only = _ids('--only', args.only) if args.only else None
     exclude = _ids('--exclude', args.exclude)
     if not [i for i in (only or library()) if i not in exclude]:

@@ -32,17 +32,29 @@ from gearbox_monitor.balance.verdict import diagnose, RobotVerdict, verdict_data
 from gearbox_monitor.cli.options import dump, expect_new, plain, write_new
 from gearbox_monitor.cli.robot_inputs import (
     add_robot_arguments, expect_alike, load_log, load_model, load_values, reference_knowledge,
-    robot_model, RobotValues, SUFFIXES)
+    robot_model, SUFFIXES)
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.robot_closed import closed_file
 from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.export.robot_rollout import rollouts
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.quality.recording import REPEATED
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 
-OTHERS = ('validate', 'simulator')  # options of one joint
+# Options of one joint -> (attribute, its default, why a whole robot has no use for it).
+OF_ONE_JOINT = {
+    'model-arm-joint': ('model_arm_joint', None, 'a robot has one encoder per joint'),
+    'keyframe': ('keyframe', None, 'the log says where all joints are'),
+    'actuator': ('actuator', None, 'the position actuators of all joints are read'),
+    'recorded-motor': ('motor_joint', 'motor', 'map a name with --recorded NAME=LOGNAME'),
+    'recorded-arm': ('arm_joint', 'arm', 'map a name with --recorded NAME=LOGNAME'),
+    'recorded-setpoint': ('setpoint_joint', 'setpoint',
+                          'setpoints are those of all joints: setpoint_NAME or joint_setpoints'),
+    'repeated': ('repeated', REPEATED[0], 'of samples with one stamp the first is used'),
+    'validate': ('validate', None, 'give a second log to a command of its own'),
+    'simulator': ('simulator', None, 'with an MJCF, MuJoCo runs it')}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -66,9 +78,9 @@ def is_robot(args: Namespace) -> bool:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    for option in OTHERS:
-        if getattr(args, option):
-            raise InputError(f'--{option}: of one joint, expected --joint with it')
+    for option, (attribute, usual, why) in OF_ONE_JOINT.items():
+        if getattr(args, attribute) != usual:
+            raise InputError(f'--{option}: of one joint, expected --joint with it ({why})')
     effects = _effects(args)
     for path in (args.json, args.out):
         expect_new(path)
@@ -96,12 +108,18 @@ def run(args: Namespace) -> int:
                      'state others with tolerance in --values')
     verdict = diagnose(robot, logs, knowledge, effects)
     data = plain(verdict_data(verdict)) | {
-        'logs': list(args.bag), 'model': args.model,
+        'logs': list(args.bag), 'model': args.model, 'model_digest': file.digest,
         'references': list(knowledge.references) if knowledge else [],
         'warnings': notes, 'rollouts': None, 'closed': None}
     torque = not verdict.evidence.recordings[0].setpoint
     if file.compiled is not None and verdict.findings and torque:
-        data['rollouts'] = plain(rollouts(file, verdict))
+        runs = data['rollouts'] = plain(rollouts(file, verdict))
+        for finding in data['findings']:
+            place = finding.get('joint') or finding.get('link')
+            run = f'{finding["effect"]} of {place}' not in runs['without']
+            finding['confirmed'] = place not in runs['vetoed'] if run else None
+        data['cautions'] += [f'{place}: free runs in MuJoCo are farther off with its finding than '
+                             'without' for place in runs['vetoed']]
     data['cpu_s'] = round(time.process_time() - began, 2)
     if args.out:
         _write(args, data, file, verdict)
@@ -143,6 +161,3 @@ def _write(args: Namespace, data: dict[str, Any], file: ChainFile, verdict: Robo
     write_new(folder / 'report.html', page)
     if text is not None:
         write_new(data['closed'], text)
-
-
-__all__ = ['RobotValues', 'add_arguments', 'is_robot', 'run']

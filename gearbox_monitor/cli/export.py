@@ -22,6 +22,9 @@ names the arm's joint where the file has both. Without --into it writes a file o
 this drive alone. What MuJoCo cannot express is listed with the reason. Needs MuJoCo 4.0 (pip
 install 'gearbox_monitor[mujoco]').
 
+The verdict on a whole robot (verdict.json of diagnose) goes into its MJCF or URDF: joints and
+bodies that have a finding.
+
 With --to urdf or sdf it edits friction, effort limit and inertia of the joint in such a file.
 Without --into, and with isaac (Isaac Sim 5 and Isaac Lab), drake or bam, it prints the parameters
 of the joint in the names and units of the target. Either lists what the target lacks.
@@ -38,15 +41,16 @@ usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --check BAG2
   gearbox_monitor export drive.closed.yaml --to urdf --into robot.urdf --joint elbow --out new.urdf
   gearbox_monitor export drive.closed.yaml --to isaac
+  gearbox_monitor export verdict.json --to mjcf --into robot.xml --out closed.xml
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
-import difflib
 import math
 from pathlib import Path
 import sys
 import textwrap
 
+from gearbox_monitor.cli import export_robot
 from gearbox_monitor.cli.drive_recordings import (
     add_joint_arguments, add_renamed, load_recording)
 from gearbox_monitor.cli.options import expect_new, write_new
@@ -59,6 +63,7 @@ from gearbox_monitor.export.mjcf_standalone import standalone
 from gearbox_monitor.export.mujoco_run import misfit, rig_of
 from gearbox_monitor.export.parameter_list import parameter_list, TARGETS as LISTS
 from gearbox_monitor.export.robot_patch import patched_robot, ROOTS
+from gearbox_monitor.export.xml_edit import difference
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
 from gearbox_monitor.identification.model_overlay import overlay
 from gearbox_monitor.plant.drive import DriveModel
@@ -71,7 +76,9 @@ WIDTH = 80
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
-    parser.add_argument('model', metavar='MODEL', help='model file, such as drive.closed.yaml')
+    parser.add_argument('model', metavar='MODEL',
+                        help='model file, such as drive.closed.yaml, or verdict.json on a whole '
+                        'robot')
     parser.add_argument('--to', choices=('mjcf', *LISTS), required=True,
                         help='simulator')
     parser.add_argument('--into', metavar='FILE',
@@ -94,6 +101,8 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     expect_new(args.out)
     expect_folder_of(args.out)
+    if export_robot.is_verdict(args):
+        return export_robot.run(args)
     model = load_model(args.model)
     if args.to in LISTS:
         for option in ('into', 'joint', 'out', 'check'):
@@ -248,10 +257,3 @@ def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) 
     lines.append(f'  {Path(args.model).name + " in gearbox_monitor":<40s}'
                  f'{number(laid.runs[0].gap):>10s}')
     return [*lines, *(f'note: {note}' for note in notes)]
-
-
-def difference(path: str, before: bytes, after: bytes) -> list[str]:
-    """Return the lines of a unified diff between the bytes of a file `path`."""
-    old, new = (data.decode('utf-8').splitlines() for data in (before, after))
-    name = Path(path).name
-    return list(difflib.unified_diff(old, new, f'a/{name}', f'b/{name}', lineterm='', n=1))

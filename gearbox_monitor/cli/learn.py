@@ -25,6 +25,7 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 
+from gearbox_monitor.cli.drive_recordings import add_root_argument
 from gearbox_monitor.cli.options import dump, expect_new
 from gearbox_monitor.cli.robot_inputs import (
     add_robot_arguments, load_model, load_values, reference_knowledge)
@@ -41,6 +42,7 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='MJCF or URDF file of the robot')
     parser.add_argument('--out', metavar='FILE', required=True,
                         help=f'file to write, NAME{SUFFIX}')
+    add_root_argument(parser)
     parser.add_argument('--values', metavar='FILE', help='what is known beside the model file')
     parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')
     parser.add_argument('--json', action='store_true', help='print what was learnt as JSON')
@@ -51,8 +53,9 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     if not args.out.endswith(SUFFIX):
         raise InputError(f'--out: {args.out}, expected a name that ends with {SUFFIX}')
-    if any(path.endswith(SUFFIX) for path in args.log):
-        raise InputError(f'{args.log[0]}: a file of learn, expected logs')
+    learnt = [path for path in args.log if path.endswith(SUFFIX)]
+    if learnt:
+        raise InputError(f'{", ".join(learnt)}: written by learn, expected logs')
     expect_new(args.out)
     expect_folder_of(args.out)
     file = load_model(args)

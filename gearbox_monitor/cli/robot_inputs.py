@@ -163,7 +163,7 @@ def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
         raise InputError(f'{args.values}: kp: none of {", ".join(lacking)}, expected one of each '
                          'joint')
     raw = read_robot_log(path, file.chain.joints, recorded_names(args.recorded, file.chain.joints),
-                         values.constants, servo, args.topic)
+                         values.constants, '' if servo else file.no_servo, args.topic)
     if raw.kind == 'current' and values.constants is None:
         raise InputError(f'{path}: current without torque_constants, expected N m/A of each joint '
                          'in --values: a rough one does, masses come in its scale')
@@ -177,7 +177,7 @@ def load_model(args: Namespace) -> ChainFile:
     if Path(args.model).suffix.lower() not in SUFFIXES:
         raise InputError(f'{args.model}: expected an MJCF (.xml) or URDF file of the whole robot; '
                          'with --joint one joint of it, or a model file of a drive')
-    return read_robot(args.model)
+    return read_robot(args.model, args.root)
 
 
 def reference_knowledge(paths: Sequence[str], file: ChainFile, values: RobotValues,
@@ -193,8 +193,10 @@ def reference_knowledge(paths: Sequence[str], file: ChainFile, values: RobotValu
     """
     if len(paths) == 1 and paths[0].endswith(SUFFIX):
         return load_knowledge(paths[0], file.digest), []
-    if any(path.endswith(SUFFIX) for path in paths):
-        raise InputError(f'--reference: {", ".join(paths)}, expected logs, or one file of learn')
+    learnt = [path for path in paths if path.endswith(SUFFIX)]
+    if learnt:
+        raise InputError(f'--reference: {", ".join(learnt)} beside others, expected logs, or one '
+                         'file of learn')
     robot = robot_model(file, values, True)
     logs = [load_log(path, file, robot, values, args) for path in paths]
     expect_alike(logs)

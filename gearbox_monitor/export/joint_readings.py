@@ -18,7 +18,7 @@ from typing import Any
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf_file import (
-    drive_in, MjcfDrive, RobotFile, values_in)
+    drive_in, MjcfDrive, posture_of, RobotFile, values_in)
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.robot.compiled_model import mujoco_module, name_of, scalar_joints
 
@@ -76,8 +76,8 @@ def joint_readings(file: RobotFile, keyframe: str | None = None) -> list[JointRe
     """
     m, mujoco = file.compiled, mujoco_module()
     scalar, readings = scalar_joints(m), []
-    if keyframe is not None and scalar:
-        _expect_keyframe(file, keyframe)
+    if scalar:
+        posture_of(m, keyframe, file.path)
     for joint in range(m.njnt):
         name = name_of(m, 'joint', joint)
         kind = str(mujoco.mjtJoint(m.jnt_type[joint]).name).removeprefix('mjJNT_').lower()
@@ -91,15 +91,6 @@ def joint_readings(file: RobotFile, keyframe: str | None = None) -> list[JointRe
         else:
             readings.append(_reading(file, name, kind, keyframe))
     return readings
-
-
-def _expect_keyframe(file: RobotFile, keyframe: str) -> None:
-    """Raise InputError unless the file has a `keyframe`."""
-    m = file.compiled
-    names = [name_of(m, 'key', k) for k in range(m.nkey)]
-    if keyframe not in names:
-        raise InputError(f'{file.path}: keyframe: {keyframe!r} is not in the file, expected one '
-                         f'of {", ".join(names) or "none: leave the option out"}')
 
 
 def _reading(file: RobotFile, name: str, kind: str, keyframe: str | None) -> JointReading:

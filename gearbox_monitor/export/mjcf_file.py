@@ -42,8 +42,8 @@ from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.friction_law import FrictionLaw
 from gearbox_monitor.robot.compiled_model import (
-    actuator_law, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled, is_off,
-    mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)
+    actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled,
+    is_off, mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)
 
 INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between joints
 
@@ -284,7 +284,7 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
 
     """
     document, m, path = file.document, file.compiled, file.path
-    posture = _posture(m, keyframe, path)
+    posture = posture_of(m, keyframe, path)
     state = at_rest(m, posture)
     numbers = [_number(m, name, path) for name in joints if name]
     if len(numbers) > 1:
@@ -321,16 +321,29 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
                      hysteresis, own, tuple(passive), state.qpos.copy(), keyframe, tuple(notes))
 
 
-def _posture(m: Any, keyframe: str | None, path: Path) -> Array | None:
-    """Return the posture [nq] of a keyframe. Raises InputError."""
+def posture_of(m: Any, keyframe: str | None, path: Path) -> Array | None:
+    """
+    Return the posture of a keyframe.
+
+    Args:
+        m: mujoco.MjModel.
+        keyframe: its name, None for none.
+        path: of the file, for messages.
+
+    Returns:
+        Positions [nq], None without a keyframe.
+
+    Raises:
+        InputError: the file has no such keyframe.
+    """
     if keyframe is None:
         return None
     mujoco = mujoco_module()
     k = mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_KEY, keyframe)
     if k < 0:
         names = [name_of(m, 'key', i) for i in range(m.nkey)]
-        raise InputError(f'{path}: keyframe: {keyframe!r} is not in the file, '
-                         + (unknown(keyframe, names) if names else 'which has none'))
+        raise InputError(f'{path}: keyframe: {keyframe!r} is not in the file, ' + (
+            unknown(keyframe, names) if names else 'which has none: leave the option out'))
     posture: Array = m.key_qpos[k].copy()
     return posture
 
@@ -367,14 +380,11 @@ def _joint(document: XmlDocument, m: Any, state: Any, index: int,
     unit, row = np.zeros(m.nv), np.zeros(m.nv)
     unit[dof] = 1.0
     mujoco.mj_mulM(m, state, row, unit)
-    own = ((m.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT))
-           & (m.actuator_trnid[:, 0] == index))
-    squares = m.actuator_gear[m.actuator_outadr][own, 0] ** 2 if own.any() else np.zeros(0)
-    added = float(np.sum(m.actuator_damping[own] * squares))
-    armature = float(m.dof_armature[dof] + np.sum(m.actuator_armature[own] * squares))
+    rotor, added = actuator_losses(m, index)
+    armature = float(m.dof_armature[dof]) + rotor
     damping, springs = float(m.dof_damping[dof]) + added, float(m.jnt_stiffness[index])
     if disabled(m, 'DAMPER'):
-        damping = added = 0.0
+        damping = 0.0
     if disabled(m, 'SPRING'):
         springs = 0.0
     dampers, more = (math.fsum(getattr(law, name) for law in others)

@@ -30,7 +30,9 @@ from gearbox_monitor.export.mjcf_file import read_file
 from gearbox_monitor.export.xml_edit import parse_xml
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import Chain, chain_of, inertial, joint_losses, Link, PER_LINK
-from gearbox_monitor.robot.compiled_model import mujoco_module
+from gearbox_monitor.robot.compiled_model import (
+    actuator_law, actuator_losses, actuators_on, disabled, mujoco_module, name_of, tendon_forces,
+    undecided_of_robot, Unread)
 from gearbox_monitor.robot.description import parse
 
 
@@ -40,7 +42,8 @@ class ChainFile:
     A robot in a file.
 
     chain: its balance; kp N m/rad, kd N m s/rad [J] of its position actuators, None where a joint
-    has none; digest: hash of the file; compiled: mujoco.MjModel of an MJCF, None of a URDF.
+    has none, and no_servo says which; digest: hash of the file; compiled: mujoco.MjModel of an
+    MJCF, None of a URDF.
     """
 
     path: Path
@@ -49,25 +52,41 @@ class ChainFile:
     kd: Array | None
     digest: str
     compiled: Any = None
+    no_servo: str = ''
 
 
-def read_robot(path: str | Path) -> ChainFile:
-    """Return the ChainFile `path`. Raises InputError for what is no open chain."""
+def read_robot(path: str | Path, root: str | Path | None = None) -> ChainFile:
+    """
+    Return a robot's file.
+
+    Args:
+        path: of an MJCF or URDF.
+        root: folder below which the files lie that an MJCF names, None for its own folder.
+
+    Returns:
+        The ChainFile.
+
+    Raises:
+        InputError: it is neither, or no open chain.
+    """
     path = Path(path)
     data = read_file(path)
     digest = hashlib.sha256(data).hexdigest()
-    root = parse_xml(data, str(path)).root
-    if root.tag == 'robot':
+    element = parse_xml(data, str(path)).root
+    if element.tag == 'robot':
+        if root is not None:
+            raise InputError(f'--root: {root}: of a URDF no other file is read, expected it with '
+                             'an MJCF')
         text = data.decode('utf-8', 'replace')
-        chain = chain_of(parse(text, str(path)), joint_losses(text), str(path))
-        return ChainFile(path, chain, None, None, digest)
-    if root.tag != 'mujoco':
-        raise InputError(f'{path}: line {root.line}: <{root.tag}>, expected <mujoco> or <robot> '
-                         'of a URDF file')
-    m = compiled_model(data, path)
+        chain = chain_of(parse(text, str(path)), joint_losses(text, str(path)), str(path))
+        return ChainFile(path, chain, None, None, digest, no_servo='a URDF has no actuators')
+    if element.tag != 'mujoco':
+        raise InputError(f'{path}: line {element.line}: <{element.tag}>, expected <mujoco> or '
+                         '<robot> of a URDF file')
+    m = compiled_model(data, path, Path(root) if root else None)
     _refuse(m, path)
-    kp, kd = _servo(m)
-    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m)
+    kp, kd, lacks = _servo(m)
+    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, lacks)
 
 
 def _refuse(m: Any, path: Path) -> None:
@@ -80,33 +99,49 @@ def _refuse(m: Any, path: Path) -> None:
             raise InputError(f'{path}: joint {name}: free or ball joint, expected hinges and '
                              'slides on a fixed base: a floating base is not supported')
     for i in range(m.neq):
-        if m.eq_active0[i]:
+        if m.eq_active0[i] and not disabled(m, 'EQUALITY', 'CONSTRAINT'):
             name = m.equality(i).name or f'equality {i + 1}'
             raise InputError(f'{path}: {name}: an active equality closes or couples the chain, '
                              'expected an open chain of independent joints')
     for i in range(m.ntendon):
-        acts = (m.tendon_stiffness[i] or m.tendon_damping[i] or m.tendon_frictionloss[i]
-                or np.any((m.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
-                          & (m.actuator_trnid[:, 0] == i)))
+        acts = tendon_forces(m, i)
+        if np.any((m.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
+                  & (m.actuator_trnid[:, 0] == i)):
+            acts.append('actuator')
         if acts:
-            raise InputError(f'{path}: tendon {m.tendon(i).name or i + 1}: couples joints, '
-                             'expected an open chain of independent joints')
+            raise InputError(f'{path}: tendon {name_of(m, "tendon", i)}: {", ".join(acts)}: '
+                             'couples joints, expected an open chain of independent joints')
+    joints: dict[str, list[str]] = {}   # one line for what acts on several joints alike
+    for refusal in undecided_of_robot(m):
+        joints.setdefault(str(refusal), []).append(refusal.joint)
+    if joints:
+        raise InputError(*(f'{path}: joint {", ".join(dict.fromkeys(names))}: {words}'
+                           for words, names in joints.items()))
     if np.any(m.body_gravcomp):
-        body = m.body(int(np.flatnonzero(m.body_gravcomp)[0])).name
+        body = name_of(m, 'body', int(np.flatnonzero(m.body_gravcomp)[0]))
         raise InputError(f'{path}: body {body}: gravcomp, expected weights that the joints carry; '
                          'leave it out: the recorded torque holds what compensates them')
 
 
-def _servo(m: Any) -> tuple[Array | None, Array | None]:
-    """Return kp and kd [J] of position actuators, None unless every joint has one."""
-    mujoco = mujoco_module()
+def _servo(m: Any) -> tuple[Array | None, Array | None, str]:
+    """Return kp and kd [J] of position actuators, or why a setpoint makes no torque of all."""
     kp, kd = np.zeros(m.njnt), np.zeros(m.njnt)
-    for i in range(m.nu):
-        if m.actuator_trntype[i] == int(mujoco.mjtTrn.mjTRN_JOINT):
-            joint, gear = int(m.actuator_trnid[i, 0]), float(m.actuator_gear[i, 0])
-            kp[joint] -= float(m.actuator_biasprm[i, 1]) * gear ** 2
-            kd[joint] -= float(m.actuator_biasprm[i, 2]) * gear ** 2
-    return (kp, kd) if np.all(kp > 0.0) else (None, None)
+    for joint in range(m.njnt):
+        name, laws = name_of(m, 'joint', joint), []
+        for i in actuators_on(m, joint):
+            try:
+                laws.append(actuator_law(m, i))
+            except Unread as problem:
+                return None, None, (f'actuator {name_of(m, "actuator", i)}: {problem.attribute}: '
+                                    f'{problem.words}')
+        other = next((law for law in laws if not law.setpoint or law.constant), None)
+        if other is not None or not laws:
+            what = 'no actuator' if other is None else (
+                f'actuator {name_of(m, "actuator", other.index)}')
+            return None, None, f'joint {name}: {what}, expected a position actuator'
+        kp[joint] = sum(law.spring for law in laws)
+        kd[joint] = sum(law.damper for law in laws)
+    return kp, kd, ''
 
 
 def chain_of_compiled(m: Any, path: Path) -> Chain:
@@ -148,8 +183,11 @@ def chain_of_compiled(m: Any, path: Path) -> Chain:
             axes = base.T @ state.ximat[b].reshape(3, 3)
             theta[parent] += inertial(float(m.body_mass[b]), base.T @ (state.xipos[b] - at),
                                       axes @ np.diag(m.body_inertia[b]) @ axes.T)
-    damping = np.array(m.dof_damping, float).reshape(m.nv, -1)[:, 0]
+    losses = np.array([actuator_losses(m, joint) for joint in range(m.njnt)])
+    damping = np.where(disabled(m, 'DAMPER'), 0.0, m.dof_damping) + losses[:, 1]
+    friction = np.where(disabled(m, 'FRICTIONLOSS', 'CONSTRAINT'), 0.0, m.dof_frictionloss)
+    spring = np.where(disabled(m, 'SPRING'), 0.0, m.jnt_stiffness)
+    gravity = np.zeros(3) if disabled(m, 'GRAVITY') else np.array(m.opt.gravity)
     return Chain(tuple(Link(**row, theta=x) for row, x in zip(rows, theta)),
-                 np.array(m.dof_armature), damping, np.array(m.dof_frictionloss),
-                 np.array(m.opt.gravity), np.array(m.qpos0), np.array(m.jnt_stiffness).reshape(
-                     m.njnt, -1)[:, 0], np.array(m.qpos_spring))
+                 m.dof_armature + losses[:, 0], damping, friction, gravity, np.array(m.qpos0),
+                 spring, np.array(m.qpos_spring))

@@ -23,6 +23,7 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.robot.chain import losses_of
 from gearbox_monitor.robot.description import PRINCIPAL
 
 SHAPES = ('visual', 'collision')
@@ -56,6 +57,8 @@ def readable_urdf(data: bytes, name: str) -> tuple[bytes, list[str]]:
         title = f'{name}: {element.tag} {element.get("name", "")}'
         for part in (element, *element.findall('inertial')):
             notes += _first(part, title)
+        if element.tag == 'joint':
+            losses_of(element, name)  # MuJoCo takes an empty number for none
         for inertial in element.findall('inertial'):
             notes += _tensor(inertial, title)
     compiler = _compiler(root)

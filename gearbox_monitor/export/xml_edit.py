@@ -19,6 +19,8 @@ The parser (expat) tells where each element stands; edits replace or insert byte
 """
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+import difflib
+from pathlib import Path
 import re
 from typing import Any
 from xml.parsers import expat
@@ -237,3 +239,17 @@ def edited(document: XmlDocument, edits: Sequence[Edit]) -> bytes:
         parts += [document.data[place:edit.start], edit.text.encode()]
         place = edit.end
     return b''.join([*parts, document.data[place:]])
+
+
+def difference(path: str, before: bytes, after: bytes) -> list[str]:
+    """
+    Return the lines of a unified diff.
+
+    Args:
+        path: of the file.
+        before: its bytes.
+        after: those of the file that it becomes.
+    """
+    old, new = (data.decode('utf-8').splitlines() for data in (before, after))
+    name = Path(path).name
+    return list(difflib.unified_diff(old, new, f'a/{name}', f'b/{name}', lineterm='', n=1))

@@ -19,7 +19,8 @@ from typing import Any
 
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
+from gearbox_monitor.plant.effects.motor_side import (
+    MOTOR_COULOMB, MOTOR_INERTIA, MOTOR_VISCOUS, VISCOUS_DRIFT)
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
               'T_change': 's', 'kp_factor': '', 'Ca': 'N m'}
@@ -27,8 +28,10 @@ UNITS = {**{e.id: {p.name: p.unit for p in e.parameters} for e in EFFECTS.values
          **{e.id: dict(e.units) for e in ROBOT_EFFECTS}}
 MEANINGS = {**{e.id: e.meaning for e in EFFECTS.values()},
             **{e.id: e.meaning for e in ROBOT_EFFECTS}}
-CHANGES = {'Cc_change': 'Coulomb friction', 'Cv_change': 'viscous friction',
-           'm1_change': 'rotor inertia'}
+CHANGES = {MOTOR_COULOMB.id: ('Cc_change', 'Coulomb friction'),
+           MOTOR_VISCOUS.id: ('Cv_change', 'viscous friction'),
+           MOTOR_INERTIA.id: ('m1_change', 'rotor inertia'),
+           VISCOUS_DRIFT.id: ('Cv_change', 'viscous friction drifts by')}
 SUBJECTS = {**{e.id: e.subject for e in EFFECTS.values() if e.subject[0]},
             **{e.id: e.subject for e in ROBOT_EFFECTS if e.subject[0]}}
 
@@ -67,14 +70,13 @@ def finding_words(finding: Mapping[str, Any]) -> str:
         return f'the base is tilted by {angle:.2f}° against the model'
     if effect == 'link_inertia':
         return f'{where}: inertia of the link is not that of the model'
-    for name, words in CHANGES.items():
-        if name in values:
-            text = f'{where}: {words} {_signed(values[name], deviations[name])} '
-            text += unit_of(effect, name)
-            if 'Ca' in values:
-                text += f', {rounded(values["Ca"], deviations["Ca"])} N m more one way than the ' \
-                        'other'
-            return text
+    if effect in CHANGES:
+        name, words = CHANGES[effect]
+        text = f'{where}: {words} {_signed(values[name], deviations[name])} '
+        text += unit_of(effect, name)
+        if 'Ca' in values:
+            text += f', {rounded(values["Ca"], deviations["Ca"])} N m more one way than the other'
+        return text
     name, words = SUBJECTS.get(effect, (next(iter(values)), MEANINGS.get(effect, effect)))
     unit = unit_of(effect, name)
     text = f'{where}: {words} {rounded(values[name], deviations[name])} {unit}'.rstrip()

@@ -33,7 +33,7 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.robot.description import RobotDescription
+from gearbox_monitor.robot.description import finite_number, RobotDescription
 from gearbox_monitor.robot.dynamics import GRAVITY
 
 PER_LINK = 10
@@ -263,12 +263,28 @@ def chain_of(description: RobotDescription, losses: Mapping[str, tuple[float, fl
     return Chain(tuple(links), np.zeros(len(links)), loss[:, 0], loss[:, 1], np.array(GRAVITY))
 
 
-def joint_losses(text: str) -> dict[str, tuple[float, float]]:
-    """Return {joint: (damping, friction)} of the elements <dynamics> in a URDF that parses."""
-    losses = {}
-    for joint in ElementTree.fromstring(text).findall('joint'):
-        element = joint.find('dynamics')
-        if element is not None:
-            losses[joint.get('name', '')] = (float(element.get('damping', 0.0)),
-                                             float(element.get('friction', 0.0)))
-    return losses
+def joint_losses(text: str, source: str = 'URDF') -> dict[str, tuple[float, float]]:
+    """
+    Return the losses of joints in a URDF.
+
+    Args:
+        text: of a file that parses.
+        source: its name, for messages.
+
+    Returns:
+        {joint: (damping N m s/rad, friction N m)}, 0 without an element <dynamics>.
+
+    Raises:
+        InputError: an attribute is not a number.
+    """
+    return {joint.get('name', ''): losses_of(joint, source)
+            for joint in ElementTree.fromstring(text).findall('joint')}
+
+
+def losses_of(joint: ElementTree.Element, source: str) -> tuple[float, float]:
+    """Return damping and friction of the element `joint`, see joint_losses."""
+    element, where = joint.find('dynamics'), f'{source}: joint {joint.get("name", "")}: dynamics'
+    damping, friction = (
+        finite_number('0' if element is None else element.get(key, '0'), f'{where}: {key}')
+        for key in ('damping', 'friction'))
+    return damping, friction

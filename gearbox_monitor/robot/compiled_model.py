@@ -309,10 +309,32 @@ def is_off(m: Any, actuator: int) -> bool:
 
 def actuators_on(m: Any, joint: int) -> list[int]:
     """Return the numbers of the actuators of `m` whose transmission is a `joint`."""
+    return [i for i in _attached(m, joint) if not is_off(m, i)]
+
+
+def _attached(m: Any, joint: int) -> list[int]:
+    """Return the numbers of the actuators on a joint, those that are switched off as well."""
     trn = mujoco_module().mjtTrn
     kinds = (int(trn.mjTRN_JOINT), int(trn.mjTRN_JOINTINPARENT))
     return [i for i in range(len(m.actuator_trntype)) if m.actuator_trntype[i] in kinds
-            and m.actuator_trnid[i, 0] == joint and not is_off(m, i)]
+            and m.actuator_trnid[i, 0] == joint]
+
+
+def actuator_losses(m: Any, joint: int) -> tuple[float, float]:
+    """
+    Return what actuators add to a joint, also while they are switched off.
+
+    Args:
+        m: mujoco.MjModel.
+        joint: number of the joint.
+
+    Returns:
+        Armature (kg m^2) and damping (N m s/rad), both on the side of the joint.
+    """
+    attached = _attached(m, joint)
+    squares = np.array([m.actuator_gear[m.actuator_outadr[i], 0] ** 2 for i in attached])
+    damping = 0.0 if disabled(m, 'DAMPER') else float(m.actuator_damping[attached] @ squares)
+    return float(m.actuator_armature[attached] @ squares), damping
 
 
 def actuator_law(m: Any, actuator: int) -> ActuatorLaw:
@@ -512,13 +534,38 @@ def undecided(m: Any, joints: Sequence[int], state: Any = None,
     return found
 
 
+def undecided_of_robot(m: Any) -> list[Refusal]:
+    """
+    Return what acts on the joints of a whole robot and is not in a balance of their torques.
+
+    Recorded torques hold what the actuators on joints do, and a balance has no timesteps: these
+    two are not listed. Tendons and equalities couple joints in one way or another: see
+    tendon_forces and MjModel.eq_active0.
+
+    Args:
+        m: mujoco.MjModel of hinges and slides.
+
+    Returns:
+        Refusals, in the order of the joints.
+    """
+    moved = _Moved(m, range(m.njnt), at_rest(m))
+    return [refusal for joint in moved.joints
+            for refusal in (*_torques_on(moved, joint), *_on_sites(moved, joint))]
+
+
 def _of_joint(moved: _Moved, joint: int) -> Iterator[Refusal]:
     m, mujoco, name = moved.m, moved.mujoco, moved.joint(joint)
     if joint not in scalar_joints(m):
         kind = _kind_of(mujoco.mjtJoint, int(m.jnt_type[joint]), 'mjJNT_')
         yield Refusal(name, 'type', f'{kind}, expected hinge or slide')
         return
-    dof = int(m.jnt_dofadr[joint])
+    yield from _torques_on(moved, joint)
+    yield from _steps_of(moved, joint)
+
+
+def _torques_on(moved: _Moved, joint: int) -> Iterator[Refusal]:
+    """Yield what acts on a hinge or slide, or on what it moves, and is not read."""
+    m, name, dof = moved.m, moved.joint(joint), int(moved.m.jnt_dofadr[joint])
     spring = m.jnt_stiffness[joint] or np.any(m.jnt_stiffnesspoly[joint])
     if np.any(m.jnt_stiffnesspoly[joint]) and not disabled(m, 'SPRING'):
         yield Refusal(name, 'stiffness', f'{_numbers(m.jnt_stiffnesspoly[joint])} of higher '
@@ -529,15 +576,30 @@ def _of_joint(moved: _Moved, joint: int) -> Iterator[Refusal]:
     poly = m.dof_dampingpoly[dof]
     if np.any(poly) and not disabled(m, 'DAMPER'):
         yield Refusal(name, 'damping', f'{_numbers(poly)} of higher order, expected one number')
-    friction = m.dof_frictionloss[dof] and not disabled(m, 'FRICTIONLOSS', 'CONSTRAINT')
-    if friction and m.opt.noslip_iterations > 0:
-        yield Refusal(name, 'noslip_iterations', f'{m.opt.noslip_iterations} in option: changes '
-                      'frictionloss, expected 0')
+    for i in _attached(m, joint):
+        poly = m.actuator_dampingpoly[i]
+        if np.any(poly) and not disabled(m, 'DAMPER'):
+            yield Refusal(name, f'actuator {name_of(m, "actuator", i)}: damping',
+                          f'{_numbers(poly)} of higher order, expected one number')
     both_off = disabled(m, 'SPRING') and disabled(m, 'DAMPER')
     for what in ('density', 'viscosity'):
         if getattr(m.opt, what) and not both_off:
             yield Refusal(name, what, f'{getattr(m.opt, what):g} in option: a medium brakes what '
                           'the joint moves, expected 0')
+    if m.nplugin and np.any(m.body_plugin[moved_by(m, joint)] >= 0):
+        yield Refusal(name, 'plugin', 'acts on a body that the joint moves, expected none')
+    if m.nflex:
+        yield Refusal(name, 'flex', f'{m.nflex} deformable bodies, expected none')
+
+
+def _steps_of(moved: _Moved, joint: int) -> Iterator[Refusal]:
+    """Yield what makes steps of the simulation differ from the equation of motion."""
+    m, mujoco, name = moved.m, moved.mujoco, moved.joint(joint)
+    dof = int(m.jnt_dofadr[joint])
+    friction = m.dof_frictionloss[dof] and not disabled(m, 'FRICTIONLOSS', 'CONSTRAINT')
+    if friction and m.opt.noslip_iterations > 0:
+        yield Refusal(name, 'noslip_iterations', f'{m.opt.noslip_iterations} in option: changes '
+                      'frictionloss, expected 0')
     if enabled(m, 'SLEEP'):
         yield Refusal(name, 'sleep', 'enabled in option flag, expected disable')
     steps = int(m.opt.integrator)
@@ -550,14 +612,23 @@ def _of_joint(moved: _Moved, joint: int) -> Iterator[Refusal]:
             m.dof_damping[dof] and not disabled(m, 'DAMPER')):
         yield Refusal(name, 'eulerdamp', 'disabled: damping is explicit, expected enable, or the '
                       'integrator implicitfast')
-    if m.nplugin and np.any(m.body_plugin[moved_by(m, joint)] >= 0):
-        yield Refusal(name, 'plugin', 'acts on a body that the joint moves')
-    if m.nflex:
-        yield Refusal(name, 'flex', f'{m.nflex} deformable bodies, expected none')
 
 
 def _numbers(values: Any) -> str:
     return ' '.join(f'{float(v):g}' for v in np.ravel(values))
+
+
+def tendon_forces(m: Any, tendon: int) -> list[str]:
+    """Return the attributes by which a `tendon` of `m` acts, none if it only measures."""
+    return [attribute for attribute, value in (
+        ('stiffness', not disabled(m, 'SPRING') and (
+            m.tendon_stiffness[tendon] or np.any(m.tendon_stiffnesspoly[tendon]))),
+        ('damping', not disabled(m, 'DAMPER') and (
+            m.tendon_damping[tendon] or np.any(m.tendon_dampingpoly[tendon]))),
+        ('frictionloss', not disabled(m, 'FRICTIONLOSS', 'CONSTRAINT')
+         and m.tendon_frictionloss[tendon]),
+        ('armature', m.tendon_armature[tendon]),
+        ('limited', not disabled(m, 'LIMIT', 'CONSTRAINT') and m.tendon_limited[tendon])) if value]
 
 
 def _of_tendons(moved: _Moved, joint: int, gearboxes: Sequence[int]) -> Iterator[Refusal]:
@@ -567,15 +638,7 @@ def _of_tendons(moved: _Moved, joint: int, gearboxes: Sequence[int]) -> Iterator
     for t in range(m.ntendon):
         if t in gearboxes or not moved.tendons[t, dof]:
             continue
-        acts = [word for word, value in (
-            ('stiffness', not disabled(m, 'SPRING') and (
-                m.tendon_stiffness[t] or np.any(m.tendon_stiffnesspoly[t]))),
-            ('damping', not disabled(m, 'DAMPER') and (
-                m.tendon_damping[t] or np.any(m.tendon_dampingpoly[t]))),
-            ('frictionloss', not disabled(m, 'FRICTIONLOSS', 'CONSTRAINT')
-             and m.tendon_frictionloss[t]),
-            ('armature', m.tendon_armature[t]),
-            ('limited', not disabled(m, 'LIMIT', 'CONSTRAINT') and m.tendon_limited[t])) if value]
+        acts = tendon_forces(m, t)
         if not acts:
             continue
         others = [name_of(m, 'joint', m.dof_jntid[d]) for d in np.flatnonzero(moved.tendons[t])
@@ -592,7 +655,6 @@ def _of_actuators(moved: _Moved, joint: int, gearboxes: Sequence[int]) -> Iterat
         return
     name, dof, trn = moved.joint(joint), int(m.jnt_dofadr[joint]), mujoco.mjtTrn
     direct = actuators_on(m, joint)
-    bodies = moved_by(m, joint)
     for i in range(len(m.actuator_trntype)):
         if is_off(m, i):
             continue
@@ -607,10 +669,17 @@ def _of_actuators(moved: _Moved, joint: int, gearboxes: Sequence[int]) -> Iterat
             if moved.tendons[target, dof] and target not in gearboxes:
                 yield Refusal(name, what, f'pulls at the tendon {name_of(m, "tendon", target)} '
                               'over the joint, expected one on the joint')
-        elif kind in (int(trn.mjTRN_SITE), int(trn.mjTRN_SLIDERCRANK)):
-            if bodies[m.site_bodyid[target]]:
-                yield Refusal(name, what, 'acts on a site that the joint moves, expected one on '
-                              'the joint')
+    yield from _on_sites(moved, joint)
+
+
+def _on_sites(moved: _Moved, joint: int) -> Iterator[Refusal]:
+    """Yield the actuators that act on sites which a joint moves."""
+    m, trn, bodies = moved.m, moved.mujoco.mjtTrn, moved_by(moved.m, joint)
+    for i in range(len(m.actuator_trntype)):
+        if m.actuator_trntype[i] in (int(trn.mjTRN_SITE), int(trn.mjTRN_SLIDERCRANK)) and (
+                not is_off(m, i) and bodies[m.site_bodyid[m.actuator_trnid[i, 0]]]):
+            yield Refusal(moved.joint(joint), f'actuator {name_of(m, "actuator", i)}', 'acts on '
+                          'a site that the joint moves, expected one on the joint')
 
 
 def _of_constraints(moved: _Moved, place: int) -> Iterator[Refusal]:

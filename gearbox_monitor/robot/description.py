@@ -247,16 +247,21 @@ class _Parser:
         return self._finite(text, f'{where}: {name}')
 
     def _finite(self, text: str, where: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not abs(value) < 1e9:
-            self._fail(where, repr(text), 'a number')
-        return value
+        return finite_number(text, f'{self._source}: {where}')
 
     def _fail(self, where: str, value: str, expected: str) -> NoReturn:
         raise InputError(f'{self._source}: {where}: {value}, expected {expected}')
+
+
+def finite_number(text: str, where: str) -> float:
+    """Return the number that an attribute holds as `text`. Raises InputError: `where` it is."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not abs(value) < 1e9:
+        raise InputError(f'{where}: {text!r}, expected a number')
+    return value
 
 
 def turn(roll: float, pitch: float, yaw: float) -> Array:

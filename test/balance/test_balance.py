@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """The traps of the balance, each of which once cost a wrong verdict; verdicts on random robots."""
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +24,10 @@ import robot_gap
 from gearbox_monitor.balance.local_cosines import local_cosines
 from gearbox_monitor.balance.motion import RobotMotion
 from gearbox_monitor.balance.robot_effects import compact
+from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.balance.settings import SETTINGS
-from gearbox_monitor.balance.verdict import _joined
+from gearbox_monitor.balance.verdict import _joined, diagnose
+from gearbox_monitor.export.robot_model import chain_of_compiled
 from gearbox_monitor.identification.findings import Finding
 from gearbox_monitor.plant.effects.actuator import limits_reached
 from gearbox_monitor.plant.effects.balance_column import JointMotion
@@ -107,6 +110,45 @@ def test_words_of_a_payload_and_of_what_is_not_determined():
     assert finding_words(data) == '3.02 ± 0.10 kg more at flange, centre 16 cm out'
     data['deviations']['cz'] = None
     assert 'this motion does not say' in finding_words(data)
+
+
+def test_springs_at_both_ends_of_a_joint_are_two_findings():
+    case = random_robots.make(7, False, [], 100)
+    chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
+                              Path('robot.xml'))
+    log = random_robots.log(case, 1, 25.0)[0]
+    sections = []
+    for section in log.sections:
+        q, effort = section.position[:, 0], section.input.copy()
+        low, high = np.quantile(q, (0.25, 0.75))
+        k = case.sizes[0] / (q.max() - q.min())
+        effort[:, 0] += 4.0 * k * np.maximum(q - high, 0.0) + 2.0 * k * np.minimum(q - low, 0.0)
+        sections.append(replace(section, input=effort))
+    count = len(case.joints)
+    verdict = diagnose(RobotModel(chain, np.full(count, 0.05), 0.05),
+                       [replace(log, sections=tuple(sections))])
+    ends = {f.channel: f.values['k'] / k for f in verdict.findings
+            if f.effect == 'end_spring' and f.joint == case.joints[0]}
+    assert ends['upper end'] == pytest.approx(4.0, rel=0.05), ends
+    assert ends['lower end'] == pytest.approx(2.0, rel=0.05), ends
+    assert '(upper end)' in ' '.join(finding_words(f.to_dict()) for f in verdict.findings)
+
+
+@pytest.mark.parametrize('factor, tolerance', [(1.0, 0.2), (0.5, 0.2), (2.0, 10.0)])
+def test_gains_of_a_servo_may_be_wrong(factor, tolerance):
+    """Free gains allowed the solution 0 = 0, and sizes came in the scale of a wrong gain."""
+    case = random_robots.make(9708, False, ['torque_offset'], 100)
+    chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
+                              Path('robot.xml'))
+    log, _, (kp, kd) = random_robots.log(case, 1, 20.0, True, True)
+    count = len(case.joints)
+    robot = RobotModel(chain, np.full(count, 0.05), 0.05, kp=factor * kp, kd=factor * kd,
+                       compensated=True, gain_tolerance=tolerance)
+    verdict = diagnose(robot, [log])
+    finding, = verdict.findings
+    assert (finding.effect, finding.joint) == ('torque_offset', case.joints[-1])
+    assert finding.values['u0'] == pytest.approx(case.truth[0]['size'], rel=0.06)
+    assert len(verdict.cautions) == (count if factor == 0.5 else 0)
 
 
 @pytest.mark.parametrize('seed, pair, kinds, how', [

@@ -18,6 +18,7 @@ import json
 import numpy as np
 import pytest
 
+from gearbox_monitor.cli.diagnose_robot import OF_ONE_JOINT
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.files.knowledge_file import load_knowledge, save_knowledge
@@ -94,7 +95,12 @@ def test_knowledge_survives_its_file_and_is_refused_for_another_model(arm, tmp_p
 @pytest.mark.parametrize('options, words', [
     (['--recorded', 'jint1=a'], 'did you mean'), (['--recorded', 'joint1'], 'NAME=LOGNAME'),
     (['--only', 'payloud'], "did you mean 'payload'"), (['--validate', 'x'], 'of one joint'),
-    (['--reference', 'a.knowledge', 'b.csv'], 'one file of learn')])
+    (['--reference', 'a.knowledge', 'b.csv'], 'one file of learn'),
+    (['--root', '.'], '--root: .: of a URDF no other file is read'),
+    (['--jobs', '0'], '--jobs: 0'),
+    *((['--' + option, 'sum'], f'--{option}: of one joint, expected --joint')
+      for option in OF_ONE_JOINT if option != 'repeated'),
+    (['--repeated', 'drop'], '--repeated: of one joint')])
 def test_bad_options_are_one_line(arm, capsys, options, words):
     assert diagnose(arm, *options) == 2
     error = capsys.readouterr().err
@@ -106,3 +112,56 @@ def test_values_are_checked(arm, tmp_path, capsys):
     values.write_text('link_tolerance: {flangee: 0.2}\n')
     assert diagnose(arm, '--values', str(values)) == 2
     assert "did you mean 'flange'" in capsys.readouterr().err
+
+
+SERVO = """<mujoco><option timestep="0.001" integrator="implicitfast"/>
+<default><joint axis="0 1 0" damping=".3" frictionloss=".3" armature=".03"
+  solreffriction="0.002 1"/></default>
+<worldbody><body pos="0 0 .3"><joint name="j1"/><inertial pos="0 0 .2" mass="3"
+  diaginertia=".05 .05 .01"/><body name="fore" pos="0 0 .4"><joint name="j2"/><inertial
+  pos="0 0 .15" mass="{mass}" diaginertia=".02 .02 .005"/></body></body></worldbody>
+<actuator><position joint="j1" kp="{kp}" kv="12"/><position joint="j2" kp="80" kv="3"/></actuator>
+</mujoco>"""
+
+
+@pytest.mark.parametrize('mass, kp, found', [(1.5, 330, []), (2.5, 300, ['payload'])])
+def test_setpoints_of_position_actuators_in_the_file(tmp_path, capsys, mass, kp, found):
+    mujoco = pytest.importorskip('mujoco')
+    (tmp_path / 'robot.xml').write_text(SERVO.format(mass=1.5, kp=300))
+    (tmp_path / 'values.yaml').write_text('gain_tolerance: 0.05\n')
+    m = mujoco.MjModel.from_xml_string(SERVO.format(mass=mass, kp=kp))
+    d, rng, rows = mujoco.MjData(m), np.random.default_rng(1), []
+    t = np.arange(0.0, 30.0, 1e-3)[:, None]
+    goal = np.stack([0.5 + np.sum(rng.uniform(0.1, 0.35, 5) * np.sin(
+        2.0 * np.pi * rng.uniform(0.05, 0.6, 5) * t + rng.uniform(0.0, 6.28, 5)), axis=1)
+        for _ in range(2)], axis=1)
+    d.qpos[:] = goal[0]
+    for k, r in enumerate(goal):
+        if k % 5 == 0:
+            d.ctrl[:] = r
+        if k % 10 == 0:
+            rows.append([k * 1e-3, *(d.qpos + rng.normal(0.0, 1e-4, 2)), *d.ctrl])
+        mujoco.mj_step(m, d)
+    np.savetxt(tmp_path / 'log.csv', rows, '%.9g', ',', comments='',
+               header='t,q_j1,q_j2,setpoint_j1,setpoint_j2')
+    main(['diagnose', str(tmp_path / 'log.csv'), '--model', str(tmp_path / 'robot.xml'),
+          '--values', str(tmp_path / 'values.yaml'), '--json', '-'])
+    findings = json.loads(capsys.readouterr().out)['findings']
+    assert [f['effect'] for f in findings] == found
+    assert all(f['link'] == 'fore' and 0.5 < f['values']['m'] < 1.3 for f in findings)
+
+
+@pytest.mark.parametrize('command', ['diagnose', 'learn'])
+def test_root_is_where_the_parts_of_a_file_lie(tmp_path, capsys, command):
+    pytest.importorskip('mujoco')
+    (tmp_path / 'robots').mkdir()
+    (tmp_path / 'parts.xml').write_text(
+        '<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody></mujoco>')
+    model = tmp_path / 'robots' / 'robot.xml'
+    model.write_text('<mujoco><include file="../parts.xml"/></mujoco>')
+    arguments = [command, str(tmp_path / 'no.csv'), '--model', str(model)]
+    if command == 'learn':
+        arguments += ['--out', str(tmp_path / 'a.knowledge')]
+    assert main(arguments) == 2 and 'parts.xml' in capsys.readouterr().err
+    assert main([*arguments, '--root', str(tmp_path)]) == 2
+    assert 'no.csv: no such file' in capsys.readouterr().err

@@ -20,6 +20,7 @@ import pytest
 from random_robots import make
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.mjcf_file import read_mjcf
 from gearbox_monitor.export.robot_model import chain_of_compiled, read_robot
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.robot.chain import body_of, chain_of, inertial, joint_losses
@@ -72,21 +73,59 @@ def test_theta_and_body_are_inverse():
     np.testing.assert_allclose(inertial(mass, centre, tensor), theta)
 
 
+SPRUNG = """<mujoco><option gravity="0 0 -9.81"><flag {flag}="disable"/></option><worldbody>
+  <body name="a"><inertial pos="0 .1 .2" mass="2" diaginertia=".1 .2 .3"/>
+    <joint name="j" axis="0 1 0" armature=".1" damping=".5" stiffness="3" springref=".4"/>
+    <body name="b" pos="0 0 .5"><inertial pos="0 .1 .2" mass="1" diaginertia=".1 .1 .1"/>
+      <joint name="k" axis="1 0 0" damping=".2"/></body></body></worldbody>
+  <actuator><general joint="j" gear="3" armature=".02" damping=".07" group="1"/>
+    <motor joint="k" gear="2" armature=".01"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize('flag', ['clampctrl', 'gravity', 'spring', 'damper', 'actuation'])
+def test_option_flags_and_losses_of_actuators_are_those_of_mujoco(flag):
+    m = mujoco.MjModel.from_xml_string(SPRUNG.format(flag=flag))
+    chain, d = chain_of_compiled(m, Path('robot.xml')), mujoco.MjData(m)
+    d.qpos[:], d.qvel[:], d.qacc[:] = np.random.default_rng(1).normal(size=(3, m.nv))
+    mujoco.mj_inverse(m, d)
+    passive = (chain.armature * d.qacc + chain.viscous * d.qvel
+               + chain.spring * (d.qpos - chain.spring_zero))
+    np.testing.assert_allclose(effort(chain, d.qpos, d.qvel, d.qacc) + passive, d.qfrc_inverse,
+                               rtol=1e-6, atol=1e-7)
+
+
 ROBOT = ('<mujoco><worldbody><body name="a"><joint name="j" {joint}/><geom size=".1"/>'
-         '<body name="b"><joint name="k"/><geom size=".1"/></body></body></worldbody>'
-         '{more}</mujoco>')
+         '<body name="b"><joint name="k"/><geom size=".1"/><site name="s"/></body></body>'
+         '</worldbody>{more}</mujoco>')
 
 
 @pytest.mark.parametrize('joint, more, words', [
     ('type="free"', '', 'joint j: free or ball'),
     ('', '<equality><joint name="gears" joint1="j" joint2="k"/></equality>', 'gears'),
     ('', '<tendon><fixed name="cable" stiffness="5"><joint joint="j" coef="1"/></fixed></tendon>',
-     'cable')])
+     'cable'),
+    ('', '<option density="1.2"/>', 'joint j, k: density: 1.2 in option'),
+    ('damping=".1 .2"', '', 'joint j: damping: 0.2 0 of higher order, expected one number'),
+    ('', '<actuator><motor name="jet" site="s"/></actuator>', 'j, k: actuator jet: acts on a site')
+])
 def test_closed_and_coupled_chains_are_refused_by_name(tmp_path, joint, more, words):
     path = tmp_path / 'robot.xml'
     path.write_text(ROBOT.format(joint=joint, more=more))
     with pytest.raises(InputError, match=words):
         read_robot(path)
+
+
+@pytest.mark.parametrize('actuators, words', [
+    ('<position joint="j" kp="9" kv="1"/><position joint="k" kp="5"/>', ''),
+    ('<position joint="j" kp="9"/>', 'joint k: no actuator, expected a position'),
+    ('<position joint="j" kp="9"/><motor name="push" joint="k"/>', 'joint k: actuator push'),
+    ('<position name="slow" joint="j" kp="9" timeconst=".01"/><intvelocity name="far" joint="k" '
+     'kp="2" actrange="-1 1"/>', 'actuator far: dyntype')])
+def test_what_setpoints_need_is_said(tmp_path, actuators, words):
+    path = tmp_path / 'robot.xml'
+    path.write_text(ROBOT.format(joint='', more=f'<actuator>{actuators}</actuator>'))
+    file = read_robot(path)
+    assert words in file.no_servo and bool(words) == (file.kp is None)
 
 
 def test_mimic_joints_are_refused_by_name():
@@ -99,3 +138,19 @@ def test_mimic_joints_are_refused_by_name():
             'second', 'b', 'c', '<mimic joint="first"/>') + '</robot>'
     with pytest.raises(InputError, match='mimic first'):
         chain_of(parse(text, 'hand.urdf'), {}, 'hand.urdf')
+
+
+@pytest.mark.parametrize('where, text', [
+    ('joint j: dynamics: damping', 'damping=""'), ('joint j: dynamics: friction', 'friction="x"'),
+    ('joint j: dynamics: damping', 'damping="inf"')])
+def test_numbers_of_a_urdf_are_read_or_refused_with_their_place(tmp_path, where, text):
+    path = tmp_path / 'arm.urdf'
+    path.write_text(
+        '<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/><inertia '
+        'ixx="1" iyy="1" izz="1"/></inertial></link><joint name="j" type="revolute">'
+        f'<parent link="a"/><child link="b"/><dynamics {text}/></joint></robot>')
+    value = text.partition('=')[2].strip('"')
+    for read in (read_robot, lambda path: read_mjcf(path, 'j')):
+        with pytest.raises(InputError) as error:
+            read(path)
+        assert str(error.value) == f'{path}: {where}: {value!r}, expected a number'

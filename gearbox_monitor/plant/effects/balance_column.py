@@ -127,7 +127,8 @@ class BalanceColumn:
     series(m, setting): torque [N, k] per unit of the coefficients of a JointMotion; with
     `momentum` its derivative counts. values(b, setting): the effect's parameters of the
     coefficients b [k]. setting: name of a nonlinear parameter, which grid(m) lists; `whole`: it is
-    a whole number, else it is refined; `fixed_point`: it is the first coefficient itself. low(m),
+    a whole number, else it is refined: in ratios, or with `place` in parts of the joint's motion;
+    `fixed_point`: it is the first coefficient itself. low(m),
     high: bounds of the first coefficient. needs: kind of input that shows it: ANY, COMMAND (torque
     that is commanded, not measured), TORQUE, or SETPOINT. twins: ids of effects with the same
     columns in motion.
@@ -138,6 +139,7 @@ class BalanceColumn:
     setting: str = ''
     grid: Callable[[JointMotion], Sequence[float]] = lambda m: (0.0,)
     whole: bool = False
+    place: bool = False
     fixed_point: bool = False
     momentum: bool = False
     low: Callable[[JointMotion], float] = anything

@@ -94,7 +94,7 @@ SERVO_DELAY = Effect(
     subject=('T_change', 'servo delay'),
     column=BalanceColumn(
         lambda m, _: m.model[:, None], one('T_change'), momentum=True, low=not_negative,
-        needs=OF_SETPOINT))
+        needs=OF_SETPOINT, twins=('actuator_delay', 'actuator_lag')))
 
 SETPOINT_DELAY = Effect(
     'setpoint_delay', 'controller', 'r(t) -> r(t - T)',

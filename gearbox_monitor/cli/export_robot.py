@@ -1,0 +1,127 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Write the verdict on a whole robot into its MJCF or URDF file.
+
+export calls this where its input is a verdict (.json) instead of a model file.
+"""
+from argparse import Namespace
+from collections.abc import Mapping
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from gearbox_monitor import __version__
+from gearbox_monitor.cli.options import write_new
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.mjcf_file import read_file
+from gearbox_monitor.export.robot_closed import closed_file
+from gearbox_monitor.export.robot_model import read_robot
+from gearbox_monitor.export.xml_edit import difference, parse_xml
+from gearbox_monitor.files.opening import read_text
+
+MAX_VERDICT = 1 << 26  # bytes of a verdict
+ROOTS = {'mjcf': 'mujoco', 'urdf': 'robot'}
+# Options of one joint -> (attribute, its default).
+OF_ONE_JOINT = {
+    'joint': ('joint', None), 'model-arm-joint': ('model_arm_joint', None),
+    'keyframe': ('keyframe', None), 'actuator': ('actuator', None), 'check': ('check', None),
+    'topic': ('topic', 'joint_states'), 'recorded-motor': ('recorded_motor', 'motor'),
+    'recorded-arm': ('recorded_arm', 'arm')}
+
+
+def is_verdict(args: Namespace) -> bool:
+    """Return whether the options `args` of export name a verdict."""
+    return Path(args.model).suffix.lower() == '.json'
+
+
+def run(args: Namespace) -> int:
+    """Write the findings of the verdict that `args` name into a file; return the exit code."""
+    for option, (attribute, usual) in OF_ONE_JOINT.items():
+        if getattr(args, attribute) != usual:
+            raise InputError(f'--{option}: of one joint, expected a model file of a drive, not '
+                             f'{args.model}')
+    if args.to not in ROOTS:
+        raise InputError(f'--to {args.to}: with the verdict on a robot, expected one of '
+                         f'{", ".join(ROOTS)}')
+    if not args.into:
+        raise InputError(f'--into: missing, expected the {args.to.upper()} file of the robot')
+    data = load_verdict(args.model)
+    path = Path(args.into)
+    before = read_file(path)
+    tag = parse_xml(before, str(path)).root.tag
+    if tag != ROOTS[args.to]:
+        raise InputError(f'{path}: <{tag}>, expected <{ROOTS[args.to]}> with --to {args.to}')
+    file = read_robot(path, args.root)
+    text, left = closed_file(file, data['findings'], f'gearbox_monitor {__version__} export')
+    count = len(data['findings'])
+    lines = [f'{path}: {count} finding{"" if count == 1 else "s"}']
+    lines += [f'  {f["effect"]} of {f.get("joint") or f["link"]}: '
+              + ', '.join(f'{name} {value:.6g}' for name, value in f['values'].items())
+              for f in data['findings']]
+    lines += [f'not in the file: {words}' for words in left]
+    if data.get('model_digest') not in (None, file.digest):
+        lines.append(f'note: {path} is not the file of the diagnosis ({data.get("model")}): the '
+                     'changes are added to what stands in it')
+    if data['remainders']:
+        lines.append('note: the verdict has remainders without a law, which no file holds')
+    if text is not None and args.out:
+        write_new(args.out, text)
+        lines.append(f'written {args.out}')
+    elif text is not None:
+        lines += ['', *difference(args.into, before, text.encode())]
+    else:
+        lines.append('nothing to write')
+    print('\n'.join(lines))
+    return 1 if left or data['remainders'] else 0
+
+
+def load_verdict(path: str) -> dict[str, Any]:
+    """Return the verdict on a whole robot in the JSON file `path`. Raises InputError."""
+    try:
+        data = json.loads(read_text(path, MAX_VERDICT))
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror or error}, expected a verdict of diagnose'
+                         ) from None
+    except (ValueError, RecursionError):
+        raise InputError(f'{path}: no JSON, expected verdict.json of diagnose') from None
+    if not isinstance(data, dict) or not isinstance(data.get('findings'), list):
+        raise InputError(f'{path}: no findings, expected verdict.json of diagnose')
+    if not isinstance(data.get('ranked'), list) or not isinstance(data.get('remainders'), list):
+        raise InputError(f'{path}: the verdict on one joint, expected one on a whole robot; the '
+                         'model of one joint is drive.closed.yaml of diagnose --out')
+    for i, finding in enumerate(data['findings']):
+        _check(finding, f'{path}: findings[{i}]')
+    return data
+
+
+def _check(finding: Any, where: str) -> None:
+    """Raise InputError unless a finding has an effect, a place and numbers."""
+    if not isinstance(finding, dict) or not isinstance(finding.get('effect'), str):
+        raise InputError(f'{where}: effect: missing, expected an id')
+    if not isinstance(finding.get('joint') or finding.get('link'), str):
+        raise InputError(f'{where}: joint: missing, expected the name of a joint or a link')
+    for key in ('values', 'deviations'):
+        if not isinstance(finding.get(key), Mapping):
+            raise InputError(f'{where}: {key}: missing, expected numbers by name')
+        for name, value in finding[key].items():
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if not (number and math.isfinite(value)) and (key == 'values' or value is not None):
+                raise InputError(f'{where}: {key}: {name}: {str(value)[:40]!r}, expected a number')
+    if set(finding['values']) - set(finding['deviations']):
+        raise InputError(f'{where}: deviations: none of '
+                         f'{", ".join(set(finding["values"]) - set(finding["deviations"]))}, '
+                         'expected one of each value, or null')

@@ -1,0 +1,95 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The verdict on a whole robot, written into its file: diagnosed with that, no gap remains."""
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.export.robot_model import read_robot
+from gearbox_monitor.files.resources import config_path
+
+
+def simulated(folder, seed, kind):
+    """Write robot.xml and log.csv of a random robot with one change."""
+    pytest.importorskip('mujoco')
+    import random_robots
+    case = random_robots.make(seed, False, [kind], 100)
+    log = random_robots.log(case, 1, 25.0)[0]
+    (folder / 'robot.xml').write_text(case.xml.replace('<worldbody>', '<!-- ours --><worldbody>'))
+    section = log.sections[0]
+    header = ','.join(['t', *(f'q_{j}' for j in case.joints), *(f'tau_{j}' for j in case.joints)])
+    np.savetxt(folder / 'log.csv', np.column_stack([section.t, section.position, section.input]),
+               '%.9g', ',', header=header, comments='')
+
+
+@pytest.mark.parametrize('seed, kind, effect', [
+    (10, 'payload', 'payload'), (10, 'motor_coulomb', 'motor_coulomb'),
+    (10, 'motor_inertia', 'motor_inertia')])
+def test_no_gap_remains_with_the_written_file(tmp_path, capsys, monkeypatch, seed, kind, effect):
+    monkeypatch.chdir(tmp_path)
+    simulated(tmp_path, seed, kind)
+    assert main(['diagnose', 'log.csv', '--model', 'robot.xml', '--json', 'verdict.json']) == 1
+    found = json.loads((tmp_path / 'verdict.json').read_text())['findings']
+    assert [f['effect'] for f in found] == [effect]
+    words = ['export', 'verdict.json', '--to', 'mjcf', '--into', 'robot.xml']
+    assert main([*words, '--out', 'closed.xml']) == 0
+    assert '<!-- ours -->' in (tmp_path / 'closed.xml').read_text()
+    assert main(['diagnose', 'log.csv', '--model', 'closed.xml']) == 0
+    capsys.readouterr()
+    # Once more, into the file that has it: said.
+    assert main([*words[:-1], 'closed.xml']) == 0
+    out = capsys.readouterr().out
+    assert 'closed.xml is not the file of the diagnosis' in out and '+++ b/closed.xml' in out
+
+
+FINDING = {'effect': 'motor_coulomb', 'joint': 'joint1', 'link': None,
+           'values': {'Cc_change': 1.0}, 'deviations': {'Cc_change': 0.1}}
+
+
+@pytest.mark.parametrize('change, options, words', [
+    ({}, ['--joint', 'joint1'], '--joint: of one joint'),
+    ({}, ['--check', 'bag'], '--check: of one joint'),
+    ({}, ['--to', 'isaac'], '--to isaac: with the verdict on a robot, expected one of mjcf, urdf'),
+    ({}, ['--to', 'mjcf'], '<robot>, expected <mujoco> with --to mjcf'),
+    ({'ranked': None}, [], 'the verdict on one joint'), ({'findings': 3}, [], 'no findings'),
+    ({'findings': [{**FINDING, 'values': {'Cc_change': '1'}}]}, [],
+     "findings[0]: values: Cc_change: '1', expected a number"),
+    ({'findings': [{**FINDING, 'joint': None}]}, [], 'findings[0]: joint: missing')])
+def test_bad_input_is_one_line(tmp_path, capsys, change, options, words):
+    shutil.copy(config_path('arm6.urdf'), tmp_path / 'arm.urdf')
+    verdict = {'findings': [FINDING], 'ranked': [], 'remainders': [], **change}
+    (tmp_path / 'v.json').write_text(json.dumps(verdict))
+    assert main(['export', str(tmp_path / 'v.json'), '--to', 'urdf', '--into',
+                 str(tmp_path / 'arm.urdf'), *options]) == 2
+    error = capsys.readouterr().err
+    assert words in error and error.count('\n') == 1
+
+
+def test_what_the_file_has_no_place_for_is_said_and_the_rest_is_written(tmp_path, capsys):
+    path = config_path('arm6.urdf')
+    joint = read_robot(path).chain.joints[0]
+    own = {**FINDING, 'joint': joint}
+    findings = [own, {**own, 'joint': 'nobody'}, {**own, 'values': {}},
+                {**own, 'effect': 'payload'}, {**own, 'effect': 'plug_in'}]
+    (tmp_path / 'v.json').write_text(json.dumps(
+        {'findings': findings, 'ranked': [], 'remainders': []}))
+    assert main(['export', str(tmp_path / 'v.json'), '--to', 'urdf', '--into', str(path)]) == 1
+    out = capsys.readouterr().out
+    assert out.count('not in the file: ') == 4 and '<dynamics' in out
+    assert "motor_coulomb of nobody: joint: 'nobody' is not in" in out
+    assert f'of {joint}: no Cc_change, expected it in the finding' in out
