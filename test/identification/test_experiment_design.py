@@ -53,6 +53,7 @@ def found():
         motions.KINDS, motions.CHANGES = few, more
 
 
+@pytest.mark.system
 def test_limits_hold_in_simulation(found):
     best = found[0]
     t, u = best.torque()

@@ -155,6 +155,7 @@ def test_recordings_with_other_encoders_are_evaluated_each_with_its_own():
     assert set(data['channels']) == {'motor', 'arm'}
 
 
+@pytest.mark.system
 def test_a_remainder_of_recordings_one_of_which_shows_no_candidate():
     """The motor's encoder alone shows no eccentricity of the arm's: that is no bad input."""
     effect = [{'id': 'torque_gain', 'g': 0.08}]
@@ -259,7 +260,8 @@ def test_a_torque_scale_says_what_else_it_may_be_called(cases):
     assert 'multiplied by 0.92' in data['equivalent'][0]
 
 
-@pytest.mark.parametrize('ids', [['lugre', 'motor_viscous'], ['lugre']])
+@pytest.mark.parametrize('ids', [
+    ['lugre', 'motor_viscous'], pytest.param(['lugre'], marks=pytest.mark.system)])
 def test_an_effect_without_a_scale_ends_in_a_verdict(ids):
     """LuGre beside a model without Coulomb friction has no gain: it is ranked all the same."""
     model = {'coulomb_friction': 0.0}
@@ -271,7 +273,7 @@ def test_an_effect_without_a_scale_ends_in_a_verdict(ids):
 
 
 def test_a_frozen_encoder_ends_in_a_verdict():
-    recording = record([], 5)
+    recording = record([])
     y = recording.y.copy()
     y[2000:, 1] = y[2000, 1]
     data = diagnose.diagnose([replace(recording, y=y)], DriveModel(),

@@ -33,10 +33,11 @@ def recorded(*effects, seconds=9.0, seed=0):
     return UniformRecording(t, u, y + noise, DT)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize('effect, place, variable, law', [
     ({'id': 'arm_spring', 'k': 0.8}, 'arm_side', 'angle', lambda x: -0.8 * x),
-    pytest.param({'id': 'motor_quadratic', 'C2': 0.004}, 'motor_side', 'speed',
-                 lambda x: -0.004 * x * np.abs(x), marks=pytest.mark.system)],
+    ({'id': 'motor_quadratic', 'C2': 0.004}, 'motor_side', 'speed',
+     lambda x: -0.004 * x * np.abs(x))],
     ids=['spring', 'quadratic'])
 def test_map_is_the_law_that_the_library_lacks(effect, place, variable, law):
     model = model_from_dict({}, 'test')
