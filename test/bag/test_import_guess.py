@@ -161,3 +161,53 @@ def test_what_cannot_be_guessed_is_said_in_one_line(tmp_path, capsys, columns, e
     assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == code
     message = capsys.readouterr().err
     assert message.count('\n') == 1 and expected in message and str(path) in message
+
+
+def robot(path, joints, first=0, effort='i'):
+    """Write a recording of joints with names q_0 and i_0 or q_1 and i_1 and so on."""
+    return csv(path, {'t': T, **{f'{name}_{k + first}': np.roll(values, 100 * k)
+                                 for name, values in (('q', ARM), (effort, TORQUE))
+                                 for k in range(joints)}})
+
+
+@pytest.mark.parametrize('options, constants', [
+    (('--torque-constant', '2'), (2.0, 2.0, 2.0)),
+    (('--torque-constant', '2,3,4'), (2.0, 3.0, 4.0)),
+    (('--joint', '1', '--torque-constant', '2,3,4'), (3.0,)),
+    (('--joint', '1', '--torque-constant', '5'), (5.0,))])
+def test_each_joint_takes_its_own_torque_constant(tmp_path, options, constants):
+    path = robot(tmp_path / 'r.csv', 3)
+    bag = tmp_path / 'bag'
+    assert main(['import', str(path), '--guess', *options, str(bag)]) == 0
+    with open_bag(bag) as reader:
+        names = reader.joint_names('/joint_states')
+        effort = reader.joint_states('/joint_states', names).effort[:, :len(constants)]
+    truth = [np.roll(TORQUE, 100 * int(1 if len(constants) == 1 else k)) * constant
+             for k, constant in enumerate(constants)]
+    np.testing.assert_allclose(np.abs(effort), np.abs(np.column_stack(truth)), atol=1e-9)
+
+
+@pytest.mark.parametrize('options, says', [
+    (('--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of each joint '
+     '(joint_0, joint_1, joint_2)'),
+    (('--joint', '1', '--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of'),
+    (('--torque-constant', '2', '--unit', 'effort=N m'), 'N m, a torque as it is')])
+def test_torque_constants_that_fit_no_joints_are_refused(tmp_path, capsys, options, says):
+    path = robot(tmp_path / 'r.csv', 3)
+    assert main(['import', str(path), '--guess', *options, str(tmp_path / 'bag')]) == 2
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('first', (0, 1))
+def test_names_of_joints_in_a_list_count_from_the_first_column(tmp_path, first):
+    path = robot(tmp_path / 'r.csv', 3, first, 'tau')
+    (tmp_path / 'joint_list.txt').write_text('base\nelbow\nwrist\n')
+    guess = guessed_mapping(path)
+    assert {name: block['position']['column'] for name, block in guess.data['joints'].items()} \
+        == {name: f'q_{k + first}' for k, name in enumerate(('base', 'elbow', 'wrist'))}
+
+
+def test_a_role_that_is_stated_needs_no_name_that_tells(tmp_path):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'x1': ARM, 'tau': TORQUE})
+    joints = imported(tmp_path, path, '--guess', '--use', 'position=x1')
+    np.testing.assert_allclose(joints.position[:, 0], ARM, atol=1e-12)

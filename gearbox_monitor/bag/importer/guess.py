@@ -42,7 +42,7 @@ from gearbox_monitor.bag.importer.roles import (
     Choice, choice_of, Column, is_input, matches, NONE, Question)
 from gearbox_monitor.bag.importer.sibling_file import sibling_setpoints
 from gearbox_monitor.bag.importer.unit_table import (
-    COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, scaled_unit, standard_unit)
+    COUNT_RATE, COUNTS, FORCE, LENGTH, scaled_unit, standard_unit, TORQUE)
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array
 
@@ -149,6 +149,7 @@ class _Proposal:
         self.assumptions: list[str] = []
         self.questions: list[Question] = []
         self.decoding: dict[int, dict[str, Any]] = {}
+        self.constants: dict[str, float] = {}
         self.kind = 'rotary'
 
     def guess(self) -> Guess:
@@ -156,19 +157,20 @@ class _Proposal:
         time = self._time()
         series = [column for column in self.layout.series if column.label not in time.labels
                   and column.values.dtype.kind in 'iuf' and np.isfinite(column.values).any()]
-        known = [self._with_joint_names(m) for m in meanings(
-            [c.label for c in series], [self._unit_of(c) for c in series])]
+        known = self._with_joint_names(meanings(
+            [c.label for c in series], [self._unit_of(c) for c in series]))
         joints = joints_of(known)
         joint = self._selected(joints)
+        self.constants = self._constants(joints)
         robot = joint is None and len(joints) > 1
         columns = [Column(k, meaning, self._values(k, column, time.t))
                    for k, (column, meaning) in enumerate(zip(series, known))
                    if robot or np.nanmax(column.values) > np.nanmin(column.values)]
-        if not joints:
+        use = self._use(known)
+        if not joints and not any(role.endswith(('_position', '_velocity')) for role in use):
             raise InputError(f'{self.path}: no position or velocity among '
                              f'{", ".join(c.label for c in series)[:200]}, expected a mapping '
                              'file (--map), or --use position=COLUMN')
-        use = self._use(known)
         names = joints if robot else [joint or '']
         choices = [choice_of([c for c in columns if c.meaning.joint == name or not robot and (
             joint is None)], time.t, name, use) for name in names]
@@ -185,8 +187,8 @@ class _Proposal:
             for column in choice.roles.values()) else 'rotary'
         data: dict[str, Any] = {**self.layout.blocks, 'time': time.block, 'kind': self.kind}
         if robot:
-            data['joints'] = {choice.joint: self._of_joint(choice, series, k)
-                              for k, choice in enumerate(choices)}
+            data['joints'] = {choice.joint: self._of_joint(choice, series)
+                              for choice in choices}
         else:
             data['signals'] = self._of_drive(data, choices[0], series, time)
         self._blanks(data, series, choices, time)
@@ -230,13 +232,27 @@ class _Proposal:
                                 'expected one, or --rate HZ')
         return FoundTime(np.arange(len(series[0].values)) / rate, {'rate': rate})
 
-    def _with_joint_names(self, meaning: Meaning) -> Meaning:
-        """Return `meaning` with the name of its joint from the file's own list of them."""
-        number = meaning.joint.removeprefix('joint_')
+    def _with_joint_names(self, known: Sequence[Meaning]) -> list[Meaning]:
+        """Return `known` with the names of the joints from the file's own list of them."""
         labels = self.layout.joints
-        if labels and number.isdigit() and 1 <= int(number) <= len(labels):
-            return replace(meaning, joint=labels[int(number) - 1])
-        return meaning
+        numbers = {meaning.joint: int(meaning.joint.removeprefix('joint_')) for meaning in known
+                   if meaning.joint.removeprefix('joint_').isdigit()}
+        first = min(1, *numbers.values()) if numbers else 1  # columns count from 0 or from 1
+        if not numbers or max(numbers.values()) - first >= len(labels):
+            return list(known)
+        return [replace(meaning, joint=labels[numbers[meaning.joint] - first])
+                if meaning.joint in numbers else meaning for meaning in known]
+
+    def _constants(self, joints: Sequence[str]) -> dict[str, float]:
+        """Return {joint: its torque constant} as stated. Raises InputError: another number."""
+        constants = self.answers.torque_constants
+        if len(constants) not in (0, 1, len(joints)):
+            names = f' or {len(joints)}, one of each joint ({", ".join(joints)})' \
+                if len(joints) > 1 else ''
+            raise InputError(f'--torque-constant: {len(constants)} constants '
+                             f'({", ".join(f"{constant:g}" for constant in constants)}), expected '
+                             f'1{names}')
+        return dict(zip(joints, constants if len(constants) > 1 else [*constants] * len(joints)))
 
     def _unit_of(self, column: Series) -> str:
         stated = self.answers.units.get(column.label)
@@ -331,14 +347,13 @@ class _Proposal:
         self._note_units({role: column.meaning.label for role, column in choice.roles.items()
                           if 'unit' not in blocks[role]})
         self._setpoint_counts(blocks, values)
-        self._missing_numbers(blocks)
+        self._missing_numbers(blocks, choice.joint)
         order = ('motor_position', 'arm_position')
         return {role: blocks[role] for role in sorted(
             blocks, key=lambda name: (name not in order, name == 'arm_position'))}
 
-    def _of_joint(self, choice: Choice, series: Sequence[Series], number: int
-                  ) -> dict[str, dict[str, Any]]:
-        """Return the blocks of the signals of a robot's joint; `number`: its place, from 0."""
+    def _of_joint(self, choice: Choice, series: Sequence[Series]) -> dict[str, dict[str, Any]]:
+        """Return the blocks of the signals of a robot's joint."""
         blocks: dict[str, dict[str, Any]] = {}
         for name, roles in OF_ROBOT:
             role = next((role for role in roles if role in choice.roles), None)
@@ -346,16 +361,9 @@ class _Proposal:
                 continue
             blocks[name] = self._block(role, choice.roles[role], series)
             self._numbers(name, blocks[name], choice.roles[role], choice)
-            constants = self.answers.torque_constants
-            if name == 'effort' and blocks[name].get('unit') in DRIVE_INPUT:
-                if constants:
-                    blocks[name]['torque_constant'] = float(constants[min(
-                        number, len(constants) - 1)])
-                else:
-                    self._ask('constant', f'{choice.roles[role].meaning.label}: in '
-                              f'{blocks[name]["unit"]}, and no torque constant in the file',
-                              '--torque-constant K1,K2,... (N m per A of each joint; 1 keeps the '
-                              'current, for models that have its torque_constant)')
+            if name == 'effort':
+                self._torque_constant(blocks[name], choice.roles[role].meaning.label,
+                                      choice.joint)
             counts = self.answers.counts
             if blocks[name].get('unit') in (*COUNTS, *COUNT_RATE) and name != 'effort':
                 if counts:
@@ -436,34 +444,39 @@ class _Proposal:
             self.assumptions.append('The setpoint is in counts of no encoder that is used, so it '
                                     'is left out.')
 
-    def _missing_numbers(self, blocks: dict[str, dict[str, Any]]) -> None:
+    def _missing_numbers(self, blocks: dict[str, dict[str, Any]], joint: str) -> None:
         """Fill in, or ask for, counts per turn and torque constant."""
-        answers = self.answers
         settled = {text.partition('=')[0] for text in self.settings}
         for name, block in blocks.items():
             unit = block.get('unit')
             if unit in (*COUNTS, *COUNT_RATE) and 'counts_per_rev' not in block and (
                     self.kind == 'rotary' and 'effort' not in name and 'torque' not in name):
-                if answers.counts:
-                    block['counts_per_rev'] = answers.counts
+                if self.answers.counts:
+                    block['counts_per_rev'] = self.answers.counts
                 elif f'signals.{name}.counts_per_rev' not in settled and \
                         f'signals.{name}.scale' not in settled:
                     self._ask('counts', f'signals.{name}.unit: counts, and no resolution in the '
                               'file', '--counts-per-turn N, or --set signals.'
                               f'{name}.counts_per_rev=N')
-        effort = blocks.get('motor_effort', {})
-        if effort.get('unit') in {**DRIVE_INPUT, **COUNTS}:
-            if answers.torque_constants:
-                key = 'scale' if effort['unit'] in COUNTS else 'torque_constant'
-                effort[key] = float(answers.torque_constants[0])
-            elif not {'signals.motor_effort.torque_constant',
-                      'signals.motor_effort.scale'} & settled:
-                per = 'count' if effort['unit'] in COUNTS else \
-                    'A' if effort['unit'] in ('A', 'mA') else 'full scale'
-                self._ask('constant', f'signals.motor_effort.unit: {effort["unit"]}, and no '
-                          f'constant in the file that makes it N m', f'--torque-constant K (N m '
-                          f'per {per}; 1 keeps it, for a model with torque_constant), or '
-                          '--use effort=none')
+        settings = {'signals.motor_effort.torque_constant', 'signals.motor_effort.scale'}
+        if 'motor_effort' in blocks and not settings & settled:
+            self._torque_constant(blocks['motor_effort'], 'signals.motor_effort.unit', joint)
+
+    def _torque_constant(self, block: dict[str, Any], where: str, joint: str) -> None:
+        """Add the torque constant of a joint to the `block` of its effort, or ask for it."""
+        unit = block.get('unit', '')
+        constant = self.constants.get(joint, next(iter(self.constants.values()), None))
+        if unit in {**TORQUE, **FORCE}:
+            if constant is not None:
+                raise InputError(f'--torque-constant: {where}: {unit}, a torque as it is, '
+                                 'expected no constant, or --unit effort=A')
+        elif constant is not None:
+            block['scale' if unit in COUNTS else 'torque_constant'] = constant
+        elif unit:
+            per = 'count' if unit in COUNTS else 'A' if unit in ('A', 'mA') else 'full scale'
+            self._ask('constant', f'{where}: {unit}, and no constant in the file that makes it '
+                      f'N m', f'--torque-constant K (N m per {per}, or K1,K2,... of each joint; 1 '
+                      'keeps it, for a model with torque_constant), or --use effort=none')
 
     def _ask(self, topic: str, text: str, option: str) -> None:
         if topic not in {question.topic for question in self.questions}:
