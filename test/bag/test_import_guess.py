@@ -211,3 +211,20 @@ def test_a_role_that_is_stated_needs_no_name_that_tells(tmp_path):
     path = csv(tmp_path / 'r.csv', {'t': T, 'x1': ARM, 'tau': TORQUE})
     joints = imported(tmp_path, path, '--guess', '--use', 'position=x1')
     np.testing.assert_allclose(joints.position[:, 0], ARM, atol=1e-12)
+
+
+@pytest.mark.parametrize('stated, says', [
+    ('position=degs', '--unit position=degs: unknown unit, expected one of rad, mrad, deg'),
+    ('arm=deg', '--unit arm=deg: no such role or column, expected one of time, motor_position, '
+     'motor, position, motor_effort, effort, t, q, tau'),
+    ('Q=deg', '--unit Q=deg: no such role or column')])
+def test_a_unit_of_nothing_is_refused(tmp_path, capsys, stated, says):
+    path = csv(tmp_path / 'r.csv', NAMED)
+    assert main(['import', str(path), '--guess', '--unit', stated, str(tmp_path / 'bag')]) == 2
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('name', ('q', 'position', 'motor', 'motor_position'))
+def test_a_unit_is_stated_by_column_or_role(tmp_path, name):
+    joints = imported(tmp_path, csv(tmp_path / 'r.csv', NAMED), '--guess', '--unit', f'{name}=deg')
+    np.testing.assert_allclose(joints.position[:, 0], np.deg2rad(ARM), atol=1e-12)

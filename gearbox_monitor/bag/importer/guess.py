@@ -42,7 +42,8 @@ from gearbox_monitor.bag.importer.roles import (
     Choice, choice_of, Column, is_input, matches, NONE, Question)
 from gearbox_monitor.bag.importer.sibling_file import sibling_setpoints
 from gearbox_monitor.bag.importer.unit_table import (
-    COUNT_RATE, COUNTS, FORCE, LENGTH, scaled_unit, standard_unit, TORQUE)
+    ANGLE, ANGULAR_SPEED, COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, scaled_unit, SPEED,
+    standard_unit, TIME, TORQUE)
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array
 
@@ -154,6 +155,7 @@ class _Proposal:
 
     def guess(self) -> Guess:
         """Return the Guess."""
+        self._require_units()
         time = self._time()
         series = [column for column in self.layout.series if column.label not in time.labels
                   and column.values.dtype.kind in 'iuf' and np.isfinite(column.values).any()]
@@ -182,9 +184,11 @@ class _Proposal:
                 f'no position or velocity among {", ".join(c.label for c in series)[:200]}'
             raise InputError(f'{self.path}: {what}, expected a motion')
         self._gather(choices)
+        self._require_used(time, known, choices)
         self.kind = 'prismatic' if 'kind=prismatic' in self.settings or any(
-            column.meaning.unit in {**LENGTH, **FORCE} for choice in choices
-            for column in choice.roles.values()) else 'rotary'
+            (self._stated_unit(role, column) or column.meaning.unit) in {
+                **LENGTH, **SPEED, **FORCE}
+            for choice in choices for role, column in choice.roles.items()) else 'rotary'
         data: dict[str, Any] = {**self.layout.blocks, 'time': time.block, 'kind': self.kind}
         if robot:
             data['joints'] = {choice.joint: self._of_joint(choice, series)
@@ -214,7 +218,7 @@ class _Proposal:
                             'for a column that is not used)')
         rate = stated_rate(self.settings) or answers.rate
         if rate is None:
-            units = {name: standard_unit(unit) or unit for name, unit in answers.units.items()}
+            units = {name: standard_unit(unit) for name, unit in answers.units.items()}
             if 'time' in units:
                 units.update({column.label: units['time'] for column in series})
             time = found_time(self.path, series, units, answers.use.get('time', ''))
@@ -254,12 +258,37 @@ class _Proposal:
                              f'1{names}')
         return dict(zip(joints, constants if len(constants) > 1 else [*constants] * len(joints)))
 
+    def _require_units(self) -> None:
+        """Raise InputError: an option --unit states what is no unit."""
+        for name, unit in self.answers.units.items():
+            if not standard_unit(unit):
+                raise InputError(f'--unit {name}={unit}: unknown unit, expected one of '
+                                 + ', '.join({**ANGLE, **LENGTH, **ANGULAR_SPEED, **SPEED,
+                                              **COUNTS, **COUNT_RATE, **TORQUE, **FORCE,
+                                              **DRIVE_INPUT, **TIME}))
+
     def _unit_of(self, column: Series) -> str:
-        stated = self.answers.units.get(column.label)
-        if stated is not None and not standard_unit(stated):
-            raise InputError(f'--unit {column.label}={stated}: unknown unit, expected one such as '
-                             'deg, turns, counts, rpm, A or N m')
-        return stated or column.unit
+        """Return the unit of a column as stated by its name, or in the file."""
+        return self.answers.units.get(column.label, column.unit)
+
+    def _stated_unit(self, role: str, column: Column) -> str:
+        """Return the unit of a column in a `role` as the user states it, '' if not."""
+        units = self.answers.units
+        return next((standard_unit(units[name]) for name in (
+            column.meaning.label, stem_of(column.meaning), *_names_of(role)) if name in units), '')
+
+    def _require_used(self, time: FoundTime, known: Sequence[Meaning],
+                      choices: Sequence[Choice]) -> None:
+        """Raise InputError: an option --unit names neither a column nor a role that one has."""
+        columns = [*time.labels, *(name for meaning in known for name in (
+            meaning.label, stem_of(meaning)))]
+        roles = [role for choice in choices for role in choice.roles]
+        names = dict.fromkeys(['time'] * bool(time.labels) + [
+            name for role in roles for name in _names_of(role)])
+        for name, unit in self.answers.units.items():
+            if name not in (*columns, *names):
+                raise InputError(f'--unit {name}={unit}: no such role or column, expected one of '
+                                 f'{", ".join((*names, *dict.fromkeys(columns)))[:400]}')
 
     def _selected(self, joints: Sequence[str]) -> str | None:
         """Return the joint that is asked for, None for all. Raises InputError: there is none."""
@@ -313,12 +342,8 @@ class _Proposal:
         block: dict[str, Any] = {**own.place, **self.decoding.get(column.number, {})}
         if not np.isfinite(own.values.astype(float)).all():
             block['missing'] = 'nan'
-        quantity = signal_kind(role).quantity
-        unit = column.meaning.unit
-        stated = next((self.answers.units[name] for name in (
-            own.label, stem_of(column.meaning), role, quantity, role.rpartition('_')[2])
-            if name in self.answers.units), '')
-        unit = standard_unit(stated) or unit
+        stated = self._stated_unit(role, column)
+        unit = stated or column.meaning.unit
         if unit:
             block['unit'] = unit
         if column.meaning.scale != 1.0 and not stated:
@@ -530,6 +555,11 @@ class _Proposal:
             name = labels[0] if len(labels) == 1 else f'{labels[0]} ... {labels[-1]}'
             rows.append(TableRow(name, role, unit, why))
         return rows
+
+
+def _names_of(role: str) -> list[str]:
+    """Return what --unit may call a role, the most special name first."""
+    return [role, *(name for name in ROLES if ROLES[name] == role), signal_kind(role).quantity]
 
 
 def _alike(why: str, meaning: Meaning) -> str:
