@@ -183,10 +183,11 @@ def answers_of(args: Namespace) -> 'Answers':
     except ValueError:
         raise InputError(f'--torque-constant: {args.torque_constant!r}, expected numbers > 0 '
                          'with commas between them') from None
-    for option, values in (('--torque-constant', constants), ('--counts-per-turn', [
-            args.counts_per_turn or 1.0]), ('--rate', [args.rate or 1.0])):
-        if not all(0.0 < value < 1e300 for value in values):
-            raise InputError(f'{option}: {values}, expected > 0')
+    for option, values in (('--torque-constant', constants),
+                           ('--counts-per-turn', [args.counts_per_turn]), ('--rate', [args.rate])):
+        for value in values:
+            if value is not None and not 0.0 < value < 1e300:
+                raise InputError(f'{option}: {value:g}, expected > 0')
     if args.stamps == 'received':
         raise InputError('--stamps received: FILE is no bag, expected recorded or even')
     return Answers(_pairs('--use', args.use), _pairs('--unit', args.unit), constants,

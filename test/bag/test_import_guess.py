@@ -228,3 +228,25 @@ def test_a_unit_of_nothing_is_refused(tmp_path, capsys, stated, says):
 def test_a_unit_is_stated_by_column_or_role(tmp_path, name):
     joints = imported(tmp_path, csv(tmp_path / 'r.csv', NAMED), '--guess', '--unit', f'{name}=deg')
     np.testing.assert_allclose(joints.position[:, 0], np.deg2rad(ARM), atol=1e-12)
+
+
+@pytest.mark.parametrize('options, says', [
+    (('--rate', '0'), '--rate: 0, expected > 0'),
+    (('--rate', 'nan'), '--rate: nan, expected > 0'),
+    (('--counts-per-turn', '0'), '--counts-per-turn: 0, expected > 0'),
+    (('--torque-constant', '0'), '--torque-constant: 0, expected > 0'),
+    (('--set', 'time.rate=0'), '--set time.rate=0: expected a number > 0'),
+    (('--set', 'time.rate=1e'), '--set time.rate=1e: expected a number > 0'),
+    (('--set', 'signals.motor_position.counts_per_rev=0'), 'expected a number > 0'),
+    (('--columns', 't,q[0],tau'), '--columns: q[0], expected 1 to 1000'),
+    (('--columns', 't,q[99999999999],tau'), 'expected 1 to 1000')])
+def test_numbers_that_are_not_positive_are_refused(tmp_path, capsys, options, says):
+    path = csv(tmp_path / 'r.csv', NAMED)
+    assert main(['import', str(path), '--guess', *options, str(tmp_path / 'bag')]) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_two_filtered_positions_are_asked_for(tmp_path, capsys):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'q_filt_a': ARM, 'q_filt_b': np.sin(T ** 2)})
+    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 3
+    assert 'no name tells motor from arm: --use motor=q_filt_a' in capsys.readouterr().err

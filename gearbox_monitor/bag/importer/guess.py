@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from gearbox_monitor.bag.importer.guess_time import found_time, FoundTime, stated_rate
+from gearbox_monitor.bag.importer.guess_time import found_time, FoundTime
 from gearbox_monitor.bag.importer.guess_units import (
     decoded, effort_sign, relate_encoders, scale_of, velocity_units)
 from gearbox_monitor.bag.importer.header import with_settings
@@ -49,6 +49,7 @@ from gearbox_monitor.kernels.types import Array
 
 COARSE = 100.0  # whole numbers over a wider range are counts
 WIDE = 4.0 * np.pi  # rad: a joint turns less; a wider range without a unit may be degrees
+MOST_JOINTS = 1000  # that q[6] in --columns may stand for
 BLANK = 0.05  # share of empty cells from which on curves have samples of their own
 ROLES = {'motor': 'motor_position', 'arm': 'arm_position', 'position': 'motor_position',
          'velocity': 'motor_velocity', 'effort': 'motor_effort', 'setpoint': 'motor_setpoint',
@@ -216,7 +217,7 @@ class _Proposal:
             raise Undecided(f'{self.path}: {len(series)} columns without names, expected their '
                             "names in order: --columns 't,q[6],dq[6],i[6]' (q[6]: q_1 to q_6; - "
                             'for a column that is not used)')
-        rate = stated_rate(self.settings) or answers.rate
+        rate = self._setting('time.rate') or answers.rate
         if rate is None:
             units = {name: standard_unit(unit) for name, unit in answers.units.items()}
             if 'time' in units:
@@ -257,6 +258,17 @@ class _Proposal:
                              f'({", ".join(f"{constant:g}" for constant in constants)}), expected '
                              f'1{names}')
         return dict(zip(joints, constants if len(constants) > 1 else [*constants] * len(joints)))
+
+    def _setting(self, key: str) -> float | None:
+        """Return the number > 0 of a setting KEY=VALUE, None without it. Raises InputError."""
+        value = {text.partition('=')[0]: text.partition('=')[2] for text in self.settings}.get(key)
+        try:
+            number = None if value is None else float(value)
+        except ValueError:
+            number = 0.0
+        if number is not None and not 0.0 < number < 1e300:
+            raise InputError(f'--set {key}={value}: expected a number > 0')
+        return number
 
     def _require_units(self) -> None:
         """Raise InputError: an option --unit states what is no unit."""
@@ -358,8 +370,7 @@ class _Proposal:
         values = {role: column.values for role, column in choice.roles.items()}
         for role, column in choice.roles.items():
             self._numbers(role, blocks[role], column, choice)
-            count = next((float(text.partition('=')[2]) for text in self.settings if re.fullmatch(
-                rf'signals\.{role}\.counts_per_rev=[\d.eE+-]+', text)), None)
+            count = self._setting(f'signals.{role}.counts_per_rev')
             if count is not None:
                 blocks[role]['counts_per_rev'] = count
         if {'motor_position', 'arm_position'} <= set(blocks):
@@ -589,6 +600,8 @@ def _renamed(path: Path, layout: Format, columns: str) -> Format:
     names: list[str] = []
     for part in re.split(r',(?![^\[]*\])', columns):
         match = re.fullmatch(r'\s*(.*?)\[(\d+)\]\s*(.*?)\s*', part)
+        if match and not 1 <= int(match[2]) <= MOST_JOINTS:
+            raise InputError(f'--columns: {part.strip()}, expected 1 to {MOST_JOINTS} in brackets')
         names += [f'{match[1]}_{k + 1} {match[3]}'.strip() for k in range(int(match[2]))] \
             if match else [part.strip()]
     if len(names) != len(layout.series):

@@ -14,9 +14,8 @@
 
 """The column, or the two columns, that hold the time of a recording, and the unit they are in."""
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
-import re
 from typing import Any
 
 import numpy as np
@@ -51,7 +50,6 @@ class FoundTime:
     labels: tuple[str, ...] = ()
     column: Series | None = None
     remarks: tuple[str, ...] = ()
-    others: tuple[str, ...] = field(default_factory=tuple)
 
 
 def found_time(path: str | Path, series: Sequence[Series], units: Mapping[str, str],
@@ -87,7 +85,7 @@ def found_time(path: str | Path, series: Sequence[Series], units: Mapping[str, s
         if this is None:
             continue
         if found is not None:
-            return FoundTime(found.t, found.block, found.labels, found.column, (
+            return replace(found, remarks=(
                 *found.remarks, f'{column.label}: another time, not used.'))
         found = this
     return found
@@ -198,9 +196,3 @@ def _policies(stamps: Array, starts: Flags, is_named: bool) -> dict[str, Any] | 
     if stamps[0] >= EPOCH:
         extra['start_stamp_ns'] = 'recorded'
     return extra
-
-
-def stated_rate(settings: Sequence[str]) -> float | None:
-    """Return the rate that 'time.rate=HZ' among `settings` states, None without one."""
-    return next((float(text.partition('=')[2]) for text in settings
-                 if re.fullmatch(r'time\.rate=[\d.eE+-]+', text)), None)

@@ -36,7 +36,7 @@ from gearbox_monitor.bag.importer.message_topics import chosen_topics, DYNAMIC, 
 from gearbox_monitor.bag.importer.robot_recording import JOINT_TOPIC, SETPOINT_TOPIC, Topic
 from gearbox_monitor.bag.importer.robot_recording import write_in_order
 from gearbox_monitor.bag.importer.stamp_policy import even_stamps
-from gearbox_monitor.bag.read import FORMATS, JOINT_STATE, open_bag, ROS1
+from gearbox_monitor.bag.read import FORMATS, is_ros1, JOINT_STATE, open_bag
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array, Integers
@@ -84,13 +84,7 @@ def is_bag(path: str | Path) -> bool:
     if path.is_dir():
         return any(file.suffix in FORMATS or file.name == 'metadata.yaml' or any(
             part in FORMATS for part in file.suffixes) for file in path.iterdir())
-    if path.suffix in FORMATS:
-        return True
-    try:
-        with path.open('rb') as stream:
-            return stream.read(len(ROS1)) == ROS1
-    except OSError:
-        return False
+    return path.suffix in FORMATS or is_ros1(path)
 
 
 def read_bag(path: str | Path, topic: str = '') -> tuple[list[JointMessages], list[str]]:
