@@ -223,6 +223,16 @@ def test_a_joint_without_a_position_leaves_no_bag(tmp_path, capsys):
     assert not (tmp_path / 'new').exists()
 
 
+@pytest.mark.parametrize('options, says', [
+    (('--use', 'motor=a', '--rate', '9'), '--use, --rate: no effect with a bag as FILE'),
+    (('--set', 'a=1'), '--set: no effect with a bag as FILE, expected --topic, --joint or'),
+    (('--arm-topic', '/b', '--joint', 'a'), '--joint: no effect with --params or --arm-topic')])
+def test_options_that_a_bag_does_not_use_are_refused(tmp_path, capsys, options, says):
+    publish(tmp_path / 'bag', {'/joint_states': (JOINTS, Q, STAMPS)})
+    assert main(['import', str(tmp_path / 'bag'), *options, str(tmp_path / 'new')]) == 2
+    assert says in capsys.readouterr().err
+
+
 def test_poses_of_bodies_are_refused_by_name(tmp_path, capsys):
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic('/multi', MULTI)

@@ -235,12 +235,16 @@ def test_a_unit_is_stated_by_column_or_role(tmp_path, name):
     (('--rate', 'nan'), '--rate: nan, expected > 0'),
     (('--counts-per-turn', '0'), '--counts-per-turn: 0, expected > 0'),
     (('--torque-constant', '0'), '--torque-constant: 0, expected > 0'),
+    (('--counts-per-turn', '4096'), '--counts-per-turn 4096: no signal is in counts'),
+    (('--episode', '2'), '--episode 2: no column tells episodes apart'),
+    (('--use', 'effort=none', '--torque-constant', '2'), 'no effort of the motor among'),
+    (('--topic', 'x'), '--topic: no effect with --guess'),
     (('--set', 'time.rate=0'), '--set time.rate=0: expected a number > 0'),
     (('--set', 'time.rate=1e'), '--set time.rate=1e: expected a number > 0'),
     (('--set', 'signals.motor_position.counts_per_rev=0'), 'expected a number > 0'),
     (('--columns', 't,q[0],tau'), '--columns: q[0], expected 1 to 1000'),
     (('--columns', 't,q[99999999999],tau'), 'expected 1 to 1000')])
-def test_numbers_that_are_not_positive_are_refused(tmp_path, capsys, options, says):
+def test_numbers_without_sense_or_effect_are_refused(tmp_path, capsys, options, says):
     path = csv(tmp_path / 'r.csv', NAMED)
     assert main(['import', str(path), '--guess', *options, str(tmp_path / 'bag')]) == 2
     assert says in capsys.readouterr().err

@@ -196,6 +196,7 @@ class _Proposal:
                               for choice in choices}
         else:
             data['signals'] = self._of_drive(data, choices[0], series, time)
+        self._require_effect(data)
         self._blanks(data, series, choices, time)
         second = sibling_setpoints(self.path, list(data.get('joints', {})), self.layout.blocks) \
             if robot else None
@@ -301,6 +302,22 @@ class _Proposal:
             if name not in (*columns, *names):
                 raise InputError(f'--unit {name}={unit}: no such role or column, expected one of '
                                  f'{", ".join((*names, *dict.fromkeys(columns)))[:400]}')
+
+    def _require_effect(self, data: Mapping[str, Any]) -> None:
+        """Raise InputError: a number was stated that no signal and no time of `data` needs."""
+        answers = self.answers
+        signals = data.get('joints', {'': data.get('signals')}).values()
+        blocks = {name: block for joint in signals for name, block in joint.items()}
+        used = {key for joint in signals for block in joint.values() for key in block}
+        if answers.episode is not None and 'segment' not in data['time']:
+            raise InputError(f'--episode {answers.episode}: no column tells episodes apart, '
+                             'expected a recording without this option')
+        if answers.counts and 'counts_per_rev' not in used:
+            raise InputError(f'--counts-per-turn {answers.counts:g}: no signal is in counts, '
+                             'expected --unit position=counts beside it')
+        if answers.torque_constants and not any('effort' in name for name in blocks):
+            raise InputError(f'--torque-constant: no effort of the motor among '
+                             f'{", ".join(blocks)}, expected --use effort=COLUMN beside it')
 
     def _selected(self, joints: Sequence[str]) -> str | None:
         """Return the joint that is asked for, None for all. Raises InputError: there is none."""
