@@ -254,3 +254,24 @@ def test_two_filtered_positions_are_asked_for(tmp_path, capsys):
     path = csv(tmp_path / 'r.csv', {'t': T, 'q_filt_a': ARM, 'q_filt_b': np.sin(T ** 2)})
     assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 3
     assert 'no name tells motor from arm: --use motor=q_filt_a' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('names, start, used', [
+    (('joint_states.csv', 'joint_commands.csv'), 0.0, True),
+    (('run3_state_motor.csv', 'run3_control.csv'), 0.0, True),
+    (('run3_state.csv', 'run4_control.csv'), 0.0, False),
+    (('states.csv', 'commands.csv'), 100.0, False)])
+def test_setpoints_in_a_file_beside_the_states(tmp_path, names, start, used):
+    """Names that differ in words of the vocabulary, the same joints, and the same clock."""
+    path = csv(tmp_path / names[0], {'t [s]': T, **{f'q_{k} [deg]': np.roll(ARM, k)
+                                                   for k in range(3)}})
+    csv(tmp_path / names[1], {'time_ms': 1e3 * (T + start), **{
+        f'q_{k}': 2.0 * np.roll(ARM, k) for k in range(3)}})
+    assert main(['import', str(tmp_path if used else path), '--guess',
+                 str(tmp_path / 'bag')]) == 0
+    with open_bag(tmp_path / 'bag') as reader:
+        assert ('/joint_setpoints' in reader.topics) == used
+        if used:
+            setpoints = reader.joint_states('/joint_setpoints', ['joint_0', 'joint_2'])
+            np.testing.assert_allclose(setpoints.position[:, 1], np.deg2rad(2.0 * np.roll(ARM, 2)),
+                                       atol=1e-12)

@@ -36,7 +36,7 @@ from gearbox_monitor.bag.importer.layout import Format, recognised_layout, Serie
 from gearbox_monitor.bag.importer.mapping import (
     ImportMapping, mapping_from_dict, signal_kind, SIGNALS)
 from gearbox_monitor.bag.importer.meaning import (
-    EFFORT, joints_of, Meaning, meanings, POSITION, stem_of, VELOCITY,
+    EFFORT, joints_of, Meaning, meanings, POSITION, stem_of, VELOCITY, with_listed_names,
     words_of)
 from gearbox_monitor.bag.importer.roles import (
     Choice, choice_of, Column, is_input, matches, NONE, Question)
@@ -160,8 +160,8 @@ class _Proposal:
         time = self._time()
         series = [column for column in self.layout.series if column.label not in time.labels
                   and column.values.dtype.kind in 'iuf' and np.isfinite(column.values).any()]
-        known = self._with_joint_names(meanings(
-            [c.label for c in series], [self._unit_of(c) for c in series]))
+        known = with_listed_names(meanings(
+            [c.label for c in series], [self._unit_of(c) for c in series]), self.layout.joints)
         joints = joints_of(known)
         joint = self._selected(joints)
         self.constants = self._constants(joints)
@@ -198,8 +198,8 @@ class _Proposal:
             data['signals'] = self._of_drive(data, choices[0], series, time)
         self._require_effect(data)
         self._blanks(data, series, choices, time)
-        second = sibling_setpoints(self.path, list(data.get('joints', {})), self.layout.blocks) \
-            if robot else None
+        second = sibling_setpoints(self.path, time, data['joints']) if robot and not any(
+            'setpoint' in joint for joint in data['joints'].values()) else None
         if second is not None:
             data['second_file'] = second
             self.assumptions.append(f'Setpoints: {second["path"]} beside it, on the same clock.')
@@ -237,17 +237,6 @@ class _Proposal:
                                 f'{", ".join(c.label for c in series)[:200]} grows like a time, '
                                 'expected one, or --rate HZ')
         return FoundTime(np.arange(len(series[0].values)) / rate, {'rate': rate})
-
-    def _with_joint_names(self, known: Sequence[Meaning]) -> list[Meaning]:
-        """Return `known` with the names of the joints from the file's own list of them."""
-        labels = self.layout.joints
-        numbers = {meaning.joint: int(meaning.joint.removeprefix('joint_')) for meaning in known
-                   if meaning.joint.removeprefix('joint_').isdigit()}
-        first = min(1, *numbers.values()) if numbers else 1  # columns count from 0 or from 1
-        if not numbers or max(numbers.values()) - first >= len(labels):
-            return list(known)
-        return [replace(meaning, joint=labels[numbers[meaning.joint] - first])
-                if meaning.joint in numbers else meaning for meaning in known]
 
     def _constants(self, joints: Sequence[str]) -> dict[str, float]:
         """Return {joint: its torque constant} as stated. Raises InputError: another number."""

@@ -42,7 +42,7 @@ class FoundTime:
     """
     Times [N] in s from 0, their block of the mapping, the labels of their columns and remarks.
 
-    column: None where a rate stands in for it.
+    column: None where a rate stands in for it. start: first time on the recording's own clock, s.
     """
 
     t: Array
@@ -50,6 +50,12 @@ class FoundTime:
     labels: tuple[str, ...] = ()
     column: Series | None = None
     remarks: tuple[str, ...] = ()
+    start: float = 0.0
+
+    @property
+    def end(self) -> float:
+        """Return the last time on the recording's own clock, s."""
+        return self.start + float(self.t[-1])
 
 
 def found_time(path: str | Path, series: Sequence[Series], units: Mapping[str, str],
@@ -145,7 +151,7 @@ def _as_time(path: str | Path, column: Series, series: Sequence[Series], stated:
         shift = np.zeros(len(stamps))
         shift[1:][starts] = -np.diff(stamps)[starts] + 1e9
         t = (stamps - stamps[0] + np.cumsum(shift)) * 1e-9
-        return FoundTime(t, block, labels, column, tuple(remarks))
+        return FoundTime(t, block, labels, column, tuple(remarks), float(stamps[0]) * 1e-9)
     return None
 
 
