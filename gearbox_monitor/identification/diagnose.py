@@ -41,7 +41,7 @@ from gearbox_monitor.identification.verdict import (
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.plant.effects.actuator import ACTUATOR_LAG
+from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
@@ -91,6 +91,9 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     otherwise = read_as_doubted(evidence)
     decision = _decided_between(evidence, quantum)
     notes = [*decision.notes, *doubts(decision, otherwise)]
+    if ACTUATOR_DELAY.id in decision.ids and any(is_open(r, model) for r in recordings):
+        notes.append('a log below 200 Hz tells a delay of the torque only to half a sample, '
+                     f'{0.5e3 * recordings[0].dt:.3g} ms: how it acted between the stamps is open')
     if decision.remains and len(recordings) > 1:
         same = _shown_by_each(decision, [_alone(r, decision.evidence, ids) for r in recordings])
         if same is not None:

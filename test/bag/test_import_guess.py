@@ -191,7 +191,7 @@ def test_each_joint_takes_its_own_torque_constant(tmp_path, options, constants):
     (('--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of each joint '
      '(joint_0, joint_1, joint_2)'),
     (('--joint', '1', '--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of'),
-    (('--torque-constant', '2', '--unit', 'effort=N m'), 'N m, a torque as it is')])
+    (('--torque-constant', '2', '--unit', 'effort=N m'), 'needs one (a torque as it is)')])
 def test_torque_constants_that_fit_no_joints_are_refused(tmp_path, capsys, options, says):
     path = robot(tmp_path / 'r.csv', 3)
     assert main(['import', str(path), '--guess', *options, str(tmp_path / 'bag')]) == 2
@@ -237,7 +237,7 @@ def test_a_unit_is_stated_by_column_or_role(tmp_path, name):
     (('--torque-constant', '0'), '--torque-constant: 0, expected > 0'),
     (('--counts-per-turn', '4096'), '--counts-per-turn 4096: no signal is in counts'),
     (('--episode', '2'), '--episode 2: no column tells episodes apart'),
-    (('--use', 'effort=none', '--torque-constant', '2'), 'no effort of the motor among'),
+    (('--use', 'effort=none', '--torque-constant', '2'), 'no effort that needs one (none at all)'),
     (('--topic', 'x'), '--topic: no effect with --guess'),
     (('--set', 'time.rate=0'), '--set time.rate=0: expected a number > 0'),
     (('--set', 'time.rate=1e'), '--set time.rate=1e: expected a number > 0'),
@@ -275,3 +275,33 @@ def test_setpoints_in_a_file_beside_the_states(tmp_path, names, start, used):
             setpoints = reader.joint_states('/joint_setpoints', ['joint_0', 'joint_2'])
             np.testing.assert_allclose(setpoints.position[:, 1], np.deg2rad(2.0 * np.roll(ARM, 2)),
                                        atol=1e-12)
+
+
+def test_a_robot_with_prismatic_and_revolute_joints(tmp_path):
+    """Each joint in its own units: deg and N m, mm and N, m and A."""
+    path = csv(tmp_path / 'r.csv', {
+        't': T, 'q_1 [deg]': np.rad2deg(ARM), 'q_2 [mm]': 1e3 * np.roll(ARM, 50),
+        'q_3 [m]': np.roll(ARM, 90), 'tau_1 [Nm]': TORQUE, 'tau_2 [kN]': 1e-3 * TORQUE,
+        'tau_3 [A]': 0.5 * TORQUE})
+    bag = tmp_path / 'bag'
+    assert main(['import', str(path), '--guess', str(bag)]) == 3
+    assert main(['import', str(path), '--guess', '--joint', '3', '--torque-constant', '2',
+                 str(tmp_path / 'third')]) == 0
+    assert main(['import', str(path), '--guess', '--set',
+                 'joints.joint_3.effort.torque_constant=2', str(tmp_path / 'by_key')]) == 0
+    assert main(['import', str(path), '--guess', '--torque-constant', '1,1,2', str(bag)]) == 0
+    with open_bag(bag) as reader:
+        names = reader.joint_names('/joint_states')
+        states = reader.joint_states('/joint_states', names)
+    truth = np.column_stack([ARM, np.roll(ARM, 50), np.roll(ARM, 90)])
+    np.testing.assert_allclose(states.position, truth, atol=1e-9)
+    np.testing.assert_allclose(states.effort, TORQUE[:, None] * np.ones(3), atol=1e-9)
+
+
+def test_counts_of_a_prismatic_axis_are_asked_for(tmp_path, capsys):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'position [counts]': np.round(1e5 * ARM),
+                                    'force [N]': TORQUE})
+    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 3
+    assert '--set signals.motor_position.scale=M (m per count)' in capsys.readouterr().err
+    joints = imported(tmp_path, path, '--guess', '--set', 'signals.motor_position.scale=1e-5')
+    np.testing.assert_allclose(joints.position[:, 0], ARM, atol=6e-6)

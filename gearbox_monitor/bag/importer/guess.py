@@ -42,8 +42,8 @@ from gearbox_monitor.bag.importer.roles import (
     Choice, choice_of, Column, is_input, matches, NONE, Question)
 from gearbox_monitor.bag.importer.sibling_file import sibling_setpoints
 from gearbox_monitor.bag.importer.unit_table import (
-    ANGLE, ANGULAR_SPEED, COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, scaled_unit, SPEED,
-    standard_unit, TIME, TORQUE)
+    ANGLE, ANGULAR_SPEED, axis_of, COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, scaled_unit,
+    SPEED, standard_unit, TIME, TORQUE)
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array
 
@@ -152,6 +152,7 @@ class _Proposal:
         self.questions: list[Question] = []
         self.decoding: dict[int, dict[str, Any]] = {}
         self.constants: dict[str, float] = {}
+        self.constants_used = False
         self.kind = 'rotary'
 
     def guess(self) -> Guess:
@@ -186,10 +187,8 @@ class _Proposal:
             raise InputError(f'{self.path}: {what}, expected a motion')
         self._gather(choices)
         self._require_used(time, known, choices)
-        self.kind = 'prismatic' if 'kind=prismatic' in self.settings or any(
-            (self._stated_unit(role, column) or column.meaning.unit) in {
-                **LENGTH, **SPEED, **FORCE}
-            for choice in choices for role, column in choice.roles.items()) else 'rotary'
+        axes = {self._axis(choice) for choice in choices}
+        self.kind = 'prismatic' if axes == {'prismatic'} else 'rotary'
         data: dict[str, Any] = {**self.layout.blocks, 'time': time.block, 'kind': self.kind}
         if robot:
             data['joints'] = {choice.joint: self._of_joint(choice, series)
@@ -279,6 +278,12 @@ class _Proposal:
         return next((standard_unit(units[name]) for name in (
             column.meaning.label, stem_of(column.meaning), *_names_of(role)) if name in units), '')
 
+    def _axis(self, choice: Choice) -> str:
+        """Return the axis of a joint, as the units of its columns say."""
+        return axis_of((self._stated_unit(role, column) or column.meaning.unit
+                        for role, column in choice.roles.items()),
+                       'prismatic' if 'kind=prismatic' in self.settings else 'rotary')
+
     def _require_used(self, time: FoundTime, known: Sequence[Meaning],
                       choices: Sequence[Choice]) -> None:
         """Raise InputError: an option --unit names neither a column nor a role that one has."""
@@ -304,9 +309,11 @@ class _Proposal:
         if answers.counts and 'counts_per_rev' not in used:
             raise InputError(f'--counts-per-turn {answers.counts:g}: no signal is in counts, '
                              'expected --unit position=counts beside it')
-        if answers.torque_constants and not any('effort' in name for name in blocks):
-            raise InputError(f'--torque-constant: no effort of the motor among '
-                             f'{", ".join(blocks)}, expected --use effort=COLUMN beside it')
+        if answers.torque_constants and not self.constants_used:
+            why = 'a torque as it is' if any('effort' in name for name in blocks) else \
+                'none at all'
+            raise InputError(f'--torque-constant: no effort that needs one ({why}), expected '
+                             '--use effort=COLUMN or --unit effort=A beside it')
 
     def _selected(self, joints: Sequence[str]) -> str | None:
         """Return the joint that is asked for, None for all. Raises InputError: there is none."""
@@ -405,14 +412,10 @@ class _Proposal:
             self._numbers(name, blocks[name], choice.roles[role], choice)
             if name == 'effort':
                 self._torque_constant(blocks[name], choice.roles[role].meaning.label,
-                                      choice.joint)
-            counts = self.answers.counts
-            if blocks[name].get('unit') in (*COUNTS, *COUNT_RATE) and name != 'effort':
-                if counts:
-                    blocks[name]['counts_per_rev'] = counts
-                else:
-                    self._ask('counts', f'{choice.roles[role].meaning.label}: counts, and no '
-                              'resolution in the file', '--counts-per-turn N')
+                                      f'joints.{choice.joint}.effort', choice.joint)
+            if name != 'effort':
+                self._counts(blocks[name], choice.roles[role].meaning.label,
+                             f'joints.{choice.joint}.{name}', self._axis(choice))
         if 'unit' in blocks.get('position', {}) and 'setpoint' in blocks:
             blocks['setpoint'].setdefault('unit', blocks['position']['unit'])
         return blocks
@@ -442,7 +445,8 @@ class _Proposal:
             self.assumptions.append(f'{label}: whole numbers, so counts.')
             return
         alone = not ({'motor_position', 'arm_position'} <= set(choice.roles) and 'motor' in name)
-        if quantity == 'position' and self.kind == 'rotary' and span > WIDE and alone and not any(
+        wide = quantity == 'position' and span > WIDE and self._axis(choice) == 'rotary'
+        if wide and alone and not any(
                 question.topic in ('unit', 'positions') for question in self.questions):
             self._ask('unit', f'{label}: no unit in the file, and its range of {span:.4g} is wide '
                       'for rad', '--unit position=deg (or turns, or rad)')
@@ -488,37 +492,43 @@ class _Proposal:
 
     def _missing_numbers(self, blocks: dict[str, dict[str, Any]], joint: str) -> None:
         """Fill in, or ask for, counts per turn and torque constant."""
-        settled = {text.partition('=')[0] for text in self.settings}
         for name, block in blocks.items():
-            unit = block.get('unit')
-            if unit in (*COUNTS, *COUNT_RATE) and 'counts_per_rev' not in block and (
-                    self.kind == 'rotary' and 'effort' not in name and 'torque' not in name):
-                if self.answers.counts:
-                    block['counts_per_rev'] = self.answers.counts
-                elif f'signals.{name}.counts_per_rev' not in settled and \
-                        f'signals.{name}.scale' not in settled:
-                    self._ask('counts', f'signals.{name}.unit: counts, and no resolution in the '
-                              'file', '--counts-per-turn N, or --set signals.'
-                              f'{name}.counts_per_rev=N')
-        settings = {'signals.motor_effort.torque_constant', 'signals.motor_effort.scale'}
-        if 'motor_effort' in blocks and not settings & settled:
-            self._torque_constant(blocks['motor_effort'], 'signals.motor_effort.unit', joint)
+            if 'effort' not in name and 'torque' not in name:
+                self._counts(block, f'signals.{name}.unit', f'signals.{name}', self.kind)
+        if 'motor_effort' in blocks:
+            self._torque_constant(blocks['motor_effort'], 'signals.motor_effort.unit',
+                                  'signals.motor_effort', joint)
 
-    def _torque_constant(self, block: dict[str, Any], where: str, joint: str) -> None:
+    def _counts(self, block: dict[str, Any], where: str, key: str, axis: str) -> None:
+        """Add the resolution of an encoder in counts to its `block`, or ask for it."""
+        if block.get('unit') not in (*COUNTS, *COUNT_RATE) or 'counts_per_rev' in block or any(
+                text.startswith((f'{key}.counts_per_rev=', f'{key}.scale='))
+                for text in self.settings):
+            return
+        if axis == 'prismatic':
+            self._ask('counts', f'{where}: counts, and no length of one in the file',
+                      f'--set {key}.scale=M (m per count)')
+        elif self.answers.counts:
+            block['counts_per_rev'] = self.answers.counts
+        else:
+            self._ask('counts', f'{where}: counts, and no resolution in the file',
+                      f'--counts-per-turn N, or --set {key}.counts_per_rev=N')
+
+    def _torque_constant(self, block: dict[str, Any], where: str, key: str, joint: str) -> None:
         """Add the torque constant of a joint to the `block` of its effort, or ask for it."""
         unit = block.get('unit', '')
         constant = self.constants.get(joint, next(iter(self.constants.values()), None))
-        if unit in {**TORQUE, **FORCE}:
-            if constant is not None:
-                raise InputError(f'--torque-constant: {where}: {unit}, a torque as it is, '
-                                 'expected no constant, or --unit effort=A')
-        elif constant is not None:
+        if unit in {**TORQUE, **FORCE} or any(text.startswith((
+                f'{key}.torque_constant=', f'{key}.scale=')) for text in self.settings):
+            return
+        if constant is not None:
             block['scale' if unit in COUNTS else 'torque_constant'] = constant
+            self.constants_used = True
         elif unit:
             per = 'count' if unit in COUNTS else 'A' if unit in ('A', 'mA') else 'full scale'
             self._ask('constant', f'{where}: {unit}, and no constant in the file that makes it '
-                      f'N m', f'--torque-constant K (N m per {per}, or K1,K2,... of each joint; 1 '
-                      'keeps it, for a model with torque_constant), or --use effort=none')
+                      f'N m (or N)', f'--torque-constant K (N m per {per}, or K1,K2,... of each '
+                      'joint; 1 keeps it, for a model with torque_constant), or --use effort=none')
 
     def _ask(self, topic: str, text: str, option: str) -> None:
         if topic not in {question.topic for question in self.questions}:
@@ -562,7 +572,8 @@ class _Proposal:
             choice, role = by_number.get(k, (None, ''))
             unit = meaning.unit
             if role:
-                usual = SI[self.kind][signal_kind(role).quantity]
+                usual = SI[self._axis(choice) if choice else self.kind][
+                    signal_kind(role).quantity]
                 unit = f'{unit or usual}{"" if meaning.stated else "?"}'
             why = choice.reasons[role] if choice is not None else left.get(
                 k, _no_role(meaning, bool(choices[0].joint), series[k]))
