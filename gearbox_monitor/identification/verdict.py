@@ -27,7 +27,7 @@ from gearbox_monitor.identification.bursts import Burst
 from gearbox_monitor.identification.candidates import (
     CandidateModel, GAINS, NUISANCES, SHAPES, with_effects, ZERO)
 from gearbox_monitor.identification.findings import (
-    EFFECT, Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN)
+    Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN)
 from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.isolability import Separations
 from gearbox_monitor.identification.thresholds import THRESHOLDS

@@ -119,7 +119,7 @@ def test_a_joint_without_a_single_number_is_named(tmp_path):
             for stamp, message in zip(stamps.tolist(), encode_joint_states(
                     stamps, JOINTS, values)):
                 writer.write(topic, stamp, message)
-    log = read_robot_log(tmp_path / 'bag', JOINTS, {}, servo=True)
+    log = read_robot_log(tmp_path / 'bag', JOINTS, {}, no_servo='')
     np.testing.assert_array_equal(log.input['a'], t)
     with pytest.raises(InputError, match='joint b: setpoint: none of 1000 samples is a number'):
         checked_log(log, JOINTS)
