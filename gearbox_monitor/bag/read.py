@@ -62,7 +62,7 @@ def open_bag(path: str | Path) -> 'BagReader':
         files, packed_messages = _files_of(path)
     elif os.path.exists(path):
         files, packed_messages = [path], False
-        if path.is_file() and _is_ros1(path):
+        if is_ros1(path):
             raise InputError(f'{path}: a ROS 1 bag, expected one of ROS 2: gearbox_monitor import '
                              f'{path} NEW converts its joint states')
     else:
@@ -79,7 +79,10 @@ def open_bag(path: str | Path) -> 'BagReader':
     return reader
 
 
-def _is_ros1(path: Path) -> bool:
+def is_ros1(path: Path) -> bool:
+    """Return whether the file `path` is a bag of ROS 1."""
+    if not path.is_file():
+        return False
     try:
         with path.open('rb') as stream:
             return stream.read(len(ROS1)) == ROS1

@@ -27,6 +27,8 @@ import zlib
 import numpy as np
 
 from gearbox_monitor.bag.importer.containers import opened_table
+from gearbox_monitor.bag.importer.mapping import TextFormat
+from gearbox_monitor.bag.importer.text_file import is_number
 from gearbox_monitor.bag.joint_input import find_topic, topics_called
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.balance.robot_log import CURRENT, RawLog, SETPOINT, TORQUE
@@ -96,7 +98,8 @@ def _text_columns(path: Path) -> dict[str, Array]:
             try:
                 rows.append([float(word) if word.strip() else np.nan for word in words])
             except ValueError:
-                wrong = next(i for i, word in enumerate(words) if not _is_number(word))
+                wrong = next(i for i, word in enumerate(words)
+                             if word.strip() and not is_number(word, TextFormat()))
                 raise InputError(f'{path}: line {number}: column {header[wrong]}: '
                                  f'{words[wrong][:30]!r}, expected a number') from None
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
@@ -110,14 +113,6 @@ def _text_columns(path: Path) -> dict[str, Array]:
                          f'{header.count(twice[0])} times, expected once')
     values = np.array(rows, float).reshape(-1, len(header))
     return dict(zip(header, values.T))
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word or 'nan')
-    except ValueError:
-        return False
-    return True
 
 
 def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str],
@@ -178,5 +173,5 @@ def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], no
             good = np.isfinite(x)
             # A servo holds the setpoint until the next one comes.
             row = np.searchsorted(at[good], t, 'right') - 1
-            inputs[joint] = np.where(row >= 0, x[good][np.maximum(row, 0)], np.nan)
+            inputs[joint] = np.concatenate([[np.nan], x[good]])[row + 1]
     return RawLog(path.name, t, position, inputs, SETPOINT, notes=tuple(notes))

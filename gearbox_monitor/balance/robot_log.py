@@ -97,6 +97,10 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
             raise InputError(
                 f'{raw.name}: joint {joint}: no {what}, expected all joints of the model; the log '
                 f'has {", ".join(raw.position) or "none"} (--recorded NAME=LOGNAME maps a name)')
+        for what, column in (('position', raw.position[joint]), (raw.kind, raw.input[joint])):
+            if not np.isfinite(column).any():
+                raise InputError(f'{raw.name}: joint {joint}: {what}: none of {len(column)} '
+                                 'samples is a number, expected numbers')
     values = np.column_stack([raw.position[j] for j in joints] + [raw.input[j] for j in joints])
     good = np.isfinite(values).all(axis=1) & np.isfinite(raw.t)
     notes = list(raw.notes)

@@ -24,7 +24,7 @@ BAG is a bag, or a CSV file with the columns t,u,motor,arm[,arm_torque] (s, N m,
 the arm side; u may be a current, see torque_constant in the model file). Several recordings of one
 drive are diagnosed together. arm_torque, or effort[arm] in the bag, is the known load if the model
 file has arm_load: measured. One of motor and arm is enough: leave the other column out. With a
-controller in the model file, setpoint (rad) takes the place of u, at 50 Hz or more.
+controller in the model file, setpoint (rad) takes the place of u. Rates from 30 Hz to 4 kHz.
 
 usage examples:
   gearbox_monitor diagnose BAG --model drive.yaml

@@ -60,6 +60,9 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
     lines += [line for name in ids_of(data) for line in _meaning(name, model.axis)]
     lines += ['', *_gap(data), *_parameters(data, model), *_ranking(data), *_where(data)]
     lines += _nominal(data, model)
+    slow = [name for name, why in data.get('not_tried', {}).items() if 'samples/s' in why]
+    if slow:
+        lines += _entry('not tried', f'{", ".join(slow)}: {data["not_tried"][slow[0]]}')
     lines += _simulator(data)
     lines += _validation(data, validated, unit)
     lines += [line for warning in data.get('warnings', ()) for line in _entry('note', warning)]

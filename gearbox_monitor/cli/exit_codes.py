@@ -26,7 +26,8 @@ EXIT_CODES = {
     'replay': {0: 'done', 1: 'replayed and recorded estimates differ'},
     'play': {0: 'done, or ended by Ctrl-C'},
     'recover': {0: 'the new bag exists, or none is needed'},
-    'import': {0: 'done', 3: '--guess asks for what the file does not say; nothing is written'},
+    'import': {0: 'done', 3: 'something is asked for that the file does not say; nothing is '
+               'written'},
     'tune': {0: 'done', 1: 'nothing is better than the parameters before, or the torque is worse '
              'than static compensation'},
     'compare': {0: 'done'},

@@ -56,6 +56,12 @@ if TYPE_CHECKING:
     from gearbox_monitor.bag.importer.guess import Answers, Guess
 
 
+OPTIONS: dict[str, Any] = {  # that not all ways of importing use, and their defaults
+    'guess': False, 'set': [], 'joint': None, 'topic': '', 'use': [], 'unit': [],
+    'torque_constant': '', 'counts_per_turn': None, 'columns': '', 'rate': None, 'episode': None,
+    'stamps': 'recorded'}
+
+
 class _Guess(Action):
     """Set the option, with which BAG need not follow."""
 
@@ -117,9 +123,12 @@ def run(args: Namespace) -> int:
     if args.bag is not None and Path(args.bag).exists():
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
     if args.params or args.arm_topic:
+        _refuse_others(args, ('topic',), '--params or --arm-topic', '--topic')
         return _pair(args)
     path = Path(args.file)
     if not args.map and is_bag(path):
+        _refuse_others(args, ('topic', 'joint', 'stamps', 'guess'), 'a bag as FILE',
+                       '--topic, --joint or --stamps')
         if args.bag is None:
             raise InputError(f'{path}: a bag, expected the name of a new bag behind it')
         data = import_bag(path, args.bag, args.topic, args.stamps, args.joint)
@@ -127,6 +136,10 @@ def run(args: Namespace) -> int:
         return _say(args, data, () if one else data['signals'])
     if not args.map and not args.guess:
         raise InputError(f'{path}: no bag, expected --guess or --map MAP')
+    if args.guess:
+        _refuse_others(args, tuple(OPTIONS.keys() - {'topic'}), '--guess', 'it with a bag as FILE')
+    else:
+        _refuse_others(args, ('set',), '--map', '--set KEY=VALUE of the mapping, or --guess')
     path = _file_in(path)
     guess: Guess | None = None
     if args.guess:
@@ -151,6 +164,15 @@ def run(args: Namespace) -> int:
             'signals': signals, 'assumptions': list(guess.assumptions if guess else ()),
             'notes': list(recording.notices)}
     return _say(args, data, mapping.joints)
+
+
+def _refuse_others(args: Namespace, used: Sequence[str], way: str, expected: str) -> None:
+    """Raise InputError: options are stated that this `way` of importing does not use."""
+    stated = [name for name, default in OPTIONS.items()
+              if name not in used and getattr(args, name) != default]
+    if stated:
+        options = ', '.join(f'--{name.replace("_", "-")}' for name in stated)
+        raise InputError(f'{options}: no effect with {way}, expected {expected}')
 
 
 def _file_in(path: Path) -> Path:
@@ -183,10 +205,11 @@ def answers_of(args: Namespace) -> 'Answers':
     except ValueError:
         raise InputError(f'--torque-constant: {args.torque_constant!r}, expected numbers > 0 '
                          'with commas between them') from None
-    for option, values in (('--torque-constant', constants), ('--counts-per-turn', [
-            args.counts_per_turn or 1.0]), ('--rate', [args.rate or 1.0])):
-        if not all(0.0 < value < 1e300 for value in values):
-            raise InputError(f'{option}: {values}, expected > 0')
+    for option, values in (('--torque-constant', constants),
+                           ('--counts-per-turn', [args.counts_per_turn]), ('--rate', [args.rate])):
+        for value in values:
+            if value is not None and not 0.0 < value < 1e300:
+                raise InputError(f'{option}: {value:g}, expected > 0')
     if args.stamps == 'received':
         raise InputError('--stamps received: FILE is no bag, expected recorded or even')
     return Answers(_pairs('--use', args.use), _pairs('--unit', args.unit), constants,

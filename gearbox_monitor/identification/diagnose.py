@@ -34,15 +34,23 @@ from gearbox_monitor.identification.noise_model import MOTION, noise_floor
 from gearbox_monitor.identification.position import diagnose as by_position
 from gearbox_monitor.identification.random_effects import between_recordings
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.torque_between_stamps import is_open, likeliest
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import (
     Explained, LATTICES, location_of, report, Verdict)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
+from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import expect_one_rate, UniformRecording
+
+MOST_READINGS = 3  # of the torque between the stamps, each with the effects of the one before
+# Effects faster than a slow log: what they do within a sample is what its torque is read by.
+UNSEEN_BETWEEN = (ACTUATOR_LAG.id, LUGRE.id)
+SIMPLE = 2         # fits without a second effect by which it is read anew
 
 
 def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
@@ -69,18 +77,23 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     """
     expect_one_rate(recordings)
     recordings = [driven(r, model) for r in recordings]
-    ids = [i for i in chosen_ids(only, exclude)
-           if any(visible(i, model, recording) for recording in recordings)]
+    chosen = chosen_ids(only, exclude)
+    reasons = {i: reason for i in library() if (reason := 'excluded' if i not in chosen else
+                                                hidden_by(i, model, recordings))}
+    ids = [i for i in chosen if i not in reasons]
     if not ids:
         raise InputError('effects: none remains that is visible on this drive and its encoders, '
                          'expected at least one')
     if recordings[0].motor is not None:
-        return by_position.diagnose(recordings, model, ids, exclude, validate, seed,
-                                    Reporter(progress), jobs)
+        return replace(by_position.diagnose(recordings, model, ids, exclude, validate, seed,
+                                            Reporter(progress), jobs), not_tried=reasons)
     evidence, quantum = evidence_of(recordings, model, ids, jobs, Reporter(progress))
     otherwise = read_as_doubted(evidence)
-    decision = decided(evidence, quantum)
+    decision = _decided_between(evidence, quantum)
     notes = [*decision.notes, *doubts(decision, otherwise)]
+    if ACTUATOR_DELAY.id in decision.ids and any(is_open(r, model) for r in recordings):
+        notes.append('a log below 200 Hz tells a delay of the torque only to half a sample, '
+                     f'{0.5e3 * recordings[0].dt:.3g} ms: how it acted between the stamps is open')
     if decision.remains and len(recordings) > 1:
         same = _shown_by_each(decision, [_alone(r, decision.evidence, ids) for r in recordings])
         if same is not None:
@@ -94,7 +107,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         decision = replace(decision, remains=True)
         notes.append(f'readings stand on steps: {excluded[0]}, which is excluded')
     basis = explained(decision, quantum, tuple(n for n in lattices if n in ids))
-    verdict = report(basis, validate, seed, notes)
+    verdict = replace(report(basis, validate, seed, notes), not_tried=reasons)
     if excluded and verdict.verdict == 'unknown':
         place = location_of(excluded[0])
         verdict = replace(verdict, location=place, where={**verdict.where, 'location': place},
@@ -172,6 +185,28 @@ def decided(evidence: Evidence, quantum: Array) -> Decision:
                 'only the held-out windows show the model error: all windows were fitted, so '
                 'gap_after is not from unseen ones; validate with a second recording',))
     return decision
+
+
+def _decided_between(evidence: Evidence, quantum: Array) -> Decision:
+    """Return the decision for the torque between the stamps of slow logs that it finds itself."""
+    if not any(is_open(recording, evidence.model) for recording in evidence.recordings):
+        return decided(evidence, quantum)
+    candidate = evidence.starts.none()
+    read, _ = likeliest(evidence, evaluated(
+        evidence.fine, candidate, candidate.start(), evidence.fine.first_noise))
+    decisions: list[Decision] = []
+    for _ in range(MOST_READINGS):
+        decision = decided(replace(evidence, recordings=read.recordings), quantum)
+        decisions.append(decision)
+        # Two effects may stand in for one and another torque between the stamps.
+        simple = [f for f in decision.fits if len(f.candidate.ids) < 2][:SIMPLE]
+        read, fit = min((likeliest(decision.evidence, f) for f in (decision.fit, *simple)),
+                        key=lambda pair: pair[0].score(pair[1]))
+        gain = decision.evidence.score(decision.fit) - read.score(fit)
+        if gain < (0.0 if fit.candidate.n_effect < decision.fit.candidate.n_effect
+                   else THRESHOLDS.scatter_gain):
+            break
+    return min(decisions, key=lambda d: (d.remains, d.evidence.score(d.fit)))
 
 
 def read_as_doubted(evidence: Evidence) -> dict[int, InnovationFit]:
@@ -338,6 +373,22 @@ def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:
     if not ids:
         raise InputError('effects: none remains, expected at least one')
     return ids
+
+
+def hidden_by(name: str, model: DriveModel, recordings: Sequence[UniformRecording]) -> str:
+    """
+    Return why no recording shows an effect, '' if one does.
+
+    Args:
+        name: id of the effect.
+        model: model of the drive.
+        recordings: of it.
+    """
+    if not any(visible(name, model, recording) for recording in recordings):
+        return 'this drive, its encoders or its model do not show it'
+    if name in UNSEEN_BETWEEN and all(is_open(recording, model) for recording in recordings):
+        return f'{1.0 / recordings[0].dt:.3g} samples/s do not show it'
+    return ''
 
 
 def visible(name: str, model: DriveModel, recording: UniformRecording) -> bool:

@@ -44,6 +44,7 @@ from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.smoothed_windows import likeliest, on_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.torque_between_stamps import is_open, read_for
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.torque_regression import torque_regression, TorqueRegression
 from gearbox_monitor.identification.windows import misfit_of
@@ -59,6 +60,7 @@ WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
 ROUNDS, ITERATIONS = 3, 40
 # s, how long torque that no model explains may last, and iterations of a fit with each.
 LASTING_TIMES, TIME_ITERATIONS = (0.0, 0.1, 0.3, 1.0), 8
+READINGS = 2       # of the torque between the stamps of a slow log
 LEFT = 0.5         # of the torque, that a regression leaves at most
 
 
@@ -115,6 +117,19 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         InputError: names that this drive does not have; Undecided: neither search nor regression
             is a solution.
     """
+    result = _fit(recordings, model, free, validate, seconds, jobs, progress)
+    if any(is_open(recording, model) for recording in recordings):
+        for _ in range(READINGS):  # of the torque between the stamps, by the fit before
+            sigma, _ = noise_floor(concatenated(recordings), model)
+            recordings = read_for(recordings, result.model, sigma)
+            result = _fit(recordings, model, free, validate, seconds, jobs, progress)
+    return result
+
+
+def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequence[str] | None,
+         validate: UniformRecording | None, seconds: float | None, jobs: int,
+         progress: Callable[..., object] | None) -> NominalFit:
+    """Return the fit to recordings as they are read; see fit_nominal."""
     recording = concatenated([driven(r, model) for r in recordings])
     model = stated = model.folded()
     if len(recording.channels) == 1 and model.transmission.kind != 'rigid':

@@ -23,6 +23,7 @@ import math
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import Akima1DInterpolator
 
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import batch
@@ -99,6 +100,28 @@ def shooting_windows(recording: UniformRecording, seconds: float,
     return ShootingWindows(at, length, np.concatenate(begin), np.maximum(0, at + length - lead))
 
 
+def between_stamps(recording: UniformRecording, parts: int) -> Array:
+    """
+    Return the mean torque [N parts] in each part of each sample, N m.
+
+    Args:
+        recording: its torque is held, or with a shift sampled: then it is what is interpolated.
+        parts: of a sample, of equal length.
+    """
+    if recording.shift is None:
+        return np.repeat(np.ascontiguousarray(recording.u, float), parts)
+    means = []
+    for segment in recording.segments:
+        u = recording.u[segment]
+        at = np.arange(len(u))
+        ends = np.clip(np.arange(len(u) * parts + 1) / parts - recording.shift, 0.0, at[-1])
+        # Outside of the stamps the first and the last torque act.
+        total = Akima1DInterpolator(at, u).antiderivative()(ends)
+        beyond = np.arange(len(ends)) / parts - recording.shift - ends
+        means.append(parts * np.diff(total + np.where(beyond < 0.0, u[0], u[-1]) * beyond))
+    return np.concatenate(means)
+
+
 class Simulator:
     """
     Free runs over a Recording for any model.
@@ -126,8 +149,11 @@ class Simulator:
         if recording.arm_torque is not None:
             self.extra[:, 1] = -recording.arm_torque
         self._keep = math.ceil(MAX_SETPOINT_DELAY / self.dt) + 2
-        self._padded = np.concatenate([np.full(self._keep, self.u[0]), self.u])
-        self._joints = [self._keep + cut for cut in recording.cuts[1:]]
+        # A torque that changes within a sample is held for a step of it.
+        self._parts = 1 if recording.shift is None else self.n
+        u, past = between_stamps(recording, self._parts), self._keep * self._parts
+        self._padded = np.concatenate([np.full(past, u[0]), u])
+        self._joints = [past + cut * self._parts for cut in recording.cuts[1:]]
         self._acting: dict[Any, Array] = {}
         self._noise = ProcessNoise(np.zeros((self.n, 4)), np.zeros(4))
 
@@ -136,11 +162,13 @@ class Simulator:
         key = tuple(e[COMMAND_PLACES])
         torque = self._acting.get(key)
         if torque is None:
-            torque = np.empty((len(self.u), self.n))
+            held = self.dt / self._parts
+            torque = np.empty((len(self.u) * self._parts, self.n // self._parts))
             u = self._padded.copy()
             for part in np.split(u, self._joints):  # from one recording to the next nothing moves
-                lead(part, np.array([part[0], part[0], 0.0]), self.dt, e)
-            actuator(u, self._keep, steady_command(self.u[0], e), self.dt, e, torque)
+                lead(part, np.array([part[0], part[0], 0.0]), held, e)
+            actuator(u, self._keep * self._parts, steady_command(self.u[0], e), held, e, torque)
+            torque = torque.reshape(len(self.u), self.n)
             if len(self._acting) > 4:
                 self._acting.clear()
             self._acting[key] = torque

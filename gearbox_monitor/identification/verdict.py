@@ -27,7 +27,7 @@ from gearbox_monitor.identification.bursts import Burst
 from gearbox_monitor.identification.candidates import (
     CandidateModel, GAINS, NUISANCES, SHAPES, with_effects, ZERO)
 from gearbox_monitor.identification.findings import (
-    EFFECT, Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN)
+    Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN)
 from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.isolability import Separations
 from gearbox_monitor.identification.thresholds import THRESHOLDS
@@ -101,7 +101,8 @@ class Verdict:
     The verdict of a diagnosis; docs/diagnose.md explains each field.
 
     model: DriveModel that closes the gap as far as is known; without effect or map, with the
-    values of the model that were estimated along. basis: what the search found.
+    values of the model that were estimated along. basis: what the search found. not_tried {effect:
+    why} of the library.
     """
 
     verdict: str
@@ -137,6 +138,7 @@ class Verdict:
     basis: Explained = field(repr=False)
     nominal_shift: Mapping[str, float] | None = None
     validation: Mapping[str, Any] | None = None
+    not_tried: Mapping[str, str] = field(default_factory=dict)
     between_recordings: Mapping[str, Any] | None = None
 
     @property

@@ -30,8 +30,7 @@ from gearbox_monitor.quality.admission import (
     kind_of, ONE_ENCODER, takes_one_encoder, two_publishers, unstamped)
 from gearbox_monitor.quality.finding import (
     BAD, everything, Finding, Grade, hurts, OK, PURPOSES, WARN)
-from gearbox_monitor.quality.recording import (
-    DIAGNOSIS_RATES, merged, prepare, REPEATED, SETPOINT_RATES)
+from gearbox_monitor.quality.recording import merged, prepare, REPEATED
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 from gearbox_monitor.quality.stamps import StampClock
 from gearbox_monitor.quality.stretch import Segment
@@ -82,12 +81,10 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     samples, unphysical = _physical(samples, clock)
     u, y = samples.u[:, 0], samples.y
     servo = model is not None and model.controller is not None
-    rates = SETPOINT_RATES if servo else DIAGNOSIS_RATES
-    lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap,
-                         parameters.drift_window, rates)
+    lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap, parameters.drift_window)
     lines += publishers + unphysical
     lines += encoders.measured(y, not parameters.arm_joint)
-    lines += stamps.held(clock, y, rates)
+    lines += stamps.held(clock, y)
     part = stretch.stretch(clock, u, y)
     if servo:
         part = replace(part, u=None)

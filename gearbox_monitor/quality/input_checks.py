@@ -32,7 +32,7 @@ from gearbox_monitor.quality import encoders, wiring
 from gearbox_monitor.quality.excitation_checks import reversal_finding, REVERSALS, reversals
 from gearbox_monitor.quality.finding import Finding
 from gearbox_monitor.quality.recording import (
-    DIAGNOSIS_RATES, MIN_DURATION, SETPOINT_RATES, SHORT, UniformRecording)
+    DIAGNOSIS_RATES, HELD_RATE, MIN_DURATION, SHORT, UniformRecording)
 from gearbox_monitor.quality.smoothed_motion import HALF_WIDTHS, SmoothedMotion
 from gearbox_monitor.quality.stamps import held_rows
 from gearbox_monitor.quality.stretch import Segment
@@ -68,7 +68,7 @@ def check(recording: UniformRecording, model: DriveModel) -> list[Finding]:
 
 
 def _problems(recording: UniformRecording, model: DriveModel) -> list[Finding]:
-    problems = _rate_and_length(recording)
+    problems = _rate_and_length(recording, model)
     if problems and problems[0].fatal:
         return problems
     sigma, quantum = noise_levels(recording.y)
@@ -96,13 +96,17 @@ def _problems(recording: UniformRecording, model: DriveModel) -> list[Finding]:
     return problems + limits + _motion(recording, smooth, model)
 
 
-def _rate_and_length(r: UniformRecording) -> list[Finding]:
-    rate, rates = 1.0 / r.dt, DIAGNOSIS_RATES if r.servo_torque is None else SETPOINT_RATES
+def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[Finding]:
+    # The motor's motion is put in by its acceleration, which slow positions do not show.
+    rates = (HELD_RATE if model.driven_by == 'position' else DIAGNOSIS_RATES[0],
+             DIAGNOSIS_RATES[1])
+    rate = 1.0 / r.dt
     rows = max(held_rows(r.y[:, i]) for i in r.channels)
-    if rate / rows < rates[0] * 0.99 <= rate:
+    least = HELD_RATE if r.servo_torque is None else rates[0]
+    if rows > 1 and rate / rows < least * 0.99:
         return [_finding('rate', f'{rate:.4g} samples/s, but positions are held for {rows} rows: '
-                         f'measured at {rate / rows:.4g} Hz, expected {rates[0]:g} to '
-                         f'{rates[1]:g}')]
+                         f'measured at {rate / rows:.4g} Hz, expected {least:g} or more, '
+                         'or one row for each measurement')]
     if not rates[0] * 0.99 <= rate <= rates[1] * 1.01:
         hint = ''
         for unit, factor in (('ms', 1e3), ('us', 1e6), ('ns', 1e9)):

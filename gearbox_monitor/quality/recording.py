@@ -36,8 +36,8 @@ from gearbox_monitor.quality.unphysical import is_uninitialised, physical
 
 MIN_DURATION = 4.0     # s: four windows of the gap metric
 SHORT = 8.0            # s: below it, few windows are left for validation
-DIAGNOSIS_RATES = (200.0, 4000.0)  # Hz
-SETPOINT_RATES = (50.0, 4000.0)  # Hz: a servo's own loop is faster than its log
+DIAGNOSIS_RATES = (30.0, 4000.0)  # Hz
+HELD_RATE = 200.0      # Hz: positions that are held over rows are late, by little from here on
 MAX_REPAIRED = 0.01    # share of samples that may be interpolated
 RATES_ALIKE = 0.1      # relative difference of rates up to which recordings are brought to one
 MAX_RUN = 3            # samples in a row that may be interpolated: below the drive's own periods
@@ -90,7 +90,8 @@ class UniformRecording:
     call it; cuts: first samples of the recordings that were joined to this one; channels: columns
     of y that were measured, the other one is a copy; floor: rad, below which the noise of the
     encoders is not, whatever interpolated readings look like; servo_torque [N] N m: what a servo
-    commands, None without.
+    commands, None without; shift: sample times by which a torque that is sampled acts later, None:
+    it is held from t_k to t_k+1.
 
     If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
     acceleration, whether it moves, and u without its noise. In y then stands u in place of the
@@ -108,6 +109,7 @@ class UniformRecording:
     floor: tuple[float, float] = (0.0, 0.0)
     motor: Array | None = None
     servo_torque: Array | None = None
+    shift: float | None = None
     doubt: Doubt | None = None
 
     def read_otherwise(self, doubt: Doubt) -> 'UniformRecording':
@@ -584,8 +586,10 @@ def concatenated(recordings: Sequence[UniformRecording]) -> UniformRecording:
         return first
     expect_one_rate(recordings)
     sizes = [len(r.u) for r in recordings]
+    shifts = [r.shift for r in recordings if r.shift is not None]
     return replace(
         first, t=np.arange(sum(sizes)) * first.dt,
+        shift=float(np.median(shifts)) if shifts else None,
         u=np.concatenate([r.u for r in recordings]), y=np.concatenate([r.y for r in recordings]),
         arm_torque=None if first.arm_torque is None else np.concatenate(
             [r.arm_torque for r in recordings]),

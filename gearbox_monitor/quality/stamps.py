@@ -21,7 +21,8 @@ from gearbox_monitor.estimation.sample_loop import (
     BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
-from gearbox_monitor.quality.recording import DIAGNOSIS_RATES, MAX_REPAIRED, MIN_DURATION, SHORT
+from gearbox_monitor.quality.recording import (
+    DIAGNOSIS_RATES, HELD_RATE, MAX_REPAIRED, MIN_DURATION, SHORT)
 
 RATES = (100.0, 2000.0)  # Hz, of estimation
 LEAST_RATE = 20.0        # Hz, below it nothing of a drive's motion is left
@@ -139,8 +140,8 @@ def evened(stamps: Integers) -> Integers:
     return increasing
 
 
-def lines(stamps: Integers, clock: StampClock, max_gap: float, drift_window: float,
-          rates: tuple[float, float] = DIAGNOSIS_RATES) -> list[Finding]:
+def lines(stamps: Integers, clock: StampClock, max_gap: float, drift_window: float
+          ) -> list[Finding]:
     """
     Return Lines on stamps int64 [N] ns with their Clock `found`.
 
@@ -151,9 +152,8 @@ def lines(stamps: Integers, clock: StampClock, max_gap: float, drift_window: flo
         clock: usable stamps.
         max_gap: longest dropout that the filter bridges, s.
         drift_window: window of the drift estimate, s.
-        rates: lowest and highest of a diagnosis, Hz.
     """
-    return [_order(stamps, clock, max_gap), _rate_of(1.0 / clock.period, rates),
+    return [_order(stamps, clock, max_gap), _rate_of(1.0 / clock.period),
             _bursts(clock) if clock.burst > 1 else _jitter(clock),
             _gaps(clock, max_gap), length(clock.duration, drift_window)]
 
@@ -192,15 +192,13 @@ def _bursts(clock: StampClock) -> Finding:
         'NEW lays an even grid through them', everything(BAD), {'burst': clock.burst})
 
 
-def held(clock: StampClock, y: Array,
-         rates: tuple[float, float] = DIAGNOSIS_RATES) -> list[Finding]:
+def held(clock: StampClock, y: Array) -> list[Finding]:
     """
     Return findings about positions y [N, 2] (rad) that are repeated between their measurements.
 
     Args:
         clock: usable stamps.
         y: readings as recorded [N, 2], rad; NaN: not measured.
-        rates: lowest and highest of a diagnosis, Hz.
     """
     findings = []
     for name, values in zip(('motor', 'arm'), y[clock.usable].T):
@@ -208,7 +206,7 @@ def held(clock: StampClock, y: Array,
         if rows > 1:
             rate = 1.0 / (rows * clock.period)
             findings.append(replace(
-                _rate_of(rate, rates), group=name, name='held',
+                _rate_of(rate, HELD_RATE), group=name, name='held',
                 figure=f'each value is held for {rows} rows: '
                 f'measured at {rate:.4g} Hz, not at {1.0 / clock.period:.5g} Hz'))
     return findings
@@ -229,16 +227,17 @@ def held_rows(values: Array) -> int:
     return usual
 
 
-def _rate_of(rate: float, rates: tuple[float, float]) -> Finding:
+def _rate_of(rate: float, lowest: float = DIAGNOSIS_RATES[0]) -> Finding:
     estimation = OK if RATES[0] <= rate * 1.01 and rate <= RATES[1] * 1.01 else WARN
     if rate < LEAST_RATE:
         estimation = BAD
-    fits = rates[0] <= rate * 1.01 and rate <= rates[1] * 1.01
+    highest = DIAGNOSIS_RATES[1]
+    fits = lowest <= rate * 1.01 and rate <= highest * 1.01
     spoilt = hurts(estimation, estimation, OK if fits else BAD)
     advice = ''
     if spoilt:
-        advice = (f'record {RATES[0]:g} to {RATES[1]:g} Hz, for diagnose {rates[0]:g} '
-                  f'to {rates[1]:g} Hz')
+        advice = (f'record {RATES[0]:g} to {RATES[1]:g} Hz, for diagnose {lowest:g} '
+                  f'to {highest:g} Hz')
     return Finding(_GROUP, 'rate', f'{rate:.5g} Hz', advice, spoilt, {'rate_hz': rate})
 
 

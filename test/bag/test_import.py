@@ -287,6 +287,17 @@ def test_bad_mapping(tmp_path, capsys, case):
     assert 'map.yaml' in message and expected in message
 
 
+@pytest.mark.parametrize('option', [
+    ('--use', 'arm=x'), ('--unit', 'arm=deg'), ('--torque-constant', '2'), ('--rate', '50'),
+    ('--counts-per-turn', '9'), ('--columns', 't'), ('--episode', '1'), ('--stamps', 'even'),
+    ('--joint', 'a'), ('--topic', 'x')])
+def test_options_that_a_mapping_does_not_use_are_refused(tmp_path, capsys, option):
+    arguments = write(tmp_path / 'r.csv', TEXT_MAP, TEXT + REST)
+    assert main([*arguments, *option]) == 2
+    assert f'{option[0]}: no effect with --map, expected --set' in capsys.readouterr().err
+    assert not (tmp_path / 'bag').exists()
+
+
 def test_bad_paths(tmp_path, capsys):
     arguments = write(tmp_path / 'data', TEXT_MAP, TEXT)
     (tmp_path / 'bag').mkdir()

@@ -23,7 +23,8 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.importer.message_bag import DEFINITIONS, DYNAMIC
+from gearbox_monitor.bag.importer.message_bag import DEFINITIONS
+from gearbox_monitor.bag.importer.message_topics import CONTROLLER, DYNAMIC
 from gearbox_monitor.bag.read import JOINT_STATE, open_bag
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
@@ -37,6 +38,9 @@ JOINTS = ('shoulder', 'elbow')
 Q = np.column_stack([np.sin(2.0 * np.arange(N) / RATE), np.cos(3.0 * np.arange(N) / RATE)])
 STORE = get_typestore(Stores.ROS2_JAZZY)
 MULTI = 'sensor_msgs/msg/MultiDOFJointState'
+OF_CONTROLLER = ('std_msgs/Header header\nstring[] joint_names\n'
+                 'trajectory_msgs/JointTrajectoryPoint reference\n'
+                 'trajectory_msgs/JointTrajectoryPoint feedback\n')
 
 
 def header(stamp):
@@ -96,9 +100,7 @@ def test_states_of_ros2_control_and_setpoints_of_a_controller(tmp_path):
         store.register(get_types_from_msg(text, name))
     state, interface = store.types[DYNAMIC], store.types['control_msgs/msg/InterfaceValue']
     with BagWriter(tmp_path / 'bag') as writer:
-        text = DEFINITIONS[DYNAMIC] + '=' * 80 + '\nMSG: control_msgs/InterfaceValue\n' + \
-            DEFINITIONS['control_msgs/msg/InterfaceValue']
-        writer.add_topic('/dynamic_joint_states', DYNAMIC, text)
+        writer.add_topic('/dynamic_joint_states', DYNAMIC)  # without definition, as many have it
         for k, stamp in enumerate(STAMPS.tolist()):
             values = [interface(['effort', 'position', 'temperature'],
                                 np.array([3.0 * q, q, 30.0])) for q in Q[k]]
@@ -113,6 +115,122 @@ def test_states_of_ros2_control_and_setpoints_of_a_controller(tmp_path):
     found, _ = imported(tmp_path, tmp_path / 'bag', '--joint', 'elbow')
     assert found.names == ('motor', 'arm')
     np.testing.assert_array_equal(found.position[:, 0], Q[:, 1])
+
+
+def publish(path, topics):
+    """Write a bag of joint states, {topic: (joints, position [N, J], stamps)}."""
+    with BagWriter(path) as writer:
+        for topic, (joints, position, stamps) in topics.items():
+            writer.add_topic(topic, JOINT_STATE)
+            for stamp, raw in zip(stamps.tolist(), encode_joint_states(stamps, joints, position)):
+                writer.write(topic, stamp, raw)
+    return path
+
+
+@pytest.mark.parametrize('topics, options, kept', [
+    (('/joint_states', '/joint_commands'), (), '/joint_states'),
+    (('/joint_states', '/joint_commands'), ('--topic', 'joint_commands'), '/joint_commands'),
+    (('/joint_states', '/a/joint_states'), ('--topic', '/a/joint_states'), '/a/joint_states'),
+    (('/r/joint_states', '/r/wrist/transmission_state'), ('--stamps', 'received'),
+     '/r/joint_states'),
+    (('/robot/states', '/joint_setpoints'), (), '/robot/states')])
+def test_one_topic_tells_the_states(tmp_path, capsys, topics, options, kept):
+    publish(tmp_path / 'bag', {name: (JOINTS, Q + k, STAMPS + k)
+                               for k, name in enumerate(topics)})
+    recorded, _ = imported(tmp_path, tmp_path / 'bag', *options)
+    k = topics.index(kept)
+    np.testing.assert_array_equal(recorded.stamp_ns, STAMPS + k)
+    np.testing.assert_array_equal(recorded.position, Q + k)
+    unused = topics[1 - k]
+    notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith('note: ')]
+    assert ('setpoints' in unused) != any(f'{unused}: 2400 messages left out' in note
+                                          for note in notes)
+
+
+@pytest.mark.parametrize('topics, options, says, code', [
+    (('/a/joint_states', '/b/joint_states'), (), '2 topics of joint states, expected one: '
+     '--topic /a/joint_states', 3),
+    (('/sensor', '/goal'), (), '/goal, /sensor: 2 topics of joint states', 3),
+    (('/sensor', '/goal'), ('--topic', 'goals'), '--topic goals: no topic of joints, expected '
+     'one of /goal, /sensor', 2)])
+def test_several_topics_of_states_are_asked_for(tmp_path, capsys, topics, options, says, code):
+    publish(tmp_path / 'bag', {name: (JOINTS, Q, STAMPS) for name in topics})
+    assert main(['import', str(tmp_path / 'bag'), *options, str(tmp_path / 'new')]) == code
+    assert says in capsys.readouterr().err
+    assert not (tmp_path / 'new').exists()
+
+
+def test_an_imported_robot_keeps_its_setpoints(tmp_path):
+    publish(tmp_path / 'bag', {'/joint_states': (JOINTS, Q, STAMPS),
+                               '/joint_setpoints': (JOINTS, 2.0 * Q, STAMPS)})
+    _, topics = imported(tmp_path, tmp_path / 'bag', '--stamps', 'received')
+    assert {name: count for name, (_, count) in topics.items()} == {
+        '/joint_states': N, '/joint_setpoints': N}
+    with open_bag(tmp_path / 'new') as reader:
+        np.testing.assert_array_equal(
+            reader.joint_states('/joint_setpoints', JOINTS).position, 2.0 * Q)
+    (tmp_path / 'new').rename(tmp_path / 'robot')
+    with_setpoint, _ = imported(tmp_path, tmp_path / 'bag', '--joint', 'elbow')
+    assert with_setpoint.names == ('motor', 'arm', 'setpoint')
+    np.testing.assert_array_equal(with_setpoint.position[:, 2], 2.0 * Q[:, 1])
+
+
+def controller_states(writer, topic, positions, setpoints):
+    """Write the states of a controller of JOINTS, `positions` and `setpoints` [N, J]."""
+    text = get_typestore(Stores.ROS2_JAZZY)
+    text.register(get_types_from_msg(OF_CONTROLLER, CONTROLLER))
+    point = text.types['trajectory_msgs/msg/JointTrajectoryPoint']
+    duration = text.types['builtin_interfaces/msg/Duration'](0, 0)
+    none = np.zeros(0)
+    writer.add_topic(topic, CONTROLLER, msgdef=text.generate_msgdef(CONTROLLER, ros_version=2)[0])
+    for stamp, position, setpoint in zip(STAMPS.tolist(), positions, setpoints):
+        message = text.types[CONTROLLER](header(stamp), list(JOINTS), *(
+            point(values, none, none, none, duration) for values in (setpoint, position)))
+        writer.write(topic, stamp, bytes(text.serialize_cdr(message, CONTROLLER)))
+
+
+def test_a_controller_tells_the_setpoints_beside_the_joint_states(tmp_path, capsys):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        for stamp, raw in zip(STAMPS.tolist(), encode_joint_states(STAMPS, JOINTS, Q)):
+            writer.write('/joint_states', stamp, raw)
+        controller_states(writer, '/arm_controller/controller_state', Q + 5.0, 3.0 * Q)
+    recorded, topics = imported(tmp_path, tmp_path / 'bag')
+    np.testing.assert_array_equal(recorded.position, Q)
+    assert topics['/joint_states'][1] == topics['/joint_setpoints'][1] == N
+    assert ('/arm_controller/controller_state: states of shoulder, elbow left out: those of '
+            '/joint_states count') in capsys.readouterr().out
+
+
+def test_two_controllers_of_the_same_joints_are_asked_for(tmp_path, capsys):
+    with BagWriter(tmp_path / 'bag') as writer:
+        for topic in ('/a/controller_state', '/b/controller_state'):
+            controller_states(writer, topic, Q, Q)
+    assert main(['import', str(tmp_path / 'bag'), str(tmp_path / 'new')]) == 3
+    assert '--topic /a/controller_state or --topic /b/controller_state' in capsys.readouterr().err
+    recorded, _ = imported(tmp_path, tmp_path / 'bag', '--topic', '/b/controller_state')
+    np.testing.assert_array_equal(recorded.position, Q)
+
+
+def test_a_joint_without_a_position_leaves_no_bag(tmp_path, capsys):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        for stamp, raw in zip(STAMPS.tolist(), encode_joint_states(
+                STAMPS, JOINTS, np.full(Q.shape, np.nan), velocity=Q)):
+            writer.write('/joint_states', stamp, raw)
+    assert main(['import', str(tmp_path / 'bag'), '--joint', 'elbow', str(tmp_path / 'new')]) == 2
+    assert '--joint elbow: ' in capsys.readouterr().err
+    assert not (tmp_path / 'new').exists()
+
+
+@pytest.mark.parametrize('options, says', [
+    (('--use', 'motor=a', '--rate', '9'), '--use, --rate: no effect with a bag as FILE'),
+    (('--set', 'a=1'), '--set: no effect with a bag as FILE, expected --topic, --joint or'),
+    (('--arm-topic', '/b', '--joint', 'a'), '--joint: no effect with --params or --arm-topic')])
+def test_options_that_a_bag_does_not_use_are_refused(tmp_path, capsys, options, says):
+    publish(tmp_path / 'bag', {'/joint_states': (JOINTS, Q, STAMPS)})
+    assert main(['import', str(tmp_path / 'bag'), *options, str(tmp_path / 'new')]) == 2
+    assert says in capsys.readouterr().err
 
 
 def test_poses_of_bodies_are_refused_by_name(tmp_path, capsys):

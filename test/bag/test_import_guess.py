@@ -161,3 +161,147 @@ def test_what_cannot_be_guessed_is_said_in_one_line(tmp_path, capsys, columns, e
     assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == code
     message = capsys.readouterr().err
     assert message.count('\n') == 1 and expected in message and str(path) in message
+
+
+def robot(path, joints, first=0, effort='i'):
+    """Write a recording of joints with names q_0 and i_0 or q_1 and i_1 and so on."""
+    return csv(path, {'t': T, **{f'{name}_{k + first}': np.roll(values, 100 * k)
+                                 for name, values in (('q', ARM), (effort, TORQUE))
+                                 for k in range(joints)}})
+
+
+@pytest.mark.parametrize('options, constants', [
+    (('--torque-constant', '2'), (2.0, 2.0, 2.0)),
+    (('--torque-constant', '2,3,4'), (2.0, 3.0, 4.0)),
+    (('--joint', '1', '--torque-constant', '2,3,4'), (3.0,)),
+    (('--joint', '1', '--torque-constant', '5'), (5.0,))])
+def test_each_joint_takes_its_own_torque_constant(tmp_path, options, constants):
+    path = robot(tmp_path / 'r.csv', 3)
+    bag = tmp_path / 'bag'
+    assert main(['import', str(path), '--guess', *options, str(bag)]) == 0
+    with open_bag(bag) as reader:
+        names = reader.joint_names('/joint_states')
+        effort = reader.joint_states('/joint_states', names).effort[:, :len(constants)]
+    truth = [np.roll(TORQUE, 100 * int(1 if len(constants) == 1 else k)) * constant
+             for k, constant in enumerate(constants)]
+    np.testing.assert_allclose(np.abs(effort), np.abs(np.column_stack(truth)), atol=1e-9)
+
+
+@pytest.mark.parametrize('options, says', [
+    (('--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of each joint '
+     '(joint_0, joint_1, joint_2)'),
+    (('--joint', '1', '--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of'),
+    (('--torque-constant', '2', '--unit', 'effort=N m'), 'needs one (a torque as it is)')])
+def test_torque_constants_that_fit_no_joints_are_refused(tmp_path, capsys, options, says):
+    path = robot(tmp_path / 'r.csv', 3)
+    assert main(['import', str(path), '--guess', *options, str(tmp_path / 'bag')]) == 2
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('first', (0, 1))
+def test_names_of_joints_in_a_list_count_from_the_first_column(tmp_path, first):
+    path = robot(tmp_path / 'r.csv', 3, first, 'tau')
+    (tmp_path / 'joint_list.txt').write_text('base\nelbow\nwrist\n')
+    guess = guessed_mapping(path)
+    assert {name: block['position']['column'] for name, block in guess.data['joints'].items()} \
+        == {name: f'q_{k + first}' for k, name in enumerate(('base', 'elbow', 'wrist'))}
+
+
+def test_a_role_that_is_stated_needs_no_name_that_tells(tmp_path):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'x1': ARM, 'tau': TORQUE})
+    joints = imported(tmp_path, path, '--guess', '--use', 'position=x1')
+    np.testing.assert_allclose(joints.position[:, 0], ARM, atol=1e-12)
+
+
+@pytest.mark.parametrize('stated, says', [
+    ('position=degs', '--unit position=degs: unknown unit, expected one of rad, mrad, deg'),
+    ('arm=deg', '--unit arm=deg: no such role or column, expected one of time, motor_position, '
+     'motor, position, motor_effort, effort, t, q, tau'),
+    ('Q=deg', '--unit Q=deg: no such role or column')])
+def test_a_unit_of_nothing_is_refused(tmp_path, capsys, stated, says):
+    path = csv(tmp_path / 'r.csv', NAMED)
+    assert main(['import', str(path), '--guess', '--unit', stated, str(tmp_path / 'bag')]) == 2
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('name', ('q', 'position', 'motor', 'motor_position'))
+def test_a_unit_is_stated_by_column_or_role(tmp_path, name):
+    joints = imported(tmp_path, csv(tmp_path / 'r.csv', NAMED), '--guess', '--unit', f'{name}=deg')
+    np.testing.assert_allclose(joints.position[:, 0], np.deg2rad(ARM), atol=1e-12)
+
+
+@pytest.mark.parametrize('options, says', [
+    (('--rate', '0'), '--rate: 0, expected > 0'),
+    (('--rate', 'nan'), '--rate: nan, expected > 0'),
+    (('--counts-per-turn', '0'), '--counts-per-turn: 0, expected > 0'),
+    (('--torque-constant', '0'), '--torque-constant: 0, expected > 0'),
+    (('--counts-per-turn', '4096'), '--counts-per-turn 4096: no signal is in counts'),
+    (('--episode', '2'), '--episode 2: no column tells episodes apart'),
+    (('--use', 'effort=none', '--torque-constant', '2'), 'no effort that needs one (none at all)'),
+    (('--topic', 'x'), '--topic: no effect with --guess'),
+    (('--set', 'time.rate=0'), '--set time.rate=0: expected a number > 0'),
+    (('--set', 'time.rate=1e'), '--set time.rate=1e: expected a number > 0'),
+    (('--set', 'signals.motor_position.counts_per_rev=0'), 'expected a number > 0'),
+    (('--columns', 't,q[0],tau'), '--columns: q[0], expected 1 to 1000'),
+    (('--columns', 't,q[99999999999],tau'), 'expected 1 to 1000')])
+def test_numbers_without_sense_or_effect_are_refused(tmp_path, capsys, options, says):
+    path = csv(tmp_path / 'r.csv', NAMED)
+    assert main(['import', str(path), '--guess', *options, str(tmp_path / 'bag')]) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_two_filtered_positions_are_asked_for(tmp_path, capsys):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'q_filt_a': ARM, 'q_filt_b': np.sin(T ** 2)})
+    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 3
+    assert 'no name tells motor from arm: --use motor=q_filt_a' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('names, start, used', [
+    (('joint_states.csv', 'joint_commands.csv'), 0.0, True),
+    (('run3_state_motor.csv', 'run3_control.csv'), 0.0, True),
+    (('run3_state.csv', 'run4_control.csv'), 0.0, False),
+    (('states.csv', 'commands.csv'), 100.0, False)])
+def test_setpoints_in_a_file_beside_the_states(tmp_path, names, start, used):
+    """Names that differ in words of the vocabulary, the same joints, and the same clock."""
+    path = csv(tmp_path / names[0], {'t [s]': T, **{f'q_{k} [deg]': np.roll(ARM, k)
+                                                   for k in range(3)}})
+    csv(tmp_path / names[1], {'time_ms': 1e3 * (T + start), **{
+        f'q_{k}': 2.0 * np.roll(ARM, k) for k in range(3)}})
+    assert main(['import', str(tmp_path if used else path), '--guess',
+                 str(tmp_path / 'bag')]) == 0
+    with open_bag(tmp_path / 'bag') as reader:
+        assert ('/joint_setpoints' in reader.topics) == used
+        if used:
+            setpoints = reader.joint_states('/joint_setpoints', ['joint_0', 'joint_2'])
+            np.testing.assert_allclose(setpoints.position[:, 1], np.deg2rad(2.0 * np.roll(ARM, 2)),
+                                       atol=1e-12)
+
+
+def test_a_robot_with_prismatic_and_revolute_joints(tmp_path):
+    """Each joint in its own units: deg and N m, mm and N, m and A."""
+    path = csv(tmp_path / 'r.csv', {
+        't': T, 'q_1 [deg]': np.rad2deg(ARM), 'q_2 [mm]': 1e3 * np.roll(ARM, 50),
+        'q_3 [m]': np.roll(ARM, 90), 'tau_1 [Nm]': TORQUE, 'tau_2 [kN]': 1e-3 * TORQUE,
+        'tau_3 [A]': 0.5 * TORQUE})
+    bag = tmp_path / 'bag'
+    assert main(['import', str(path), '--guess', str(bag)]) == 3
+    assert main(['import', str(path), '--guess', '--joint', '3', '--torque-constant', '2',
+                 str(tmp_path / 'third')]) == 0
+    assert main(['import', str(path), '--guess', '--set',
+                 'joints.joint_3.effort.torque_constant=2', str(tmp_path / 'by_key')]) == 0
+    assert main(['import', str(path), '--guess', '--torque-constant', '1,1,2', str(bag)]) == 0
+    with open_bag(bag) as reader:
+        names = reader.joint_names('/joint_states')
+        states = reader.joint_states('/joint_states', names)
+    truth = np.column_stack([ARM, np.roll(ARM, 50), np.roll(ARM, 90)])
+    np.testing.assert_allclose(states.position, truth, atol=1e-9)
+    np.testing.assert_allclose(states.effort, TORQUE[:, None] * np.ones(3), atol=1e-9)
+
+
+def test_counts_of_a_prismatic_axis_are_asked_for(tmp_path, capsys):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'position [counts]': np.round(1e5 * ARM),
+                                    'force [N]': TORQUE})
+    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 3
+    assert '--set signals.motor_position.scale=M (m per count)' in capsys.readouterr().err
+    joints = imported(tmp_path, path, '--guess', '--set', 'signals.motor_position.scale=1e-5')
+    np.testing.assert_allclose(joints.position[:, 0], ARM, atol=6e-6)

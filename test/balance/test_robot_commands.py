@@ -20,6 +20,7 @@ import pytest
 
 from gearbox_monitor.cli.diagnose_robot import OF_ONE_JOINT
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.files.knowledge_file import load_knowledge, save_knowledge
 
@@ -90,6 +91,22 @@ def test_knowledge_survives_its_file_and_is_refused_for_another_model(arm, tmp_p
     (tmp_path / 'bad.knowledge').write_bytes(b'PK\x03\x04 nothing')
     assert diagnose(arm, '--reference', str(tmp_path / 'bad.knowledge')) == 2
     assert 'expected a file that learn wrote' in capsys.readouterr().err
+
+
+def test_a_damaged_file_of_knowledge_is_refused_in_one_line(arm, tmp_path):
+    digest = read_robot(arm / 'robot.urdf').digest
+    whole = (arm / 'arm.knowledge').read_bytes()
+    rng, path, refused = np.random.default_rng(1), tmp_path / 'damaged.knowledge', 0
+    for k in range(150):
+        damaged = bytearray(whole[:len(whole) - int(k % 3 == 0) * int(rng.integers(len(whole)))])
+        for place in rng.integers(0, len(damaged), 3) if len(damaged) else ():
+            damaged[place] ^= int(rng.integers(1, 256))
+        path.write_bytes(damaged)
+        try:
+            load_knowledge(path, digest)
+        except InputError as error:
+            refused += len(error.args) == 1
+    assert refused > 140
 
 
 @pytest.mark.parametrize('options, words', [

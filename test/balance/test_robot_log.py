@@ -18,7 +18,10 @@ import gzip
 import numpy as np
 import pytest
 
+from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.read import JOINT_STATE
 from gearbox_monitor.bag.robot_input import read_robot_log
+from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.balance.robot_log import checked_log, RawLog
 from gearbox_monitor.errors import InputError
 
@@ -101,3 +104,22 @@ def test_bad_tables_are_refused_with_their_place(tmp_path, header, row, words):
     path.write_text(f'{header}\n{row}\n')
     with pytest.raises(InputError, match=words):
         read_robot_log(path, JOINTS, {})
+
+
+def test_a_joint_without_a_single_number_is_named(tmp_path):
+    t = np.arange(0, 10, 0.01)
+    with pytest.raises(InputError, match='joint b: torque: none of 1000 samples is a number'):
+        checked_log(raw(t, input={'a': t, 'b': np.full(len(t), np.nan)}), JOINTS)
+    stamps = np.rint((1.0 + t) * 1e9).astype(np.int64)
+    setpoint = np.column_stack([t, np.full(len(t), np.nan)])
+    with BagWriter(tmp_path / 'bag') as writer:
+        for topic, values in (('/joint_states', np.column_stack([t, t])),
+                              ('/joint_setpoints', setpoint)):
+            writer.add_topic(topic, JOINT_STATE)
+            for stamp, message in zip(stamps.tolist(), encode_joint_states(
+                    stamps, JOINTS, values)):
+                writer.write(topic, stamp, message)
+    log = read_robot_log(tmp_path / 'bag', JOINTS, {}, no_servo='')
+    np.testing.assert_array_equal(log.input['a'], t)
+    with pytest.raises(InputError, match='joint b: setpoint: none of 1000 samples is a number'):
+        checked_log(log, JOINTS)

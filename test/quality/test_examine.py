@@ -188,8 +188,10 @@ def one_way(s):
     (lambda s: stamped(s, lose=0.02), ('stamps', 'gaps'), 'samples (', BAD, ('diagnosis',)),
     (lambda s: stamped(s, hole=150), ('stamps', 'gaps'), '1 restart', WARN, ()),
     (one_way, ('motion', 'gap traversals'), '0 % of the windows', BAD, ('drift',)),
-    (lambda s: changed(s, stamp_ns=T0 + 20 * (s.stamp_ns - T0)), ('stamps', 'rate'), '50 Hz', BAD,
+    (lambda s: changed(s, stamp_ns=T0 + 40 * (s.stamp_ns - T0)), ('stamps', 'rate'), '25 Hz', BAD,
      ('diagnosis',)),
+    (lambda s: changed(s, stamp_ns=T0 + 20 * (s.stamp_ns - T0)), ('stamps', 'rate'), '50 Hz', WARN,
+     ()),
 ])
 def test_what_is_wrong_is_said(sound, spoil, where, words, verdict, spoilt):
     lines, suits = judged(spoil(sound))

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from gearbox_monitor.bag.importer.guess_time import found_time, FoundTime, stated_rate
+from gearbox_monitor.bag.importer.guess_time import found_time, FoundTime
 from gearbox_monitor.bag.importer.guess_units import (
     decoded, effort_sign, relate_encoders, scale_of, velocity_units)
 from gearbox_monitor.bag.importer.header import with_settings
@@ -36,18 +36,20 @@ from gearbox_monitor.bag.importer.layout import Format, recognised_layout, Serie
 from gearbox_monitor.bag.importer.mapping import (
     ImportMapping, mapping_from_dict, signal_kind, SIGNALS)
 from gearbox_monitor.bag.importer.meaning import (
-    EFFORT, joints_of, Meaning, meanings, POSITION, stem_of, VELOCITY,
+    EFFORT, joints_of, Meaning, meanings, POSITION, stem_of, VELOCITY, with_listed_names,
     words_of)
 from gearbox_monitor.bag.importer.roles import (
     Choice, choice_of, Column, is_input, matches, NONE, Question)
 from gearbox_monitor.bag.importer.sibling_file import sibling_setpoints
 from gearbox_monitor.bag.importer.unit_table import (
-    COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, scaled_unit, standard_unit)
+    ANGLE, ANGULAR_SPEED, axis_of, COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, scaled_unit,
+    SPEED, standard_unit, TIME, TORQUE)
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array
 
 COARSE = 100.0  # whole numbers over a wider range are counts
 WIDE = 4.0 * np.pi  # rad: a joint turns less; a wider range without a unit may be degrees
+MOST_JOINTS = 1000  # that q[6] in --columns may stand for
 BLANK = 0.05  # share of empty cells from which on curves have samples of their own
 ROLES = {'motor': 'motor_position', 'arm': 'arm_position', 'position': 'motor_position',
          'velocity': 'motor_velocity', 'effort': 'motor_effort', 'setpoint': 'motor_setpoint',
@@ -149,26 +151,30 @@ class _Proposal:
         self.assumptions: list[str] = []
         self.questions: list[Question] = []
         self.decoding: dict[int, dict[str, Any]] = {}
+        self.constants: dict[str, float] = {}
+        self.constants_used = False
         self.kind = 'rotary'
 
     def guess(self) -> Guess:
         """Return the Guess."""
+        self._require_units()
         time = self._time()
         series = [column for column in self.layout.series if column.label not in time.labels
                   and column.values.dtype.kind in 'iuf' and np.isfinite(column.values).any()]
-        known = [self._with_joint_names(m) for m in meanings(
-            [c.label for c in series], [self._unit_of(c) for c in series])]
+        known = with_listed_names(meanings(
+            [c.label for c in series], [self._unit_of(c) for c in series]), self.layout.joints)
         joints = joints_of(known)
         joint = self._selected(joints)
+        self.constants = self._constants(joints)
         robot = joint is None and len(joints) > 1
         columns = [Column(k, meaning, self._values(k, column, time.t))
                    for k, (column, meaning) in enumerate(zip(series, known))
                    if robot or np.nanmax(column.values) > np.nanmin(column.values)]
-        if not joints:
+        use = self._use(known)
+        if not joints and not any(role.endswith(('_position', '_velocity')) for role in use):
             raise InputError(f'{self.path}: no position or velocity among '
                              f'{", ".join(c.label for c in series)[:200]}, expected a mapping '
                              'file (--map), or --use position=COLUMN')
-        use = self._use(known)
         names = joints if robot else [joint or '']
         choices = [choice_of([c for c in columns if c.meaning.joint == name or not robot and (
             joint is None)], time.t, name, use) for name in names]
@@ -180,18 +186,19 @@ class _Proposal:
                 f'no position or velocity among {", ".join(c.label for c in series)[:200]}'
             raise InputError(f'{self.path}: {what}, expected a motion')
         self._gather(choices)
-        self.kind = 'prismatic' if 'kind=prismatic' in self.settings or any(
-            column.meaning.unit in {**LENGTH, **FORCE} for choice in choices
-            for column in choice.roles.values()) else 'rotary'
+        self._require_used(time, known, choices)
+        axes = {self._axis(choice) for choice in choices}
+        self.kind = 'prismatic' if axes == {'prismatic'} else 'rotary'
         data: dict[str, Any] = {**self.layout.blocks, 'time': time.block, 'kind': self.kind}
         if robot:
-            data['joints'] = {choice.joint: self._of_joint(choice, series, k)
-                              for k, choice in enumerate(choices)}
+            data['joints'] = {choice.joint: self._of_joint(choice, series)
+                              for choice in choices}
         else:
             data['signals'] = self._of_drive(data, choices[0], series, time)
+        self._require_effect(data)
         self._blanks(data, series, choices, time)
-        second = sibling_setpoints(self.path, list(data.get('joints', {})), self.layout.blocks) \
-            if robot else None
+        second = sibling_setpoints(self.path, time, data['joints']) if robot and not any(
+            'setpoint' in joint for joint in data['joints'].values()) else None
         if second is not None:
             data['second_file'] = second
             self.assumptions.append(f'Setpoints: {second["path"]} beside it, on the same clock.')
@@ -210,9 +217,9 @@ class _Proposal:
             raise Undecided(f'{self.path}: {len(series)} columns without names, expected their '
                             "names in order: --columns 't,q[6],dq[6],i[6]' (q[6]: q_1 to q_6; - "
                             'for a column that is not used)')
-        rate = stated_rate(self.settings) or answers.rate
+        rate = self._setting('time.rate') or answers.rate
         if rate is None:
-            units = {name: standard_unit(unit) or unit for name, unit in answers.units.items()}
+            units = {name: standard_unit(unit) for name, unit in answers.units.items()}
             if 'time' in units:
                 units.update({column.label: units['time'] for column in series})
             time = found_time(self.path, series, units, answers.use.get('time', ''))
@@ -230,20 +237,83 @@ class _Proposal:
                                 'expected one, or --rate HZ')
         return FoundTime(np.arange(len(series[0].values)) / rate, {'rate': rate})
 
-    def _with_joint_names(self, meaning: Meaning) -> Meaning:
-        """Return `meaning` with the name of its joint from the file's own list of them."""
-        number = meaning.joint.removeprefix('joint_')
-        labels = self.layout.joints
-        if labels and number.isdigit() and 1 <= int(number) <= len(labels):
-            return replace(meaning, joint=labels[int(number) - 1])
-        return meaning
+    def _constants(self, joints: Sequence[str]) -> dict[str, float]:
+        """Return {joint: its torque constant} as stated. Raises InputError: another number."""
+        constants = self.answers.torque_constants
+        if len(constants) not in (0, 1, len(joints)):
+            names = f' or {len(joints)}, one of each joint ({", ".join(joints)})' \
+                if len(joints) > 1 else ''
+            raise InputError(f'--torque-constant: {len(constants)} constants '
+                             f'({", ".join(f"{constant:g}" for constant in constants)}), expected '
+                             f'1{names}')
+        return dict(zip(joints, constants if len(constants) > 1 else [*constants] * len(joints)))
+
+    def _setting(self, key: str) -> float | None:
+        """Return the number > 0 of a setting KEY=VALUE, None without it. Raises InputError."""
+        value = {text.partition('=')[0]: text.partition('=')[2] for text in self.settings}.get(key)
+        try:
+            number = None if value is None else float(value)
+        except ValueError:
+            number = 0.0
+        if number is not None and not 0.0 < number < 1e300:
+            raise InputError(f'--set {key}={value}: expected a number > 0')
+        return number
+
+    def _require_units(self) -> None:
+        """Raise InputError: an option --unit states what is no unit."""
+        for name, unit in self.answers.units.items():
+            if not standard_unit(unit):
+                raise InputError(f'--unit {name}={unit}: unknown unit, expected one of '
+                                 + ', '.join({**ANGLE, **LENGTH, **ANGULAR_SPEED, **SPEED,
+                                              **COUNTS, **COUNT_RATE, **TORQUE, **FORCE,
+                                              **DRIVE_INPUT, **TIME}))
 
     def _unit_of(self, column: Series) -> str:
-        stated = self.answers.units.get(column.label)
-        if stated is not None and not standard_unit(stated):
-            raise InputError(f'--unit {column.label}={stated}: unknown unit, expected one such as '
-                             'deg, turns, counts, rpm, A or N m')
-        return stated or column.unit
+        """Return the unit of a column as stated by its name, or in the file."""
+        return self.answers.units.get(column.label, column.unit)
+
+    def _stated_unit(self, role: str, column: Column) -> str:
+        """Return the unit of a column in a `role` as the user states it, '' if not."""
+        units = self.answers.units
+        return next((standard_unit(units[name]) for name in (
+            column.meaning.label, stem_of(column.meaning), *_names_of(role)) if name in units), '')
+
+    def _axis(self, choice: Choice) -> str:
+        """Return the axis of a joint, as the units of its columns say."""
+        return axis_of((self._stated_unit(role, column) or column.meaning.unit
+                        for role, column in choice.roles.items()),
+                       'prismatic' if 'kind=prismatic' in self.settings else 'rotary')
+
+    def _require_used(self, time: FoundTime, known: Sequence[Meaning],
+                      choices: Sequence[Choice]) -> None:
+        """Raise InputError: an option --unit names neither a column nor a role that one has."""
+        columns = [*time.labels, *(name for meaning in known for name in (
+            meaning.label, stem_of(meaning)))]
+        roles = [role for choice in choices for role in choice.roles]
+        names = dict.fromkeys(['time'] * bool(time.labels) + [
+            name for role in roles for name in _names_of(role)])
+        for name, unit in self.answers.units.items():
+            if name not in (*columns, *names):
+                raise InputError(f'--unit {name}={unit}: no such role or column, expected one of '
+                                 f'{", ".join((*names, *dict.fromkeys(columns)))[:400]}')
+
+    def _require_effect(self, data: Mapping[str, Any]) -> None:
+        """Raise InputError: a number was stated that no signal and no time of `data` needs."""
+        answers = self.answers
+        signals = data.get('joints', {'': data.get('signals')}).values()
+        blocks = {name: block for joint in signals for name, block in joint.items()}
+        used = {key for joint in signals for block in joint.values() for key in block}
+        if answers.episode is not None and 'segment' not in data['time']:
+            raise InputError(f'--episode {answers.episode}: no column tells episodes apart, '
+                             'expected a recording without this option')
+        if answers.counts and 'counts_per_rev' not in used:
+            raise InputError(f'--counts-per-turn {answers.counts:g}: no signal is in counts, '
+                             'expected --unit position=counts beside it')
+        if answers.torque_constants and not self.constants_used:
+            why = 'a torque as it is' if any('effort' in name for name in blocks) else \
+                'none at all'
+            raise InputError(f'--torque-constant: no effort that needs one ({why}), expected '
+                             '--use effort=COLUMN or --unit effort=A beside it')
 
     def _selected(self, joints: Sequence[str]) -> str | None:
         """Return the joint that is asked for, None for all. Raises InputError: there is none."""
@@ -297,12 +367,8 @@ class _Proposal:
         block: dict[str, Any] = {**own.place, **self.decoding.get(column.number, {})}
         if not np.isfinite(own.values.astype(float)).all():
             block['missing'] = 'nan'
-        quantity = signal_kind(role).quantity
-        unit = column.meaning.unit
-        stated = next((self.answers.units[name] for name in (
-            own.label, stem_of(column.meaning), role, quantity, role.rpartition('_')[2])
-            if name in self.answers.units), '')
-        unit = standard_unit(stated) or unit
+        stated = self._stated_unit(role, column)
+        unit = stated or column.meaning.unit
         if unit:
             block['unit'] = unit
         if column.meaning.scale != 1.0 and not stated:
@@ -317,8 +383,7 @@ class _Proposal:
         values = {role: column.values for role, column in choice.roles.items()}
         for role, column in choice.roles.items():
             self._numbers(role, blocks[role], column, choice)
-            count = next((float(text.partition('=')[2]) for text in self.settings if re.fullmatch(
-                rf'signals\.{role}\.counts_per_rev=[\d.eE+-]+', text)), None)
+            count = self._setting(f'signals.{role}.counts_per_rev')
             if count is not None:
                 blocks[role]['counts_per_rev'] = count
         if {'motor_position', 'arm_position'} <= set(blocks):
@@ -331,14 +396,13 @@ class _Proposal:
         self._note_units({role: column.meaning.label for role, column in choice.roles.items()
                           if 'unit' not in blocks[role]})
         self._setpoint_counts(blocks, values)
-        self._missing_numbers(blocks)
+        self._missing_numbers(blocks, choice.joint)
         order = ('motor_position', 'arm_position')
         return {role: blocks[role] for role in sorted(
             blocks, key=lambda name: (name not in order, name == 'arm_position'))}
 
-    def _of_joint(self, choice: Choice, series: Sequence[Series], number: int
-                  ) -> dict[str, dict[str, Any]]:
-        """Return the blocks of the signals of a robot's joint; `number`: its place, from 0."""
+    def _of_joint(self, choice: Choice, series: Sequence[Series]) -> dict[str, dict[str, Any]]:
+        """Return the blocks of the signals of a robot's joint."""
         blocks: dict[str, dict[str, Any]] = {}
         for name, roles in OF_ROBOT:
             role = next((role for role in roles if role in choice.roles), None)
@@ -346,23 +410,12 @@ class _Proposal:
                 continue
             blocks[name] = self._block(role, choice.roles[role], series)
             self._numbers(name, blocks[name], choice.roles[role], choice)
-            constants = self.answers.torque_constants
-            if name == 'effort' and blocks[name].get('unit') in DRIVE_INPUT:
-                if constants:
-                    blocks[name]['torque_constant'] = float(constants[min(
-                        number, len(constants) - 1)])
-                else:
-                    self._ask('constant', f'{choice.roles[role].meaning.label}: in '
-                              f'{blocks[name]["unit"]}, and no torque constant in the file',
-                              '--torque-constant K1,K2,... (N m per A of each joint; 1 keeps the '
-                              'current, for models that have its torque_constant)')
-            counts = self.answers.counts
-            if blocks[name].get('unit') in (*COUNTS, *COUNT_RATE) and name != 'effort':
-                if counts:
-                    blocks[name]['counts_per_rev'] = counts
-                else:
-                    self._ask('counts', f'{choice.roles[role].meaning.label}: counts, and no '
-                              'resolution in the file', '--counts-per-turn N')
+            if name == 'effort':
+                self._torque_constant(blocks[name], choice.roles[role].meaning.label,
+                                      f'joints.{choice.joint}.effort', choice.joint)
+            if name != 'effort':
+                self._counts(blocks[name], choice.roles[role].meaning.label,
+                             f'joints.{choice.joint}.{name}', self._axis(choice))
         if 'unit' in blocks.get('position', {}) and 'setpoint' in blocks:
             blocks['setpoint'].setdefault('unit', blocks['position']['unit'])
         return blocks
@@ -392,7 +445,8 @@ class _Proposal:
             self.assumptions.append(f'{label}: whole numbers, so counts.')
             return
         alone = not ({'motor_position', 'arm_position'} <= set(choice.roles) and 'motor' in name)
-        if quantity == 'position' and self.kind == 'rotary' and span > WIDE and alone and not any(
+        wide = quantity == 'position' and span > WIDE and self._axis(choice) == 'rotary'
+        if wide and alone and not any(
                 question.topic in ('unit', 'positions') for question in self.questions):
             self._ask('unit', f'{label}: no unit in the file, and its range of {span:.4g} is wide '
                       'for rad', '--unit position=deg (or turns, or rad)')
@@ -436,34 +490,45 @@ class _Proposal:
             self.assumptions.append('The setpoint is in counts of no encoder that is used, so it '
                                     'is left out.')
 
-    def _missing_numbers(self, blocks: dict[str, dict[str, Any]]) -> None:
+    def _missing_numbers(self, blocks: dict[str, dict[str, Any]], joint: str) -> None:
         """Fill in, or ask for, counts per turn and torque constant."""
-        answers = self.answers
-        settled = {text.partition('=')[0] for text in self.settings}
         for name, block in blocks.items():
-            unit = block.get('unit')
-            if unit in (*COUNTS, *COUNT_RATE) and 'counts_per_rev' not in block and (
-                    self.kind == 'rotary' and 'effort' not in name and 'torque' not in name):
-                if answers.counts:
-                    block['counts_per_rev'] = answers.counts
-                elif f'signals.{name}.counts_per_rev' not in settled and \
-                        f'signals.{name}.scale' not in settled:
-                    self._ask('counts', f'signals.{name}.unit: counts, and no resolution in the '
-                              'file', '--counts-per-turn N, or --set signals.'
-                              f'{name}.counts_per_rev=N')
-        effort = blocks.get('motor_effort', {})
-        if effort.get('unit') in {**DRIVE_INPUT, **COUNTS}:
-            if answers.torque_constants:
-                key = 'scale' if effort['unit'] in COUNTS else 'torque_constant'
-                effort[key] = float(answers.torque_constants[0])
-            elif not {'signals.motor_effort.torque_constant',
-                      'signals.motor_effort.scale'} & settled:
-                per = 'count' if effort['unit'] in COUNTS else \
-                    'A' if effort['unit'] in ('A', 'mA') else 'full scale'
-                self._ask('constant', f'signals.motor_effort.unit: {effort["unit"]}, and no '
-                          f'constant in the file that makes it N m', f'--torque-constant K (N m '
-                          f'per {per}; 1 keeps it, for a model with torque_constant), or '
-                          '--use effort=none')
+            if 'effort' not in name and 'torque' not in name:
+                self._counts(block, f'signals.{name}.unit', f'signals.{name}', self.kind)
+        if 'motor_effort' in blocks:
+            self._torque_constant(blocks['motor_effort'], 'signals.motor_effort.unit',
+                                  'signals.motor_effort', joint)
+
+    def _counts(self, block: dict[str, Any], where: str, key: str, axis: str) -> None:
+        """Add the resolution of an encoder in counts to its `block`, or ask for it."""
+        if block.get('unit') not in (*COUNTS, *COUNT_RATE) or 'counts_per_rev' in block or any(
+                text.startswith((f'{key}.counts_per_rev=', f'{key}.scale='))
+                for text in self.settings):
+            return
+        if axis == 'prismatic':
+            self._ask('counts', f'{where}: counts, and no length of one in the file',
+                      f'--set {key}.scale=M (m per count)')
+        elif self.answers.counts:
+            block['counts_per_rev'] = self.answers.counts
+        else:
+            self._ask('counts', f'{where}: counts, and no resolution in the file',
+                      f'--counts-per-turn N, or --set {key}.counts_per_rev=N')
+
+    def _torque_constant(self, block: dict[str, Any], where: str, key: str, joint: str) -> None:
+        """Add the torque constant of a joint to the `block` of its effort, or ask for it."""
+        unit = block.get('unit', '')
+        constant = self.constants.get(joint, next(iter(self.constants.values()), None))
+        if unit in {**TORQUE, **FORCE} or any(text.startswith((
+                f'{key}.torque_constant=', f'{key}.scale=')) for text in self.settings):
+            return
+        if constant is not None:
+            block['scale' if unit in COUNTS else 'torque_constant'] = constant
+            self.constants_used = True
+        elif unit:
+            per = 'count' if unit in COUNTS else 'A' if unit in ('A', 'mA') else 'full scale'
+            self._ask('constant', f'{where}: {unit}, and no constant in the file that makes it '
+                      f'N m (or N)', f'--torque-constant K (N m per {per}, or K1,K2,... of each '
+                      'joint; 1 keeps it, for a model with torque_constant), or --use effort=none')
 
     def _ask(self, topic: str, text: str, option: str) -> None:
         if topic not in {question.topic for question in self.questions}:
@@ -507,7 +572,8 @@ class _Proposal:
             choice, role = by_number.get(k, (None, ''))
             unit = meaning.unit
             if role:
-                usual = SI[self.kind][signal_kind(role).quantity]
+                usual = SI[self._axis(choice) if choice else self.kind][
+                    signal_kind(role).quantity]
                 unit = f'{unit or usual}{"" if meaning.stated else "?"}'
             why = choice.reasons[role] if choice is not None else left.get(
                 k, _no_role(meaning, bool(choices[0].joint), series[k]))
@@ -517,6 +583,11 @@ class _Proposal:
             name = labels[0] if len(labels) == 1 else f'{labels[0]} ... {labels[-1]}'
             rows.append(TableRow(name, role, unit, why))
         return rows
+
+
+def _names_of(role: str) -> list[str]:
+    """Return what --unit may call a role, the most special name first."""
+    return [role, *(name for name in ROLES if ROLES[name] == role), signal_kind(role).quantity]
 
 
 def _alike(why: str, meaning: Meaning) -> str:
@@ -546,6 +617,8 @@ def _renamed(path: Path, layout: Format, columns: str) -> Format:
     names: list[str] = []
     for part in re.split(r',(?![^\[]*\])', columns):
         match = re.fullmatch(r'\s*(.*?)\[(\d+)\]\s*(.*?)\s*', part)
+        if match and not 1 <= int(match[2]) <= MOST_JOINTS:
+            raise InputError(f'--columns: {part.strip()}, expected 1 to {MOST_JOINTS} in brackets')
         names += [f'{match[1]}_{k + 1} {match[3]}'.strip() for k in range(int(match[2]))] \
             if match else [part.strip()]
     if len(names) != len(layout.series):

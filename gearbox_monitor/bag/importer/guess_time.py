@@ -14,9 +14,8 @@
 
 """The column, or the two columns, that hold the time of a recording, and the unit they are in."""
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
-import re
 from typing import Any
 
 import numpy as np
@@ -43,7 +42,7 @@ class FoundTime:
     """
     Times [N] in s from 0, their block of the mapping, the labels of their columns and remarks.
 
-    column: None where a rate stands in for it.
+    column: None where a rate stands in for it. start: first time on the recording's own clock, s.
     """
 
     t: Array
@@ -51,7 +50,12 @@ class FoundTime:
     labels: tuple[str, ...] = ()
     column: Series | None = None
     remarks: tuple[str, ...] = ()
-    others: tuple[str, ...] = field(default_factory=tuple)
+    start: float = 0.0
+
+    @property
+    def end(self) -> float:
+        """Return the last time on the recording's own clock, s."""
+        return self.start + float(self.t[-1])
 
 
 def found_time(path: str | Path, series: Sequence[Series], units: Mapping[str, str],
@@ -87,7 +91,7 @@ def found_time(path: str | Path, series: Sequence[Series], units: Mapping[str, s
         if this is None:
             continue
         if found is not None:
-            return FoundTime(found.t, found.block, found.labels, found.column, (
+            return replace(found, remarks=(
                 *found.remarks, f'{column.label}: another time, not used.'))
         found = this
     return found
@@ -147,7 +151,7 @@ def _as_time(path: str | Path, column: Series, series: Sequence[Series], stated:
         shift = np.zeros(len(stamps))
         shift[1:][starts] = -np.diff(stamps)[starts] + 1e9
         t = (stamps - stamps[0] + np.cumsum(shift)) * 1e-9
-        return FoundTime(t, block, labels, column, tuple(remarks))
+        return FoundTime(t, block, labels, column, tuple(remarks), float(stamps[0]) * 1e-9)
     return None
 
 
@@ -198,9 +202,3 @@ def _policies(stamps: Array, starts: Flags, is_named: bool) -> dict[str, Any] | 
     if stamps[0] >= EPOCH:
         extra['start_stamp_ns'] = 'recorded'
     return extra
-
-
-def stated_rate(settings: Sequence[str]) -> float | None:
-    """Return the rate that 'time.rate=HZ' among `settings` states, None without one."""
-    return next((float(text.partition('=')[2]) for text in settings
-                 if re.fullmatch(r'time\.rate=[\d.eE+-]+', text)), None)

@@ -27,7 +27,7 @@ import yaml
 
 from gearbox_monitor.bag.importer.header import (
     header_references, header_values, with_header, with_settings)
-from gearbox_monitor.bag.importer.unit_table import TIME, TURN, unit_factor
+from gearbox_monitor.bag.importer.unit_table import axis_of, TIME, TURN, unit_factor
 from gearbox_monitor.errors import InputError, Problems, unknown
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
@@ -302,9 +302,11 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
     with problems:
         values['time'] = _time(data['time'], source, kind)
     values['signals'] = {}
-    for name, block in _blocks(data, needed, source, problems).items():
+    blocks = _blocks(data, needed, source, problems)
+    for name, block in blocks.items():
         with problems:
-            values['signals'][name] = _signal(name, block, source, kind, values['kind'])
+            values['signals'][name] = _signal(name, block, source, kind,
+                                              _axis_of_signal(name, blocks, values['kind']))
     if needed == 'joints' and isinstance(data['joints'], dict):
         values['joints'] = tuple(map(str, data['joints']))
         if 'gear_ratio' in data:
@@ -319,6 +321,14 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
                          'or both, or a velocity')
     return ImportMapping(source=source, yaml_text=text, data=original, references=references,
                          **values)
+
+
+def _axis_of_signal(name: str, blocks: Mapping[str, Any], kind: str) -> str:
+    """Return the axis of a signal: of a drive `kind`, of a robot what its joint's units say."""
+    joint, colon, _ = name.rpartition(':')
+    return axis_of((str(block['unit']) for other, block in blocks.items()
+                    if other.rpartition(':')[0] == joint and isinstance(block, dict)
+                    and 'unit' in block), kind) if colon else kind
 
 
 def _blocks(data: Mapping[str, Any], key: str, source: str, problems: Problems) -> dict[str, Any]:

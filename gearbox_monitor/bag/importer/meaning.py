@@ -339,6 +339,17 @@ def _joint_name(label: str, key: Sequence[str]) -> str:
     return '_'.join(key)
 
 
+def with_listed_names(columns: Sequence[Meaning], names: Sequence[str]) -> list[Meaning]:
+    """Return `columns` with the `names` that a file lists in place of the numbers of joints."""
+    numbers = {column.joint: int(column.joint.removeprefix('joint_')) for column in columns
+               if column.joint.removeprefix('joint_').isdigit()}
+    first = min(1, *numbers.values()) if numbers else 1  # columns count from 0 or from 1
+    if not numbers or max(numbers.values()) - first >= len(names):
+        return list(columns)
+    return [replace(column, joint=names[numbers[column.joint] - first])
+            if column.joint in numbers else column for column in columns]
+
+
 def joints_of(columns: Sequence[Meaning]) -> list[str]:
     """Return the joints that have a position or velocity, in order of appearance."""
     return list(dict.fromkeys(column.joint for column in columns

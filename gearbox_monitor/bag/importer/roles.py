@@ -149,7 +149,7 @@ def choice_of(columns: Sequence[Column], t: Array, joint: str, use: Mapping[str,
     position = next((choice.roles[role] for role in ('motor_position', 'arm_position')
                      if role in choice.roles), None)
     if position is None and choice.questions:  # any of them shows what is an effort
-        position = next(iter(_kind(columns, POSITION, MEASURED, '')))
+        position = next(iter(_kind(columns, POSITION, MEASURED, '', FILTERED)), None)
     motion = None if position is None else motion_of(t, position.values)
     _velocities(choice, columns, motion)
     if motion is None and 'motor_velocity' in choice.roles:

@@ -12,58 +12,86 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The setpoints of a robot in a file of their own, beside that of its states."""
-from collections.abc import Mapping, Sequence
+"""
+The setpoints of a robot in a file of their own, beside that of its states.
+
+The names of both differ only in words of the vocabulary (`meaning`): 'run3_state_motor.csv' and
+'run3_control.csv', 'joint_states.csv' and 'joint_commands.csv'. Both have the same clock.
+"""
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gearbox_monitor.bag.importer.guess_time import found_time, FoundTime
 from gearbox_monitor.bag.importer.layout import recognised_layout
+from gearbox_monitor.bag.importer.meaning import (
+    Meaning, meaning_of, meanings, POSITION, SETPOINT, with_listed_names)
 from gearbox_monitor.errors import InputError
 
-PAIRS = (('state_motor', 'control'), ('states', 'commands'), ('state', 'command'),
-         ('state', 'control'))
+TABLES = ('.csv', '.csv.gz', '.parquet', '.npz', '.txt')
+OVERLAP = 0.5  # of the time of the states, in which setpoints of the same run stand
 
 
-def sibling_setpoints(path: Path, joints: Sequence[str], blocks: Mapping[str, Any]
+def setpoint_files(path: Path) -> list[Path]:
+    """Return the files whose names call them setpoints of the run in `path`."""
+    own = _name(path)
+    return [] if own.source == SETPOINT else sorted(
+        other for other in path.parent.iterdir()
+        if other.suffixes == path.suffixes and _name(other).source == SETPOINT
+        and _name(other).joint == own.joint)
+
+
+def _name(path: Path) -> Meaning:
+    """Return the Meaning of a file's name, whose `joint` is the words that tell runs apart."""
+    return meaning_of(path.name.partition('.')[0])
+
+
+def sibling_setpoints(path: Path, time: FoundTime, states: Mapping[str, Mapping[str, Any]]
                       ) -> dict[str, Any] | None:
     """
     Return the block second_file of a mapping, None where no setpoints stand beside `path`.
 
     Args:
-        path: of the states, '..._state_motor.csv' beside '..._control.csv'.
-        joints: of the robot, in the order of its lists.
-        blocks: of the mapping that describe the format.
+        path: of the states.
+        time: of the states.
+        states: {joint: {quantity: block of the mapping}} of the states.
     """
-    for states, commands in PAIRS:
-        if states not in path.name:
-            continue
-        beside = path.with_name(path.name.replace(states, commands))
-        if beside == path or not beside.is_file():
-            continue
-        try:
-            series = recognised_layout(beside).series
-        except InputError:
-            continue
-        columns = [column for column in series if str(column.label).partition('.')[0] in (
-            'positions', 'position', 'q', 'joint_positions')]
-        time = next((column for column in series if column.label in (
-            'timestamp', 'time', 't')), None)
-        if time is None or len(columns) != len(joints):
-            continue
-        return {'path': beside.name, 'lag': 0.0, **blocks,
-                'time': {**time.place, 'unit': 'us'}, 'joints': {
-                    joint: {'setpoint': dict(column.place)}
-                    for joint, column in zip(joints, columns)}}
-    return None
+    blocks = [block for other in setpoint_files(path)
+              if (block := _setpoints_in(other, time, states)) is not None]
+    return blocks[0] if len(blocks) == 1 else None
+
+
+def _setpoints_in(path: Path, time: FoundTime, states: Mapping[str, Mapping[str, Any]]
+                  ) -> dict[str, Any] | None:
+    """Return the block second_file for the file `path`, None: it has other joints or times."""
+    try:
+        layout = recognised_layout(path)
+    except InputError:
+        return None
+    own = found_time(path, layout.series, {})
+    if own is None or time.column is None or min(own.end, time.end) - max(
+            own.start, time.start) < OVERLAP * (time.end - time.start):
+        return None
+    series = [column for column in layout.series if column.label not in own.labels]
+    setpoints = {meaning.joint: column for meaning, column in zip(with_listed_names(meanings(
+        [c.label for c in series], [c.unit for c in series]), layout.joints), series)
+        if meaning.quantity == POSITION}
+    if set(setpoints) != set(states):
+        return None
+    blocks = {}
+    for joint, column in setpoints.items():
+        alike = {key: value for key, value in states[joint].get('position', {}).items()
+                 if key in ('unit', 'scale', 'counts_per_rev')}
+        blocks[joint] = {'setpoint': {**column.place, **(
+            {'unit': column.unit} if column.unit else alike)}}
+    return {'path': path.name, 'lag': 0.0, **layout.blocks, 'time': own.block, 'joints': blocks}
 
 
 def state_files(folder: Path) -> list[Path]:
-    """Return the recordings in a folder: '*state_motor*', those of a data set, or all tables."""
-    states = sorted(file for file in folder.iterdir() if 'state_motor' in file.name)
-    if states:
-        return states
+    """Return the recordings in a folder: episodes, those with setpoints beside, or all tables."""
     episodes = sorted(folder.glob('data/**/*.parquet'))
     if episodes:
         return episodes
-    return sorted(file for file in folder.iterdir() if file.is_file() and file.name.endswith(
-        ('.csv', '.csv.gz', '.parquet', '.npz', '.txt')))
+    tables = sorted(file for file in folder.iterdir()
+                    if file.is_file() and file.name.endswith(TABLES))
+    return [file for file in tables if setpoint_files(file)] or tables

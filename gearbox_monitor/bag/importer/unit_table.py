@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Units of recordings and their factors to SI: a table of what drives and sensors write."""
+from collections.abc import Iterable
 from itertools import chain
 import math
 import re
@@ -95,6 +96,16 @@ def unit_of_label(label: str) -> str:
     # Single letters after an underscore are indices more often than units.
     ending = re.search(r'[_ /-]([A-Za-z%°]{2,})$', label)
     return standard_unit(ending[1]) if ending else ''
+
+
+def axis_of(units: Iterable[str], otherwise: str) -> str:
+    """Return 'rotary' or 'prismatic', as one of the `units` says; `otherwise` where none does."""
+    for unit in map(standard_unit, units):
+        if unit in {**LENGTH, **SPEED, **FORCE}:
+            return 'prismatic'
+        if unit in {**ANGLE, **ANGULAR_SPEED, **TORQUE}:
+            return 'rotary'
+    return otherwise
 
 
 def unit_factor(unit: str, quantity: str, axis: str) -> tuple[float, bool]:

@@ -1,0 +1,94 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+How the torque acted between the stamps of a slow log, which its readings have to tell.
+
+A controller as slow as the log holds its torque from stamp to stamp. One that is faster has moved
+on: the log holds samples of its torque, which act later by up to half of the controller's period.
+"""
+from collections.abc import Sequence
+from dataclasses import replace
+
+from scipy.optimize import minimize_scalar
+
+from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.recording import UniformRecording
+
+SLOW = 198.0  # Hz: from 200 on, less what stamps wander, half a sample is within other tolerances
+ITERATIONS = 8  # of a fit to recordings that are read in another way
+TURNS = 6  # of reading and fitting
+LEAST_GAIN = 1.0  # of a turn, in BIC
+NEAR = 0.1  # relative: values of a model that was fitted to recordings read in another way
+LATEST = 0.5  # sample times by which a torque that was sampled acts later at most
+
+
+def is_open(recording: UniformRecording, model: DriveModel) -> bool:
+    """Return whether a log leaves open how its torque acted between the stamps."""
+    return (recording.dt * SLOW > 1.0 and model.controller is None
+            and model.driven_by == 'torque')
+
+
+def likeliest(evidence: Evidence, fit: InnovationFit) -> tuple[Evidence, InnovationFit]:
+    """
+    Return (the recordings, read so that `fit` is likeliest; `fit`, fitted to them as read so).
+
+    Args:
+        evidence: the recordings, as they were read for `fit`.
+        fit: of one model to all of them.
+    """
+    for _ in range(TURNS):
+        before = evidence.score(fit)
+        read = replace(evidence, recordings=tuple(
+            _read(evidence, fit, number) for number in range(len(evidence.recordings))))
+        again = fitted(read.fine, fit, ITERATIONS)
+        if read.score(again) > before - LEAST_GAIN:
+            break
+        evidence, fit = read, again
+    return evidence, fit
+
+
+def read_for(recordings: Sequence[UniformRecording], model: DriveModel, sigma: Array
+             ) -> tuple[UniformRecording, ...]:
+    """
+    Return recordings, read so that `model` is likeliest, its values fitted along.
+
+    Args:
+        recordings: of the drive.
+        model: of it.
+        sigma: noise of the encoders [2], rad.
+    """
+    evidence = Evidence(tuple(recordings), replace(model, tolerance=NEAR), sigma, ())
+    candidate = evidence.starts.none()
+    read, _ = likeliest(evidence, evaluated(
+        evidence.fine, candidate, candidate.start(), evidence.fine.first_noise))
+    return read.recordings
+
+
+def _read(evidence: Evidence, fit: InnovationFit, number: int) -> UniformRecording:
+    """Return one of the recordings, read so that `fit` as it stands is likeliest."""
+    recording, model = evidence.recordings[number], fit.candidate.model(fit.z)
+    if not is_open(recording, evidence.model):
+        return recording
+
+    def _deviance(shift: float | None) -> float:
+        part = replace(evidence, recordings=(replace(recording, shift=shift),))
+        return float(part.fine.run(model, fit.torque).deviance)
+    sampled = minimize_scalar(_deviance, bounds=(0.0, LATEST), method='bounded',
+                              options={'xatol': 2e-3})
+    return replace(recording, shift=None if _deviance(None) <= sampled.fun
+                   else float(sampled.x))
