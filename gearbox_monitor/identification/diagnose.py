@@ -47,10 +47,10 @@ from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import expect_one_rate, UniformRecording
 
-MOST_READINGS = 3  # of the torque between the stamps, each with the effects of the one before
+MOST_READINGS = 3  # of the torque between the stamps, each with the effects of the previous one
 # Effects faster than a slow log: what they do within a sample is what its torque is read by.
 UNSEEN_BETWEEN = (ACTUATOR_LAG.id, LUGRE.id)
-SIMPLE = 2         # fits without a second effect by which it is read anew
+SIMPLE = 2         # fits without a second effect by which it is read again
 
 
 def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,

@@ -311,7 +311,7 @@ class _Proposal:
                              'expected --unit position=counts beside it')
         if answers.torque_constants and not self.constants_used:
             why = 'a torque as it is' if any('effort' in name for name in blocks) else \
-                'none at all'
+                'it has no effort'
             raise InputError(f'--torque-constant: no effort that needs one ({why}), expected '
                              '--use effort=COLUMN or --unit effort=A beside it')
 

@@ -17,7 +17,7 @@ Joint states of bags of other robots: ROS 1 bags, and messages of ros2_control.
 
 All become sensor_msgs/JointState, setpoints on a topic of their own. Messages that name other
 joints than those of another publisher stay apart. Of one joint one topic tells the state, and one
-the setpoint; what is left out is said.
+the setpoint; the notes list the others.
 """
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
