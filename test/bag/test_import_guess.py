@@ -237,7 +237,7 @@ def test_a_unit_is_stated_by_column_or_role(tmp_path, name):
     (('--torque-constant', '0'), '--torque-constant: 0, expected > 0'),
     (('--counts-per-turn', '4096'), '--counts-per-turn 4096: no signal is in counts'),
     (('--episode', '2'), '--episode 2: no column tells episodes apart'),
-    (('--use', 'effort=none', '--torque-constant', '2'), 'no effort that needs one (none at all)'),
+    (('--use', 'effort=none', '--torque-constant', '2'), 'no effort that needs one (it has no effort)'),
     (('--topic', 'x'), '--topic: no effect with --guess'),
     (('--set', 'time.rate=0'), '--set time.rate=0: expected a number > 0'),
     (('--set', 'time.rate=1e'), '--set time.rate=1e: expected a number > 0'),
