@@ -797,6 +797,8 @@ def _steps(drive: MjcfDrive) -> dict[str, Any]:
                          'solimpfriction differ, expected one law of friction for both')
     integrator = mujoco_module().mjtIntegrator(drive.compiled.opt.integrator).name
     name = integrator.removeprefix('mjINT_').lower()
+    if name == 'euler' and disabled(drive.compiled, 'EULERDAMP'):
+        name = 'explicit_euler'
     return {'friction_law': {'kind': law.kind, 'solref': law.solref, 'solimp': law.solimp},
             'timestep': drive.timestep, 'integrator': INTEGRATOR_OF.get(name, name)}
 

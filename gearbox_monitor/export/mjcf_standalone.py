@@ -31,7 +31,8 @@ G = 9.81            # m/s^2, default of MuJoCo
 LENGTH = 0.1        # m, largest distance of the centre of mass from the joint
 LEAST_MASS = 1.0    # kg
 ROTOR = 0.01        # of the motor's inertia: that of its body, the rest is armature
-INTEGRATORS = {'rk4': 'RK4', 'euler': 'Euler', 'implicitfast': 'implicitfast'}
+INTEGRATORS = {'rk4': 'RK4', 'euler': 'Euler', 'implicitfast': 'implicitfast',
+               'explicit_euler': 'Euler'}
 TIMESTEP = 0.0005   # s, where the model states none
 
 
@@ -67,6 +68,8 @@ def _plain(model: DriveModel, values: MjcfValues, names: tuple[str, str | None])
     """Return a file with the inertias of a drive; all else is left to the patch."""
     kind = 'slide' if model.axis == 'prismatic' else 'hinge'
     integrator = INTEGRATORS[model.integrator] if model.timestep else 'implicitfast'
+    flag = '/>' if model.integrator != 'explicit_euler' else (
+        '>\n    <flag eulerdamp="disable"/>\n  </option>')
     joint = f'type="{kind}" axis="{"1 0 0" if kind == "slide" else "0 1 0"}"'
     motor, arm = names
     if arm is None:
@@ -94,7 +97,7 @@ def _plain(model: DriveModel, values: MjcfValues, names: tuple[str, str | None])
     return f"""\
 <mujoco model="drive">
   <compiler angle="radian"/>
-  <option timestep="{number(model.timestep or TIMESTEP)}" integrator="{integrator}"/>
+  <option timestep="{number(model.timestep or TIMESTEP)}" integrator="{integrator}"{flag}
   <worldbody>
 {bodies}  </worldbody>
 {tendon}  <actuator>

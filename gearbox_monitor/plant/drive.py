@@ -48,8 +48,8 @@ from gearbox_monitor.plant.effects.arm_side import ARM_VISCOUS, GRAVITY
 from gearbox_monitor.plant.effects.effect import AtRest, MAX_SERVO_DELAY
 from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.plant.friction_law import (
-    ATAN, FrictionLaw, holding, IMPLICITFAST, INTEGRATORS, LAWS, RK4, side, side_slope, TANH,
-    TWO_OVER_PI)
+    ATAN, EXPLICIT_EULER, FrictionLaw, holding, IMPLICITFAST, INTEGRATORS, LAWS, RK4, side,
+    side_slope, TANH, TWO_OVER_PI)
 from gearbox_monitor.plant.transmission import KINDS, RIGID
 from gearbox_monitor.plant.units import on_axis
 
@@ -767,7 +767,8 @@ def braked(h: float, damper: float, p: Array) -> tuple[float, float]:
     """
     Return by which factors linear damping at its end changes accelerations in a step.
 
-    MuJoCo's Euler has that of the joints there, its implicitfast all of a joint.
+    MuJoCo's Euler has that of the joints there, its implicitfast all of a joint, and its Euler
+    without eulerdamp none.
 
     Args:
         h: length of the step, s.
@@ -779,6 +780,8 @@ def braked(h: float, damper: float, p: Array) -> tuple[float, float]:
     """
     if p[INTEGRATOR] == RK4:
         return 0.0, 0.0
+    if p[INTEGRATOR] == EXPLICIT_EULER:
+        return 1.0, 1.0
     motor, arm = p[CV], p[CAV]
     if p[INTEGRATOR] == IMPLICITFAST:
         motor, arm = motor + p[D] + damper, arm + p[D]

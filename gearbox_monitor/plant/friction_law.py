@@ -34,8 +34,9 @@ from gearbox_monitor.kernels.jit import jit_inline
 TWO_OVER_PI = 2.0 / math.pi
 LAWS = ('atan', 'tanh', 'mujoco', 'physx', 'ode')
 ATAN, TANH, MUJOCO, PHYSX, ODE = range(len(LAWS))
-INTEGRATORS = ('rk4', 'euler', 'implicitfast')  # of steps; the latter two as MuJoCo has them
-RK4, EULER, IMPLICITFAST = range(len(INTEGRATORS))
+# Of steps; the others as MuJoCo has them: explicit_euler is its Euler without eulerdamp.
+INTEGRATORS = ('rk4', 'euler', 'implicitfast', 'explicit_euler')
+RK4, EULER, IMPLICITFAST, EXPLICIT_EULER = range(len(INTEGRATORS))
 IMPEDANCES = (1e-4, 0.9999)  # between which MuJoCo keeps them
 FAR = 20.0  # from where on tanh is 1
 

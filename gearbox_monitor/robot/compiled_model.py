@@ -30,6 +30,7 @@ from gearbox_monitor.kernels.types import Array, Flags
 
 READ, REFUSED, IRRELEVANT = KINDS = ('read', 'refused', 'irrelevant')
 SAME = 1e-9        # relative: what differs by less is equal
+LINE_SEARCH = 10   # steps; fewer stop before frictionloss holds: off by mrad (robot_files.py)
 DRAG = 1e-3        # largest share of an inertia that a timestep of explicit damping may be
 WITHOUT_STATE = 0  # activations of an actuator
 
@@ -113,18 +114,18 @@ DECISIONS: dict[str, Decision] = {
     **_decided(IRRELEVANT, 'of constraints that are refused', 'eq_data eq_solref eq_solimp'),
     **_decided(REFUSED, 'deformable bodies', 'nflex'),
     # the options
-    **_decided(READ, 'steps', 'opt.timestep opt.integrator'),
+    **_decided(READ, 'steps', 'opt.timestep opt.integrator disable.EULERDAMP'),
     **_decided(READ, 'switches of forces', (
         'disable.CONSTRAINT disable.EQUALITY disable.FRICTIONLOSS disable.SPRING disable.DAMPER '
         'disable.GRAVITY disable.CLAMPCTRL disable.ACTUATION disable.REFSAFE enable.DIAGEXACT')),
     **_decided(REFUSED, 'a medium that brakes bodies', 'opt.density opt.viscosity'),
     **_decided(IRRELEVANT, 'wind acts through a medium, which is refused', 'opt.wind'),
-    **_decided(REFUSED, 'explicit damping in Euler steps', 'disable.EULERDAMP'),
-    **_decided(REFUSED, 'a solver that changes friction', 'opt.noslip_iterations'),
+    **_decided(REFUSED, 'a solver that changes friction, or stops before it holds',
+               'opt.noslip_iterations opt.ls_iterations'),
     **_decided(REFUSED, 'bodies that fall asleep', 'enable.SLEEP'),
     **_decided(IRRELEVANT, 'of sleep, which is refused', 'opt.sleep_tolerance'),
     **_decided(IRRELEVANT, 'friction of one joint needs no iterations', (
-        'opt.solver opt.iterations opt.tolerance opt.ls_iterations opt.ls_tolerance '
+        'opt.solver opt.iterations opt.tolerance opt.ls_tolerance '
         'opt.noslip_tolerance opt.jacobian disable.WARMSTART disable.ISLAND')),
     **_decided(IRRELEVANT, 'of contacts: a recording keeps clear of them', (
         'opt.cone opt.impratio opt.o_margin opt.o_solref opt.o_solimp opt.o_friction '
@@ -600,6 +601,9 @@ def _steps_of(moved: _Moved, joint: int) -> Iterator[Refusal]:
     if friction and m.opt.noslip_iterations > 0:
         yield Refusal(name, 'noslip_iterations', f'{m.opt.noslip_iterations} in option: changes '
                       'frictionloss, expected 0')
+    if friction and m.opt.ls_iterations < LINE_SEARCH:
+        yield Refusal(name, 'ls_iterations', f'{m.opt.ls_iterations} in option: too few to solve '
+                      f'frictionloss, expected {LINE_SEARCH} or more')
     if enabled(m, 'SLEEP'):
         yield Refusal(name, 'sleep', 'enabled in option flag, expected disable')
     steps = int(m.opt.integrator)
@@ -608,10 +612,6 @@ def _steps_of(moved: _Moved, joint: int) -> Iterator[Refusal]:
                     int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)):
         yield Refusal(name, 'integrator', f'{_kind_of(mujoco.mjtIntegrator, steps, "mjINT_")}, '
                       'expected Euler, RK4, implicit or implicitfast')
-    if steps == int(mujoco.mjtIntegrator.mjINT_EULER) and disabled(m, 'EULERDAMP') and (
-            m.dof_damping[dof] and not disabled(m, 'DAMPER')):
-        yield Refusal(name, 'eulerdamp', 'disabled: damping is explicit, expected enable, or the '
-                      'integrator implicitfast')
 
 
 def _numbers(values: Any) -> str:

@@ -87,6 +87,8 @@ READ = {
                                                                  'timeconst="0.02"')},
     'dampratio': {'actuator': SERVO.format('').replace('kv="1.5"', 'dampratio="0.6"')},
     'pid': {'actuator': '<pid name="m" joint="elbow" kp="40" kv="1.5" input="pos"/>'},
+    'explicit damping': {'integrator': 'Euler', 'section': '<option><flag '
+                         'eulerdamp="disable"/></option>'},
     'slide': {'kind': 'slide'}, 'Runge-Kutta': {'integrator': 'RK4'},
     'forces off': {'section': '<option><flag frictionloss="disable" damper="disable"/></option>'},
     'springs off': {'joint': JOINT + ' stiffness="6"',
@@ -133,10 +135,9 @@ REFUSED = {
     'm: pid': {'actuator': '<pid name="m" joint="elbow" kp="40" ki="3"/>'},
     'm: kv: 9 N m s/rad in Euler steps': {
         'integrator': 'Euler', 'actuator': '<velocity name="m" joint="elbow" kv="9"/>'},
-    'eulerdamp: disabled': {'integrator': 'Euler', 'section': '<option><flag '
-                            'eulerdamp="disable"/></option>'},
     'sleep: enabled': {'section': '<option><flag sleep="enable"/></option>'},
     'noslip_iterations: 3': {'option': ' noslip_iterations="3"'},
+    'ls_iterations: 5': {'option': ' ls_iterations="5"'},
 }
 
 
