@@ -438,7 +438,10 @@ class Estimator:
         ring, steps = self._state.ring, int(self._gate[sample_loop.STEPS])
         if not steps or not self._state.companions.number:
             return {}
-        return torque_errors_at_tolerance(self.drive, len(self.names), ring[:steps])
+        # After a change of parameters the records before it are gone.
+        first = max(int(self._gate[sample_loop.SMOOTH_NEXT]), steps - len(ring) + 1)
+        return torque_errors_at_tolerance(
+            self.drive, len(self.names), ring[np.arange(first, steps + 1) % len(ring)])
 
     # ------------------------------------------------------------------ samples
 

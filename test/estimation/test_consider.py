@@ -159,3 +159,18 @@ def test_a_wrong_value_of_the_model_widens_the_deviation_where_it_matters():
         added = np.sqrt(estimates.tau_k_std ** 2 - estimates.tau_k_noise_std ** 2)[settled]
         assert np.corrcoef(added, size)[0, 1] > 0.7
         assert added[size > 0.8 * size.max()].mean() > 5.0 * added[size < 0.1 * size.max()].mean()
+
+
+@pytest.mark.parametrize('lag', [0.0, 0.1])
+def test_errors_that_no_check_sees_stay_as_large_through_a_change_of_parameters(lag):
+    """They are taken from steps that are at hand, none from the empty records before them."""
+    run = recorded(DriveModel(), 3000)
+    samples = samples_of(run.u, run.y)
+    estimator = Estimator(DriveModel(), {'smoother_lag': lag})
+    estimator.run(Samples(*(a[:2900] for a in (samples.stamp_ns, samples.u, samples.y))))
+    before = estimator.undetected_errors()
+    estimator.set_parameters({'q_std_tau_k': 1.05 * estimator.parameters.q_std_tau_k})
+    estimator.run(Samples(*(a[2900:2903] for a in (samples.stamp_ns, samples.u, samples.y))))
+    after = estimator.undetected_errors()
+    assert set(after) == set(before) and before
+    assert sum(after.values()) > 0.3 * sum(before.values())
