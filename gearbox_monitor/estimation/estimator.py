@@ -197,9 +197,10 @@ class Estimator:
         restart = model != self.model or any(rows[name].change != AT_ONCE for name in changed)
         self.model, self.parameters, self._arm_load = model, new, arm_load
         if PAYLOAD.issuperset(changes) and not restart:
-            clock = self._state.clock
-            if clock[sample_loop.DESCRIBED] > 0.0 and changed:
-                clock[sample_loop.DESCRIBED] = sample_loop.NEW_PAYLOAD
+            for estimator in (self, *self.members) if changed else ():
+                clock = estimator._state.clock
+                if clock[sample_loop.DESCRIBED] > 0.0:
+                    clock[sample_loop.DESCRIBED] = sample_loop.NEW_PAYLOAD
             return False
         if restart:
             self.reset()

@@ -23,6 +23,7 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.process_model import TAU_ARM
 from gearbox_monitor.estimation.sample_loop import E_LOAD, E_STD, E_TAU_ARM, E_TAU_E, TRANSFER
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
@@ -122,6 +123,18 @@ def test_a_payload_interrupts_nothing():
     values = monitor.outcomes['prediction error'].values
     assert 'twist_range_evaluations' in values
     assert 'elastic_evaluations' not in values  # the filter takes the torque from the twist
+
+
+def test_a_payload_reaches_every_filter_of_a_mixture():
+    _, _, samples = work()
+    engine = estimator(tau_k_model='mixed', tau_k_stiffness=0.0)
+    before = engine.run(part(samples, 0, 2000))
+    engine.set_parameters({'payload_mass': 3.0})
+    after = engine.run(part(samples, 2000, 2001))
+    step = abs(after.rows[0, E_LOAD] - before.rows[-1, E_LOAD])
+    assert step > 1.0 and engine.members
+    for one in (engine, *engine.members):
+        assert one._belief.P[TAU_ARM * (len(one.names) + 1)] > (0.5 * step) ** 2, one.names
 
 
 @pytest.mark.parametrize('late', [0, 20])
