@@ -55,6 +55,7 @@ CONFLICTS = ({'actuator_lag', 'actuator_delay'}, {'setpoint_lag', 'setpoint_dela
 # What one drive can have: of two masses, of a real robot with a motor, with a servo.
 DRIVES = (INSIDE, {**real_joints.BOTH, **real_joints.OF_MOTORS},
           {**real_joints.BOTH, **real_joints.OF_SERVOS})
+HELD = 0.5            # s, before a recording
 LEAST_MOTION = 1e-3  # rad, rms: below, nothing is shown
 SHARES = {'none': 0.30, 'pair': 0.10, 'outside': 0.12}  # the others are single effects
 
@@ -200,7 +201,11 @@ def simulated(v: Values, u: Array, states: Array | None = None, length: int = 0
     m = mujoco.MjModel.from_xml_string(xml_of(v))
     data, n = mujoco.MjData(m), round(DT / m.opt.timestep)
     e = encoders(v)
-    data.qpos[0] = u[0] if v.get('kp') else 0.0
+    if v.get('kp'):  # held at its first setpoint, until lag and delay have it
+        for _ in range(round(HELD / m.opt.timestep)):
+            data.qpos[0], data.qvel[0], data.ctrl[0] = u[0], 0.0, u[0]
+            mujoco.mj_step(m, data)
+        data.qpos[0], data.qvel[0] = u[0], 0.0
     q, w = np.empty((len(u), e)), np.empty((len(u), e))
     for k, control in enumerate(u / v.get('gear', 1.0)):
         if states is not None and k % length == 0:
