@@ -155,15 +155,19 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
     tests = local_cosines(motion, highest, settings)
     count, n = len(chain.links), len(motion.t)
     inertial: dict[tuple[int, int], Array] = {}
-    load, weight, momentum = (np.zeros((n, count)) for _ in range(3))
+    load, weight, momentum, more, more_momentum = (np.zeros((n, count)) for _ in range(5))
+    taught = _bodies(robot, mean)
     for r in chain.regressors(motion.q, motion.v):
         inertial[r.link, r.joint] = tests.of_rate(r.p, r.joint) + tests.of(r.g - r.k, r.joint)
         theta = chain.links[r.link].theta
         load[:, r.joint] += (r.g - r.k) @ theta
         weight[:, r.joint] += r.g @ theta
         momentum[:, r.joint] += r.p @ theta
+        more[:, r.joint] += (r.g - r.k) @ taught[r.link]
+        more_momentum[:, r.joint] += r.p @ taught[r.link]
     # A series of accelerations: for shapes over the load and small shifts in time only.
     load += _rate(motion, momentum)
+    more += _rate(motion, more_momentum)    # what a reference taught of the bodies
     sign = smooth_sign(motion.v, motion.sigma_v, settings)
     # Friction that is learnt is learnt whole: on another day all of it scales.
     coulomb, viscous = ((np.zeros(count),) * 2 if robot.learnt else
@@ -193,7 +197,8 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
     rows = Rows(log.name, robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
                 log.measured, setpoint, log.rate, settings)
     if robot.learnt and mean:
-        joints = [_taught(m, name, shapes, mean, j, _rate(motion, motion.v)[:, j])
+        joints = [_taught(replace(m, model=m.model + more[:, j], smooth=m.smooth + more[:, j]),
+                          name, shapes, mean, j, _rate(motion, motion.v)[:, j])
                   for j, (m, name) in enumerate(zip(joints, chain.joints))]
         rows = replace(rows, joints=tuple(joints))
     return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
@@ -211,6 +216,12 @@ def _steady(motion: RobotMotion, effort: Array) -> Array:
     """Return the effort [N, J] without what is faster than STEADY."""
     filter_ = butter(3, min(STEADY, 0.4 / motion.step), fs=1.0 / motion.step, output='sos')
     return np.concatenate([sosfiltfilt(filter_, effort[s], axis=0) for s in motion.sections])
+
+
+def _bodies(robot: RobotModel, mean: Mapping[str, float] | None) -> Array:
+    """Return what a reference taught of the inertial parameters [J, 10] of the links."""
+    return np.array([[(mean or {}).get(f'{link.name} {p}', 0.0) for p in range(PER_LINK)]
+                     for link in robot.chain.links])
 
 
 def _taught(m: JointMotion, name: str, shapes: Sequence[tuple[int, str]],
