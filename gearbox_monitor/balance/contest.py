@@ -70,10 +70,17 @@ def scales_of(laws: Sequence[Candidate], free: Sequence[Candidate], knowledge: K
 
 @dataclass(frozen=True, eq=False)
 class Contender:
-    """A candidate in the contest: its worth beyond its cost, and the fit with it."""
+    """
+    A candidate in the contest: its worth beyond its cost, and the fit with it.
+
+    worth: of the gain beyond what differs between healthy parts: whether there is an effect.
+    likeness: of the whole gain, over one over-dispersion for all: which effect it is. How much an
+    effect scatters between healthy parts says nothing against it as the name of a large change.
+    """
 
     worth: float
     fit: RobotFit
+    likeness: float
 
     @property
     def candidate(self) -> Candidate:
@@ -155,7 +162,7 @@ def cost(evidence: RobotEvidence, candidate: Candidate, scales: ContestScales) -
 def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Candidate],
             scales: ContestScales, finalists: int) -> list[Contender]:
     """
-    Return the candidates that pay most, as Contenders, worthiest first.
+    Return the candidates that pay most, as Contenders: those that pay first, the likest first.
 
     Args:
         evidence: of the recordings.
@@ -180,14 +187,24 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
             chosen.append(c)
         if len(chosen) == finalists:
             break
-    entries = []
+    fits = []
     for c in chosen:
         fit = evidence.fit((*current.chosen, c), current.weights, 4)
         if c.again is not None and current.deviance - fit.deviance > cost(evidence, c, scales):
             fit = _refined(evidence, fit)
         if _allowed(fit):
-            entries.append(Contender(worth_of(evidence, current, fit, scales), fit))
-    return sorted(entries, key=lambda e: -e.worth)
+            fits.append((worth_of(evidence, current, fit, scales), fit))
+    if not fits:
+        return []
+    best = max(fits, key=lambda e: e[0])[1]
+    phi = over_dispersion(evidence, best.chosen[-1], scales, best)
+    entries = [Contender(own, fit, (current.deviance - fit.deviance) / phi
+                         - cost(evidence, fit.chosen[-1], scales)) for own, fit in fits]
+
+    def rank(e: Contender) -> tuple[bool, float]:
+        pays = e.worth >= evidence.settings.margin
+        return pays, e.likeness if pays else e.worth
+    return sorted(entries, key=rank, reverse=True)
 
 
 def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
@@ -211,9 +228,8 @@ def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
 
 
 def _allowed(fit: RobotFit) -> bool:
-    """Return whether physics allows the values of the newest candidate."""
-    c = fit.chosen[-1]
-    return bool(c.low <= fit.values[fit.of(len(fit.chosen) - 1).start] <= c.high)
+    """Return whether physics allows the values of all candidates: a new one moves the others."""
+    return all(c.low <= fit.values[fit.of(i).start] <= c.high for i, c in enumerate(fit.chosen))
 
 
 def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:

@@ -390,11 +390,26 @@ class RobotEvidence:
         share = np.sqrt(np.maximum(np.diag(robust) / np.diag(model), 1.0))
         return model * np.outer(share, share) / np.outer(fit.scale, fit.scale)
 
-    def posterior(self, fit: RobotFit) -> Prior:
-        """Return what a fit without candidates taught of the nuisance, in its units."""
+    def posterior(self, fit: RobotFit, dispersion: Array | None = None) -> Prior:
+        """
+        Return what a fit without candidates taught of the nuisance, in its units.
+
+        Args:
+            fit: without candidates.
+            dispersion: [J], by which the information of each joint is divided; None for 1.
+        """
         d = self.deviation
-        return Prior(self.labels, (self.mean + fit.nuisance) * d,
-                     fit.covariance[:len(d), :len(d)] * np.outer(d, d))
+        if dispersion is None:
+            return Prior(self.labels, (self.mean + fit.nuisance) * d,
+                         fit.covariance[:len(d), :len(d)] * np.outer(d, d))
+        precision, right = self.precision.copy(), np.zeros(len(d))
+        for a, w, phi in zip(self.at, fit.weights, dispersion):
+            total = np.tensordot(w / phi, a.gram, 1)
+            precision[a.index[:, None], a.index] += total[:-1, :-1]
+            right[a.index] += total[:-1, -1]
+        factor = cho_factor(precision, lower=True)
+        return Prior(self.labels, (self.mean + cho_solve(factor, right)) * d,
+                     cho_solve(factor, np.eye(len(d))) * np.outer(d, d))
 
 
 def _label(column: NuisanceColumn, number: int) -> str:

@@ -116,7 +116,7 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     taught = [np.concatenate([r.joints[j].model - r.joints[j].load for r in recordings])
               for j in joints]
     return Knowledge(
-        _next_day(evidence, fit, settings), tuple(shapes), scatter, dispersion,
+        _next_day(evidence, fit, dispersion, settings), tuple(shapes), scatter, dispersion,
         worst_segments(evidence, fit),
         {name: visits_of(recordings, j) for j, name in enumerate(robot.chain.joints)},
         np.array([np.sqrt(np.mean(x ** 2)) for x in taught]), _variance(evidence, fit),
@@ -186,14 +186,15 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
     return shapes
 
 
-def _next_day(evidence: RobotEvidence, fit: RobotFit, settings: Settings) -> Prior:
+def _next_day(evidence: RobotEvidence, fit: RobotFit, dispersion: Array,
+              settings: Settings) -> Prior:
     """
     Return the prior of another day.
 
     Dry friction of a joint scales as a whole, and so does viscous (temperature), a little of both
     column by column; the lag of a recording is its own.
     """
-    prior = evidence.posterior(fit)
+    prior = evidence.posterior(fit, dispersion)
     groups = [column.group for column in evidence.nuisance.values()]
     covariance = prior.covariance.copy()
     for group in {g for g in groups if g is not None}:

@@ -14,7 +14,7 @@
 
 """The verdict on a whole robot: findings of joints and links, what remains, what would show."""
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import Any
 
@@ -26,12 +26,12 @@ from gearbox_monitor.balance.contest import (
     Contender, contest, ContestScales, cost, informed, over_dispersion, pruned, scales_of,
     tempered)
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
-from gearbox_monitor.balance.knowledge import key_of, Knowledge
+from gearbox_monitor.balance.knowledge import key_of, Knowledge, scattered
 from gearbox_monitor.balance.robot_effects import BASE, COUPLING, PAYLOAD, ROBOT_EFFECTS
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
 from gearbox_monitor.balance.settings import SETTINGS, Settings
-from gearbox_monitor.balance.visits import unvisited, with_unvisited
+from gearbox_monitor.balance.visits import unvisited_shares, with_unvisited
 from gearbox_monitor.identification.findings import Finding, kind_of, Remainder
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
@@ -47,6 +47,7 @@ AHEAD = 4          # laws of a joint that are tried with a second one
 LARGER = 1.5       # bursts of healthy references that were as large are none
 OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
 LEAST_GAIN = 0.1   # of a servo, of the model's
+LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
           'm1_change': ('m1', 'armature')}
 
@@ -109,11 +110,11 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
                       for rows in recordings]
         evidence = RobotEvidence(recordings, knowledge.prior, knowledge.variance)
     laws, free = library(recordings, effects), free_functions(recordings)
-    scales = scales_of(laws, free, knowledge, evidence.joints)
+    shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
     blank = evidence.fit()
-    fit, steps, small = _search(evidence, blank, laws, free, scales)
+    fit, steps, small, scales = _judged(evidence, blank, laws, free, knowledge, shares)
     findings = _findings(evidence, fit, steps, scales)
-    cautions, strange = _cautions(recordings, knowledge) if knowledge else (
+    cautions, strange = _cautions(knowledge.joints, shares, settings) if knowledge else (
         _of_gains(evidence, fit), set())
     if small is not None:
         c, j = small.candidate, next(iter(small.candidate.columns))
@@ -128,6 +129,31 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
         findings, tuple(r for r in remainders if r.joint not in strange),
         _ranked(evidence, blank, fit), _visible(evidence, blank, laws, scales),
         _not_tried(recordings[0], laws), cautions, fit, evidence)
+
+
+def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
+            free: Sequence[Candidate], knowledge: Knowledge | None,
+            shares: Sequence[Mapping[str, float]]
+            ) -> tuple[RobotFit, list['Step'], Contender | None, ContestScales]:
+    """
+    Return what _search does, and the scales of its evidence.
+
+    With references only where they were (`shares` is the rest of each joint's motion), a
+    difference from them is evidence; and what parts of the recordings differ by beside all
+    findings shows that the model is not true there: it is over-dispersion as well.
+    """
+    scales = scales_of(laws, free, knowledge, evidence.joints)
+    if knowledge is None:
+        return *_search(evidence, blank, laws, free, scales), scales
+    seen = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
+    scales = replace(scales, dispersion=scales.dispersion / seen)
+    fit, steps, small = _search(evidence, blank, laws, free, scales)
+    if fit.chosen:
+        own = scattered(evidence, fit, [*laws, *free])[1] / seen
+        if np.any(own > scales.dispersion):
+            scales = replace(scales, dispersion=np.maximum(own, scales.dispersion))
+            fit, steps, small = _search(evidence, blank, laws, free, scales)
+    return fit, steps, small, scales
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +179,7 @@ def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate
         small = None
         lawless = contest(evidence, current, free, scales, 6)[:1]
         entries = contest(evidence, current, laws, scales, s.finalists) if step < s.most else []
-        law = entries[0].worth if entries else -math.inf
+        law = max((e.worth for e in entries), default=-math.inf)
         function = lawless[0].worth if lawless else -math.inf
         if function > max(s.margin, law + s.margin):
             where = next(iter(lawless[0].candidate.columns))
@@ -197,7 +223,7 @@ def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
     """Return the effects, with their place, that explain a recording like the first."""
     first = entries[0].candidate
     rivals = [e.candidate for e in entries[1:]
-              if e.worth > max(entries[0].worth - margin, 0.0)
+              if e.worth > 0.0 and e.likeness > entries[0].likeness - margin
               and e.candidate.name != first.name]
     names = [f'{c.effect}@{c.place}' if c.place != first.place else
              f'{c.effect} ({c.over})' if c.effect == first.effect else c.effect for c in rivals]
@@ -357,7 +383,8 @@ def _remainders(evidence: RobotEvidence, fit: RobotFit, steps: Sequence[Step],
     worst, several = worst_segments(evidence, fit), len(evidence.recordings) > 1
     for j in np.argsort(-size):
         healthy = knowledge is not None and worst[j] < LARGER * knowledge.bursts[j]
-        if size[j] > settings.bursts and not healthy and all(
+        usual = 1.0 if knowledge is None else float(knowledge.dispersion[j])
+        if size[j] > settings.bursts * usual and not healthy and all(
                 r.joint != chain.joints[j] for r in out):
             out.append(Remainder(
                 'arm_side', 'effort', _rms(evidence, j, fit.residual[j]), 'bursts',
@@ -450,20 +477,13 @@ def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
                  for name, x in change.items() if abs(x) > 2.0 * rows.robot.gain_tolerance)
 
 
-def _cautions(recordings: Sequence[Rows], knowledge: Knowledge
+def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], settings: Settings
               ) -> tuple[tuple[str, ...], set[str | None]]:
     """Return what the references did not visit, in words, and the joints."""
-    out: list[str] = []
-    strange: set[str | None] = set()
-    for j, name in enumerate(knowledge.joints):
-        for variable, visits in knowledge.visits[name].items():
-            share = float(np.mean([unvisited(rows, j, variable, visits)[2]
-                                   for rows in recordings]))
-            if share > 1.0 - recordings[0].settings.visited:
-                out.append(f'{name}: in {100 * share:.0f} % of the motion no reference had '
-                           f'this {variable}')
-                strange.add(name)
-    return tuple(out), strange
+    far = [(name, variable, share) for name, of in zip(joints, shares)
+           for variable, share in of.items() if share > 1.0 - settings.visited]
+    return tuple(f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
+                 for name, variable, share in far), {name for name, *_ in far}
 
 
 def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:

@@ -28,7 +28,8 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects.balance_column import JointMotion
 
 VARIABLES = ('angle', 'speed', 'load')
-SPACING = {'angle': 0.3, 'speed': 0.3, 'load': 0.5}  # rad; of the largest; of the deviation
+# Of half the range of a slide (a hinge: by the turn); of the largest; of the deviation.
+SPACING = {'angle': 0.3, 'speed': 0.3, 'load': 0.5}
 TURN = 21         # knots of a turn: the torque of a hinge is the same in every turn
 SECONDS = 0.5     # spent at a knot from which it is visited
 LEAST_LOAD = 0.2  # of the effort's deviation: a load that is less matters to no friction
@@ -65,7 +66,9 @@ def visits_of(recordings: Sequence[Rows], joint: int) -> dict[str, Visits]:
     for variable in VARIABLES:
         values = [_value(rows.joints[joint], variable) for rows in recordings]
         whole = np.concatenate(values)
-        size = {'angle': 1.0, 'speed': float(np.abs(whole).max()),
+        slides = recordings[0].robot.chain.links[joint].slides
+        size = {'angle': 0.5 * float(np.ptp(whole)) if slides else 1.0,
+                'speed': float(np.abs(whole).max()),
                 'load': max(float(np.std(whole)), LEAST_LOAD * max(
                     float(np.std(rows.joints[joint].effort)) for rows in recordings))}[variable]
         turns = _turns(recordings[0], joint, variable)
@@ -95,6 +98,15 @@ def unvisited(rows: Rows, joint: int, variable: str, visits: Visits
                 hats.append(hat)
     series = np.stack(hats, axis=1) if hats else np.zeros((len(x), 0))
     return tuple(knots), series, float(series.sum(axis=1).mean()) if hats else 0.0
+
+
+def unvisited_shares(recordings: Sequence[Rows], visits: Mapping[str, Mapping[str, Visits]]
+                     ) -> list[dict[str, float]]:
+    """Return of each joint {variable: share of the motion where no reference was}."""
+    return [{variable: float(np.mean([unvisited(rows, j, variable, of)[2]
+                                      for rows in recordings]))
+             for variable, of in visits[name].items()}
+            for j, name in enumerate(recordings[0].robot.chain.joints)]
 
 
 def with_unvisited(rows: Rows, visits: Mapping[str, Mapping[str, Visits]], sizes: Array) -> Rows:

@@ -15,18 +15,23 @@
 """The traps of the balance, each of which once cost a wrong verdict; verdicts on random robots."""
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import random_robots
 import robot_gap
 
+from gearbox_monitor.balance.candidates import Candidate
+from gearbox_monitor.balance.contest import _allowed
+from gearbox_monitor.balance.evidence import RobotEvidence
 from gearbox_monitor.balance.local_cosines import local_cosines
 from gearbox_monitor.balance.motion import RobotMotion
 from gearbox_monitor.balance.robot_effects import compact
-from gearbox_monitor.balance.rows import RobotModel
+from gearbox_monitor.balance.rows import RobotModel, rows_of
 from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.balance.verdict import _joined, diagnose
+from gearbox_monitor.balance.visits import unvisited, visits_of
 from gearbox_monitor.export.robot_model import chain_of_compiled
 from gearbox_monitor.identification.findings import Finding
 from gearbox_monitor.plant.effects.actuator import limits_reached
@@ -42,6 +47,21 @@ def motion(seconds=12.0, rate=100.0):
     zero = np.zeros_like(q)
     return RobotMotion(t, q, v, zero, zero, np.array([1e-3]), np.array([1e-4]), 1 / rate,
                   (slice(0, len(t)),))
+
+
+def model_of(case):
+    """Return the RobotModel of a random robot whose friction is learnt."""
+    chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
+                              Path('robot.xml'))
+    return RobotModel(chain, np.full(len(case.joints), 0.4), 0.0, learnt=True)
+
+
+def healthy_evidence():
+    """Return the RobotEvidence of a healthy random robot and the fit of its nuisance."""
+    case = random_robots.make(16, True, [], 100)
+    evidence = RobotEvidence([rows_of(random_robots.log(case, 2, 15.0, False)[0],
+                                      model_of(case))])
+    return evidence, evidence.fit()
 
 
 def test_local_cosines_are_orthonormal():
@@ -132,6 +152,49 @@ def test_springs_at_both_ends_of_a_joint_are_two_findings():
     assert ends['upper end'] == pytest.approx(4.0, rel=0.05), ends
     assert ends['lower end'] == pytest.approx(2.0, rel=0.05), ends
     assert '(upper end)' in ' '.join(finding_words(f.to_dict()) for f in verdict.findings)
+
+
+def test_bounds_hold_for_all_candidates_of_a_fit():
+    """A gain left its bounds beside a newer effect: 7 times the torque, and what it left."""
+    wide, narrow = Candidate('a', {}), Candidate('b', {}, low=-0.6, high=3.0)
+    for values, allowed in (([5.0, 0.1], True), ([5.0, -0.9], False)):
+        for chosen in ((wide, narrow), (narrow, wide)):
+            ordered = values if chosen[0] is wide else values[::-1]
+            fit = SimpleNamespace(chosen=chosen, values=ordered, of=lambda i: slice(i, i + 1))
+            assert _allowed(fit) == allowed
+
+
+def test_a_reference_whose_parts_differ_teaches_less():
+    evidence, fit = healthy_evidence()
+    plain, wide = evidence.posterior(fit), evidence.posterior(fit, np.full(evidence.joints, 9.0))
+    np.testing.assert_allclose(evidence.posterior(fit, np.ones(evidence.joints)).covariance,
+                               plain.covariance, rtol=1e-3, atol=1e-9)
+    ratio = np.sqrt(np.diag(wide.covariance) / np.diag(plain.covariance))
+    assert ratio.min() > 0.999 and 2.0 < ratio.max() < 3.001
+
+
+def test_angles_of_a_slide_have_knots_within_its_range():
+    """Knots 0.3 m apart: a slide of 0.1 m had been everywhere."""
+    case = random_robots.make(32045, True, [], 100)
+    rows = rows_of(random_robots.log(case, 2, 12.0, False)[0], model_of(case))
+    slide = next(j for j, link in enumerate(rows.robot.chain.links) if link.slides)
+    visits = visits_of([rows], slide)['angle']
+    assert visits.spacing < 0.3 * np.ptp(rows.motion.q[:, slide])
+    away = replace(rows, joints=tuple(replace(m, q=m.q + 0.4) for m in rows.joints))
+    assert unvisited(away, slide, 'angle', visits)[2] > 0.9
+
+
+def test_a_gain_is_held_against_all_that_a_reference_taught():
+    """The bodies that it taught were left out of the torque: gains came out at half their size."""
+    record = robot_gap.case_of(32056, True)
+    (effect, _, values, *_), = record['findings']
+    assert effect == 'torque_gain' and values['g'] == pytest.approx(record['sizes'][0], rel=0.03)
+
+
+@pytest.mark.system
+def test_scatter_between_parts_is_no_argument_about_the_name():
+    """An inertia of the link, with five parameters more, was named instead of the rotor's."""
+    assert robot_gap.case_of(32038, True)['how'] == 'one: right'
 
 
 @pytest.mark.parametrize('factor, tolerance', [(1.0, 0.2), (0.5, 0.2), (2.0, 10.0)])
