@@ -149,8 +149,9 @@ def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
     scales = replace(scales, dispersion=scales.dispersion / seen)
     fit, steps, small = _search(evidence, blank, laws, free, scales)
     if fit.chosen:
-        own = scattered(evidence, fit, [*laws, *free])[1] / seen
-        if np.any(own > scales.dispersion):
+        of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
+        own = scattered(evidence, fit, of_joints)[1] / seen
+        if any(own[j] > scales.dispersion[j] for c in fit.chosen for j in c.columns):
             scales = replace(scales, dispersion=np.maximum(own, scales.dispersion))
             fit, steps, small = _search(evidence, blank, laws, free, scales)
     return fit, steps, small, scales
