@@ -17,7 +17,8 @@ A baseline beside the diagnosis of real pairs: least squares of the torque, rank
 
 Each effect alone is fitted to the torque that the model leaves, as a user of a toolbox for
 identification would do it: white noise of one size per joint, no tolerance, no function without a
-law. The Bayesian information criterion (Schwarz, 1978) chooses one of them, or none.
+law. The Bayesian information criterion (Schwarz, 1978) chooses one of them, or none. Of a single
+drive, waves over the angle are left out: their order would be a search of its own.
 """
 from collections.abc import Mapping, Sequence
 import math
@@ -29,26 +30,29 @@ from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recorded_samples import samples_of
-from gearbox_monitor.bag.robot_input import read_robot_log
+from gearbox_monitor.bag.robot_input import numbered_names, read_robot_log
 from gearbox_monitor.balance.candidates import Candidate, library as effects_of_robot
 from gearbox_monitor.balance.evidence import RobotEvidence
 from gearbox_monitor.balance.robot_log import checked_log
 from gearbox_monitor.balance.rows import RobotModel, rows_of
 from gearbox_monitor.balance.settings import SETTINGS
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.files.knowledge_file import load_knowledge
-from gearbox_monitor.identification.candidates import CandidateModel, PERIODIC, Starts
+from gearbox_monitor.identification.candidates import CandidateModel, Starts
 from gearbox_monitor.identification.torque_regression import torque_regression
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects.balance_column import SETPOINT
 from gearbox_monitor.quality.admission import prepared
 from gearbox_monitor.quality.recording import UniformRecording
 
 Cause = tuple[str, str]  # effect, joint or link; '' of a single drive
 
 
-def ranked_of_robot(logs: Sequence[str], model: str | Path, knowledge: str | None
-                    ) -> list[tuple[Cause, float]]:
+def ranked_of_robot(logs: Sequence[str], model: str | Path, knowledge: str | None,
+                    recorded: Mapping[str, str]) -> list[tuple[Cause, float]]:
     """
     Return [(cause, gain in BIC over none)] of a robot, the largest first.
 
@@ -56,14 +60,16 @@ def ranked_of_robot(logs: Sequence[str], model: str | Path, knowledge: str | Non
         logs: bags or tables.
         model: URDF or MJCF file.
         knowledge: file of learn, None for none.
+        recorded: {joint: its name in the logs}, where they differ.
     """
     file = read_robot(model)
     taught = load_knowledge(knowledge, file.digest) if knowledge else None
     tolerance = SETTINGS.tolerance_learnt if taught else SETTINGS.tolerance
     robot = RobotModel(file.chain, np.full(len(file.chain.links), tolerance),
                        learnt=taught is not None, kp=file.kp, kd=file.kd)
-    raw = [checked_log(read_robot_log(path, file.chain.joints, {}, None, file.no_servo),
-                       file.chain.joints) for path in logs]
+    joints = file.chain.joints
+    raw = [checked_log(read_robot_log(path, joints, recorded or numbered_names(path, joints), None,
+                                      file.no_servo), joints) for path in logs]
     rows = [rows_of(log, robot, taught.shapes if taught else (), taught.mean if taught else None)
             for log in raw]
     evidence = RobotEvidence(rows, taught.prior if taught else None)
@@ -95,14 +101,15 @@ def ranked_of_drive(logs: Sequence[str], model: DriveModel) -> list[tuple[Cause,
         logs: bags or CSV files.
         model: of the drive.
     """
+    if model.controller is not None:
+        raise InputError('the torque of a servo is not recorded: no least squares')
     recordings = [_recording(path, model) for path in logs]
     starts = Starts(model, recordings)
     none = _criterion(recordings, [starts.none()])
     out = {}
-    for name in starts.effects:
-        orders = starts.orders if name in PERIODIC else [None]
-        candidates = [c for order in orders for c in starts.candidates(name, order)]
-        out[name, ''] = none - _criterion(recordings, candidates)
+    for name, effect in EFFECTS.items():
+        if effect.column and effect.column.needs != SETPOINT and not effect.periodic:
+            out[name, ''] = none - _criterion(recordings, starts.candidates(name))
     return _ordered(out)
 
 
@@ -122,7 +129,7 @@ def _criterion(recordings: Sequence[UniformRecording], candidates: Sequence[Cand
 
 def _recording(path: str, model: DriveModel) -> UniformRecording:
     """Return the recording in a bag with the joints motor and arm, or in a CSV file."""
-    t: Array
+    t: Array | Integers
     if Path(path).is_file():
         c = read_csv(Path(path))
         t, u, y, arm = c.t, c.u, np.column_stack([c.motor, c.arm]), c.arm_torque

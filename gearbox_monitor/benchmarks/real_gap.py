@@ -20,9 +20,9 @@ are compared and how they are read; docs/real_gap.md describes it. Files lie bes
 or in the same folder of --data. Every pair runs the commands that a user would type: import, learn
 or fit-nominal of the references, diagnose. truth.yaml is opened last.
 
-Scores are those of the LiU-ICE fault diagnosis competition (Jung, Frisk, Krysander 2024): how often
-a change is seen, how often one is reported where nothing changed, the probability and the rank of
-the right cause. Least squares with the Bayesian information criterion stands beside it.
+Scores are those of the LiU-ICE fault diagnosis competition (Jung, Frisk, Krysander 2024): how
+often a change is seen, how often one is reported where nothing changed, the probability and the
+rank of the right cause. Least squares with the Bayesian information criterion stands beside it.
 
 usage examples:
   gearbox_monitor benchmark real_gap docs/real_gap --data path/to/data
@@ -51,7 +51,7 @@ from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.yaml_files import load_model, load_yaml, Yaml
 
 ENDING, TRUTH = '.pair.yaml', 'truth.yaml'
-KEYS = ('log', 'reference', 'model', 'joint', 'import', 'values', 'free', 'diagnose')
+KEYS = ('log', 'reference', 'model', 'joint', 'import', 'recorded', 'values', 'free', 'diagnose')
 OF_ROBOT = ('.urdf', '.xml', '.mjcf')
 NONE, UNKNOWN, REFUSED = 'none', 'unknown', 'refused'
 
@@ -62,9 +62,9 @@ class Pair:
     A manifest: what is compared, without what is true of it.
 
     log, reference: files; model: file of the robot or drive; joint of it, None for all or a drive;
-    import_: options of the command import, None where logs are read as they are; values: of the
-    option --values; free: values of the drive that fit-nominal fits to the references; diagnose:
-    further options.
+    import_: options of the command import, None where logs are read as they are; recorded {joint:
+    its name in the logs}; values: of the option --values; free: values of the drive that
+    fit-nominal fits to the references; diagnose: further options.
     """
 
     name: str
@@ -73,7 +73,8 @@ class Pair:
     model: Path
     joint: str | None
     import_: tuple[str, ...] | None
-    values: Mapping[str, Any] | None
+    recorded: Mapping[str, str]
+    values: Mapping[str, Any]
     free: tuple[str, ...]
     diagnose: tuple[str, ...]
 
@@ -181,12 +182,14 @@ def _pair(path: Path, folder: Path, data: Path | None) -> Pair:
     logs, model = _texts('log'), _text('model')
     if not logs or model is None:
         raise InputError(f'{path}: {"model" if logs else "log"}: missing, expected a file')
-    values = content.get('values')
-    if values is not None and not isinstance(values, dict):
-        raise InputError(f'{path}: values: {str(values)[:40]!r}, expected keys and values')
+    for key in ('values', 'recorded'):
+        if not isinstance(content.setdefault(key, {}), dict):
+            raise InputError(f'{path}: {key}: {str(content[key])[:40]!r}, expected keys and '
+                             'values')
     pair = Pair(str(here / path.name.removesuffix(ENDING)), tuple(_file('log', x) for x in logs),
                 tuple(_file('reference', x) for x in _texts('reference')), _file('model', model),
-                _text('joint'), _options('import'), values, _texts('free'),
+                _text('joint'), _options('import'), content['recorded'], content['values'],
+                _texts('free'),
                 _options('diagnose') or ())
     if bool(pair.free) != (bool(pair.reference) and not pair.of_robot):
         raise InputError(f'{path}: free: {list(pair.free)}, expected values of the model that are '
@@ -270,6 +273,8 @@ class Runner:
         self.commands = []
         logs, references = self.logs(pair, pair.log), self.logs(pair, pair.reference)
         about = ['--model', str(pair.model), *(['--joint', pair.joint] if pair.joint else [])]
+        if pair.recorded:
+            about += ['--recorded', *(f'{a}={b}' for a, b in pair.recorded.items())]
         if pair.values:
             text = yaml.safe_dump(dict(pair.values))
             values = self.made.setdefault((text,), f'{len(self.made):03d}.values.yaml')
@@ -335,7 +340,7 @@ def baseline_of(pair: Pair, run: Mapping[str, Any], folder: Path) -> Answer:
     logs = [str(folder / log) for log in run['logs']]
     if pair.of_robot:
         knowledge = run['knowledge'] and str(folder / run['knowledge'])
-        gains = ranked_of_robot(logs, pair.model, knowledge)
+        gains = ranked_of_robot(logs, pair.model, knowledge, pair.recorded)
     elif pair.joint and not pair.reference:
         raise InputError('of a joint in the file of a simulator there is no baseline')
     else:

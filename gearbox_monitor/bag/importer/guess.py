@@ -537,7 +537,7 @@ class _Proposal:
 
     def _note_units(self, silent: Mapping[str, str]) -> None:
         if silent:
-            units = 'rotary axis, rad, rad/s, N m (or --set kind=prismatic)' \
+            units = 'rad, rad/s, N m (m, m/s, N where the model has axis: prismatic)' \
                 if self.kind == 'rotary' else 'm, m/s, N'
             self.assumptions.append(f'No unit in the name, so {units} unless stated below: '
                                     f'{", ".join(silent)}.')
