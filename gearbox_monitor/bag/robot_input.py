@@ -22,6 +22,7 @@ from the positions.
 from collections.abc import Mapping, Sequence
 import gzip
 from pathlib import Path
+import re
 import zlib
 
 import numpy as np
@@ -76,6 +77,29 @@ def read_robot_log(path: str | Path, joints: Sequence[str], recorded: Mapping[st
     else:
         return _from_bag(path, joints, recorded, no_servo, topic)
     return _from_columns(path, columns, joints, recorded, constants, no_servo)
+
+
+def numbered_names(path: str | Path, joints: Sequence[str], topic: str = 'joint_states'
+                   ) -> dict[str, str]:
+    """
+    Return {joint: its name in a bag whose joints have only numbers, one for each joint}, else {}.
+
+    Args:
+        path: of the log.
+        joints: of the model, in the order of a chain.
+        topic: of the joint states.
+    """
+    path = Path(path)
+    if not path.exists() or path.name.lower().endswith((*TEXTS, *TABLES)):
+        return {}
+    with open_bag(path) as reader:
+        names = reader.joint_names(find_topic(reader, topic))
+    numbers = {int(match[1]): name for name in names
+               if (match := re.fullmatch(r'joint_(\d+)', name))}
+    if len(numbers) != len(names) or set(names) & set(joints) or set(numbers) not in (
+            set(range(len(joints))), set(range(1, len(joints) + 1))):
+        return {}
+    return dict(zip(joints, (numbers[k] for k in sorted(numbers))))
 
 
 def _text_columns(path: Path) -> dict[str, Array]:

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.bag.robot_input import read_robot_log
+from gearbox_monitor.bag.robot_input import numbered_names, read_robot_log
 from gearbox_monitor.balance.knowledge import Knowledge, learn
 from gearbox_monitor.balance.robot_log import checked_log, RobotLog
 from gearbox_monitor.balance.rows import RobotModel
@@ -162,14 +162,23 @@ def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
         lacking = [j for j, x in zip(file.chain.joints, robot.kp) if not x > 0.0]
         raise InputError(f'{args.values}: kp: none of {", ".join(lacking)}, expected one of each '
                          'joint')
-    raw = read_robot_log(path, file.chain.joints, recorded_names(args.recorded, file.chain.joints),
-                         values.constants, '' if servo else file.no_servo, args.topic)
+    joints, notes = file.chain.joints, []
+    names: Mapping[str, str] = recorded_names(args.recorded, joints)
+    if not names and file.chain.serial:
+        names = numbered_names(path, joints, args.topic)
+        if names:
+            notes.append('its joints have only numbers, taken from the base on: ' + ', '.join(
+                f'{name} is {joint}' for joint, name in names.items())
+                + ' (others: --recorded NAME=LOGNAME)')
+    raw = read_robot_log(path, joints, names, values.constants, '' if servo else file.no_servo,
+                         args.topic)
+    raw = replace(raw, notes=(*raw.notes, *notes))
     if raw.kind == 'current' and values.constants is None:
         raise InputError(f'{path}: current without torque_constants, expected N m/A of each joint '
                          'in --values: a rough one does, masses come in its scale')
     if values.measured and raw.kind == 'torque':
         raw = replace(raw, measured=True)
-    return checked_log(raw, file.chain.joints)
+    return checked_log(raw, joints)
 
 
 def load_model(args: Namespace) -> ChainFile:

@@ -109,6 +109,10 @@ def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[Finding]:
                          'or one row for each measurement')]
     if not rates[0] * 0.99 <= rate <= rates[1] * 1.01:
         hint = ''
+        if model.driven_by == 'position' and rate >= DIAGNOSIS_RATES[0] * 0.99:
+            hint = (' with driven_by: position, which needs the acceleration of the motor; log '
+                    f'faster, or state driven_by: torque, which takes {DIAGNOSIS_RATES[0]:g} or '
+                    'more')
         for unit, factor in (('ms', 1e3), ('us', 1e6), ('ns', 1e9)):
             if rates[0] * 0.99 <= rate * factor <= rates[1] * 1.01:
                 hint = f'; is t in {unit}? It must be in s'

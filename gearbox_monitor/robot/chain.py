@@ -105,6 +105,11 @@ class Chain:
         return tuple(link.joint for link in self.links)
 
     @property
+    def serial(self) -> bool:
+        """Whether each link carries the next one, without branches."""
+        return [link.parent for link in self.links] == list(range(-1, len(self.links) - 1))
+
+    @property
     def theta(self) -> Array:
         """Inertial parameters [J, 10]."""
         return np.array([link.theta for link in self.links])

@@ -260,6 +260,7 @@ def test_two_filtered_positions_are_asked_for(tmp_path, capsys):
 @pytest.mark.parametrize('names, start, used', [
     (('joint_states.csv', 'joint_commands.csv'), 0.0, True),
     (('run3_state_motor.csv', 'run3_control.csv'), 0.0, True),
+    (('friction_gravity_state.csv', 'friction_gravity_control.csv'), 0.0, True),
     (('run3_state.csv', 'run4_control.csv'), 0.0, False),
     (('states.csv', 'commands.csv'), 100.0, False)])
 def test_setpoints_in_a_file_beside_the_states(tmp_path, names, start, used):
@@ -306,3 +307,17 @@ def test_counts_of_a_prismatic_axis_are_asked_for(tmp_path, capsys):
     assert '--set signals.motor_position.scale=M (m per count)' in capsys.readouterr().err
     joints = imported(tmp_path, path, '--guess', '--set', 'signals.motor_position.scale=1e-5')
     np.testing.assert_allclose(joints.position[:, 0], ARM, atol=6e-6)
+
+
+def test_a_resolution_of_both_encoders_gives_the_gear_ratio(tmp_path, capsys):
+    """Stated for both, it tells by how much the motor turns more than the arm."""
+    path = csv(tmp_path / 'r.csv', {'t [s]': T, 'motor [counts]': np.rint(20 * 4096 * ARM),
+                                    'arm [counts]': np.rint(4096 * ARM), 'tau [Nm]': TORQUE})
+    assert main(['import', str(path), '--guess', '--counts-per-turn', '4096']) == 0
+    assert yaml.safe_load(capsys.readouterr().out)['gear_ratio'] == 20.0
+
+
+def test_options_of_a_question_can_be_pasted(tmp_path, capsys):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'Encoder A': ARM, 'Encoder B': np.sin(T ** 2)})
+    assert main(['import', str(path), '--guess']) == 3
+    assert "--use 'motor=Encoder A' --use 'arm=Encoder B'" in capsys.readouterr().err

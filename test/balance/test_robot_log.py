@@ -20,7 +20,7 @@ import pytest
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.read import JOINT_STATE
-from gearbox_monitor.bag.robot_input import read_robot_log
+from gearbox_monitor.bag.robot_input import numbered_names, read_robot_log
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.balance.robot_log import checked_log, RawLog
 from gearbox_monitor.errors import InputError
@@ -123,3 +123,14 @@ def test_a_joint_without_a_single_number_is_named(tmp_path):
     np.testing.assert_array_equal(log.input['a'], t)
     with pytest.raises(InputError, match='joint b: setpoint: none of 1000 samples is a number'):
         checked_log(log, JOINTS)
+
+
+@pytest.mark.parametrize('names, numbered', [
+    (('joint_2', 'joint_1'), {'a': 'joint_1', 'b': 'joint_2'}), (('joint_1', 'b'), {}),
+    (('joint_1', 'joint_2', 'joint_3'), {})])
+def test_joints_with_only_numbers_are_those_of_a_chain(tmp_path, names, numbered):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        writer.write('/joint_states', 1, next(iter(encode_joint_states(
+            np.array([1]), names, np.zeros((1, len(names)))))))
+    assert numbered_names(tmp_path / 'bag', JOINTS) == numbered

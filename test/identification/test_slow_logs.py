@@ -19,12 +19,13 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.bag.example import ExampleMotion
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.identification.shooting import between_stamps
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.quality.admission import prepared
+from gearbox_monitor.quality.admission import admitted, prepared
 
 MODEL, FAST, RATE, SECONDS = DriveModel(), 1000.0, 50.0, 8.0
 
@@ -64,3 +65,16 @@ def test_values_of_a_model_at_50_hz():
                       ['Cv', 'Cc', 'm2'])
     assert {v.name: v.value for v in fit.values} == pytest.approx(
         {'Cv': 0.1, 'Cc': 0.27, 'm2': 0.023454}, rel=0.01)
+
+
+def test_a_motion_that_is_put_in_needs_a_faster_log_and_says_so():
+    driven = MODEL.with_(driven_by='position', process_torque_time=0.3)
+    with pytest.raises(InputError, match='expected 200 to 4000 with driven_by: position.*log '
+                       'faster, or state driven_by: torque'):
+        admitted(*_columns(), 'log', None, driven, 'model')
+
+
+def _columns():
+    t = np.arange(round(SECONDS * 100.0)) / 100.0
+    y = np.column_stack([np.sin(3.0 * t), np.sin(3.0 * t)])
+    return t, np.cos(3.0 * t), y, None

@@ -387,6 +387,9 @@ class _Proposal:
             if count is not None:
                 blocks[role]['counts_per_rev'] = count
         if {'motor_position', 'arm_position'} <= set(blocks):
+            if self.answers.counts:
+                for role in ('motor_position', 'arm_position'):
+                    self._counts(blocks[role], '', f'signals.{role}', self.kind)
             relate_encoders(data, blocks, (values['motor_position'], values['arm_position']),
                             self.assumptions)
         self._setpoint(data, blocks, values)
@@ -433,12 +436,10 @@ class _Proposal:
                 words = set(words_of(label))
                 current = words & {'current', 'currents', 'curr', 'cur', 'amps', 'i', 'iq',
                                    'strom'}
-                if current:
-                    block['unit'] = 'A'
+                whole = span > COARSE and (values == np.floor(values)).all()
+                block['unit'] = 'counts' if whole else 'A' if current else '1'
+                if block['unit'] == 'A':
                     self.assumptions.append(f'{label}: a current, so A.')
-                else:
-                    whole = span > COARSE and (values == np.floor(values)).all()
-                    block['unit'] = 'counts' if whole else '1'
             return
         if quantity == 'position' and span > COARSE and (values == np.floor(values)).all():
             block['unit'] = 'counts'
@@ -536,7 +537,7 @@ class _Proposal:
 
     def _note_units(self, silent: Mapping[str, str]) -> None:
         if silent:
-            units = 'rotary axis, rad, rad/s, N m (or --set kind=prismatic)' \
+            units = 'rad, rad/s, N m (m, m/s, N where the model has axis: prismatic)' \
                 if self.kind == 'rotary' else 'm, m/s, N'
             self.assumptions.append(f'No unit in the name, so {units} unless stated below: '
                                     f'{", ".join(silent)}.')

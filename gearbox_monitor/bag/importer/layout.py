@@ -34,7 +34,8 @@ from gearbox_monitor.bag.importer.mapping import TextFormat
 from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES
 from gearbox_monitor.bag.importer.text_file import (
     is_number, numbers_of_list, row_per_signal, sample_rows, signal_rows, split_line, text_lines)
-from gearbox_monitor.bag.importer.unit_table import standard_unit, unit_of_label
+from gearbox_monitor.bag.importer.unit_table import (
+    number_with_unit, standard_unit, unit_of_label)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.packed_files import open_unpacked
 from gearbox_monitor.kernels.types import AnyArray
@@ -138,6 +139,7 @@ def _text(path: str | Path) -> tuple[dict[str, Any], list[Series], bool]:
     cells = [row for row in cells if len(row) == columns]
     own = [' '.join(filter(None, names[k])) if k < len(names) else '' for k in range(columns)]
     labels, units = _labelled(names, columns)
+    units = units if any(units) else _preamble_units(path, text, columns)
     named = any(labels)
     if not named:
         labels = _echoed(cells, text) or labels
@@ -152,9 +154,13 @@ def _text(path: str | Path) -> tuple[dict[str, Any], list[Series], bool]:
         if lists and isinstance(place, str):
             series += _of_lists(label, place, [numbers_of_list(cell) or [] for cell in column])
             continue
+        first = number_with_unit(column[0]) if column else None
+        if first is not None:
+            column = [cell.split()[0] if (number_with_unit(cell) or ('', ''))[1] == first[1]
+                      else cell for cell in column]
         values = _column_values(column, text)
         if values is not None:
-            unit = unit_of_label(label) or units[k]
+            unit = (first[1] if first else '') or unit_of_label(label) or units[k]
             series.append(Series({'column': place}, label or f'column {k + 1}', unit, values))
     return {'format': 'text', **({'text': block} if block else {})}, series, named
 
@@ -180,6 +186,18 @@ def _labelled(names: Sequence[Sequence[str]], columns: int) -> tuple[list[str], 
             group = cell or group
             rows[0][k] = group if rows[1][k] else cell
     return [' '.join(filter(None, column)) for column in zip(*rows)] or [''] * columns, units
+
+
+def _preamble_units(path: str | Path, text: TextFormat, columns: int) -> list[str]:
+    """Return the unit of each column from a skipped row with as many cells, most of them units."""
+    lines = islice(text_lines(path, replace(text, skip=0)), HEAD_LINES) if text.skip else ()
+    for number, line in lines:
+        cells = split_line(line, text)
+        units = [standard_unit(cell) for cell in cells]
+        filled = sum(bool(cell.strip()) for cell in cells)
+        if number <= text.skip and len(cells) == columns and 2 * sum(map(bool, units)) > filled:
+            return units
+    return [''] * columns
 
 
 def _echoed(cells: Sequence[Sequence[str]], text: TextFormat) -> list[str]:
@@ -255,9 +273,12 @@ def _text_format(path: str | Path) -> tuple[TextFormat, Sequence[Sequence[str]]]
     head = [split_line(line, text) for line in lines[:HEAD_LINES // 2]]
     is_data = [len(row) == columns and sum(
         _is_datum(cell, text) for cell in row) > sum(map(bool, row)) / 2 for row in head]
-    before = is_data.index(True) if True in is_data else 0
+    # Numbers of a preamble stand before the names: data begin behind the last row of words.
+    words = [k for k, row in enumerate(head) if not is_data[k] and _of_words(row, text)]
+    before = next((k for k in range(words[-1] + 1 if words else 0, len(head)) if is_data[k]), 0)
     header = 0
-    while header < min(before, MAX_HEADER) and len(head[before - 1 - header]) == columns:
+    while header < min(before, MAX_HEADER) and _names_columns(head[before - 1 - header], columns,
+                                                              is_data[before - 1 - header]):
         header += 1
     text = replace(text, header=header, skip=_lines_before(path, text, before - header))
     if not header:  # numpy.savetxt and others: names in the last comment
@@ -267,9 +288,21 @@ def _text_format(path: str | Path) -> tuple[TextFormat, Sequence[Sequence[str]]]
     return replace(text, header=True if header == 1 else header), sample_rows(path, text)[0]
 
 
+def _of_words(row: Sequence[str], text: TextFormat) -> bool:
+    """Return whether most cells of a row that are not empty are words."""
+    filled = [cell for cell in row if cell.strip()]
+    return 2 * sum(not _is_datum(cell, text) for cell in filled) > len(filled)
+
+
+def _names_columns(row: Sequence[str], columns: int, is_data: bool) -> bool:
+    """Return whether a row may be one of the header: several cells, as many as data have."""
+    return len(row) == columns and not is_data and sum(map(bool, row)) > min(1, columns - 1)
+
+
 def _is_datum(cell: str, text: TextFormat) -> bool:
     """Return whether `cell` holds a number, a date or a list of numbers."""
-    return is_number(cell, text) or bool(DATE.match(cell)) or numbers_of_list(cell) is not None
+    return (is_number(cell, text) or bool(DATE.match(cell)) or numbers_of_list(cell) is not None
+            or number_with_unit(cell) is not None)
 
 
 def _lines_before(path: str | Path, text: TextFormat, rows: int) -> int:

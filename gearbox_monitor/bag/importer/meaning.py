@@ -19,7 +19,7 @@ A name is cut into words; words of the vocabulary say what is measured, how it c
 which side of the gear, and the others are the name or number of the joint.
 """
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 import re
 
@@ -40,10 +40,10 @@ _QUANTITIES = {
     POSITION: 'position positions pos angle angles theta q qm ql phi enc encoder encoders jpos '
               'qpos winkel lage',
     TIMES: 't time times timestamp timestamps stamp stamps sec secs seconds nsec nsecs nanosec '
-           'nanosecs nanoseconds nano ms us ns clock elapsed zeit when epoch date datetime utc '
+           'nanosecs nanoseconds nano ms us ns clock elapsed zeit when epoch date datetime utc tm '
            'datum zeitstempel',
-    COUNTER: 'index idx id row seq sequence frame frames counter count cnt step steps sample '
-             'samples nr number episode task',
+    COUNTER: 'index idx id row seq seqno sequence frame frames counter count cnt step steps '
+             'sample samples nr number episode task',
 }
 _SOURCES = {
     ERROR: 'error err errors deviation residual diff delta limit limits max min lower upper',
@@ -53,7 +53,7 @@ _SOURCES = {
     FILTERED: 'filt filtered filter smooth smoothed lp lowpass butter savgol',
     SETPOINT: 'desired des set setpoint setpoints sp goal goals target targets tgt ref reference '
               'references cmd cmds command commands commanded action actions soll sollwert '
-              'control ctrl con demand ipo',
+              'control ctrl con demand ipo planned',
     SENSOR: 'sensor transducer loadcell shaft ft jts straingauge',
     MEASURED: 'measured meas msr act actual present istwert real raw feedback fb current '
               'estimate estimated est',
@@ -99,6 +99,8 @@ CONVENTIONS: tuple[tuple[frozenset[str], str, str, str], ...] = (
 NEIGHBOURS: tuple[tuple[set[str], dict[str, str], str], ...] = (
     ({'position', 'velocity', 'q_current', 'd_current'},
      {POSITION: 'turns', VELOCITY: 'turns/s'}, 'moteus writes revolutions'),
+    ({'position', 'velocity', 'q_A', 'd_A'},
+     {POSITION: 'turns', VELOCITY: 'turns/s'}, 'moteus writes revolutions'),
     ({'position', 'velocity', 'torque', 'current_motor'},
      {POSITION: 'deg', VELOCITY: 'deg/s'}, 'Kortex writes degrees'),
 )
@@ -128,6 +130,7 @@ class Meaning:
 def words_of(label: str) -> list[str]:
     """Return the words of a name in lower case; 'motorPos_rad[3]' is motor, pos, rad and 3."""
     plain = re.sub(r'[\[(<{]([^\])>}]*)[\])>}]', _inside, label)
+    plain = re.sub(r'(?i)feed[ _-]?back', 'feedback', plain)
     return [word.lower() for word in _WORD.findall(plain)]
 
 
@@ -186,8 +189,23 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
         quantity, known = (POSITION if first == 'p' else VELOCITY), {first}
     left = [word for k, word in enumerate(words) if word not in vocabulary
             and not (k == 0 and word in known)]
+    if quantity == NOTHING and source == MEASURED and {'joint', 'joints'} & set(words) and all(
+            word.isdigit() for word in left) and not set(words) & STRANGE:
+        quantity = POSITION  # feedBack.joints[3]: what is measured of a joint as such
     return Meaning(label, quantity, source, side, unit, scale, ' '.join(left),
                    _why(words, quantity, source, side), bool(unit))
+
+
+def run_of(name: str) -> tuple[bool, tuple[str, ...]]:
+    """
+    Return (whether the `name` of a file calls it setpoints, its words that tell runs apart).
+
+    Those of parts of a torque do: 'friction_gravity_control' is a run to learn friction.
+    """
+    words, sources = words_of(name), _SETS['source']
+    plain = _CONTAINER | sources[SETPOINT] | sources[MEASURED] | frozenset().union(
+        *_SETS['quantity'].values(), *_SETS['side'].values())
+    return not sources[SETPOINT].isdisjoint(words), tuple(w for w in words if w not in plain)
 
 
 def _rotating_axis(words: Sequence[str]) -> set[str]:
@@ -261,7 +279,7 @@ def _by_convention(columns: Sequence[Meaning]) -> list[Meaning]:
         if needed <= names:
             beside = {quantity: (unit, reason) for quantity, unit in units.items()}
     result = []
-    for column in columns:
+    for column in map(_by_notation(columns), columns):
         words = set(words_of(column.label))
         unit, reason = next(((unit, reason) for needed, quantity, unit, reason in CONVENTIONS
                              if needed <= words and quantity == column.quantity),
@@ -270,6 +288,32 @@ def _by_convention(columns: Sequence[Meaning]) -> list[Meaning]:
             column = replace(column, unit=unit, why=f'{column.why}; {reason}', stated=False)
         result.append(column)
     return result
+
+
+def _by_notation(columns: Sequence[Meaning]) -> Callable[[Meaning], Meaning]:
+    """
+    Return the function that reads a Meaning by letters that mean one thing beside each other.
+
+    theta beside q: motor and link of an elastic joint. q_A beside d_A: axes of a current.
+    """
+    endings = {column.label.rpartition('.')[2] for column in columns}
+    measured = [set(words_of(c.label)) for c in columns if c.quantity == POSITION
+                and c.source in (MEASURED, '') and not c.side]
+    elastic = all(any(letter in words for words in measured) for letter in ('q', 'theta'))
+
+    def _read(column: Meaning) -> Meaning:
+        words = set(words_of(column.label))
+        axis = column.label.rpartition('.')[2]
+        if axis in ('q_A', 'd_A') and {'q_A', 'd_A'} <= endings:
+            return replace(column, quantity=EFFORT, unit='A', joint='', why="'q', 'A'",
+                           source='' if axis == 'q_A' else PART)
+        if elastic and not column.side and column.quantity in (POSITION, VELOCITY):
+            if words & {'theta', 'dtheta'}:
+                return replace(column, side='motor', why=f'{column.why}; of the motor, beside q')
+            if words & {'q', 'dq'}:
+                return replace(column, side='arm', why=f'{column.why}; of the link, beside theta')
+        return column
+    return _read
 
 
 def _joints(columns: Sequence[Meaning]) -> list[str]:

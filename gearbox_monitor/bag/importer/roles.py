@@ -20,6 +20,7 @@ columns remain for one role, or a number is missing, the Question names the opti
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+import shlex
 
 import numpy as np
 
@@ -116,6 +117,11 @@ def is_input(meaning: Meaning) -> bool:
     words = set(words_of(meaning.label))
     return bool(words & set(INPUTS)) and not words & {'torque', 'torques', 'tau', 'trq', 'effort',
                                                       'efforts', 'force', 'moment'}
+
+
+def use_option(role: str, column: str) -> str:
+    """Return the option that gives a `column` a `role`, as it is typed in a shell."""
+    return f'--use {shlex.quote(f"{role}={column}")}'
 
 
 def matches(given: str, meaning: Meaning) -> bool:
@@ -239,8 +245,8 @@ def _positions(choice: Choice, columns: Sequence[Column], t: Array, refused: set
     moving = 'move together' if pairs else 'do not move together'
     choice.questions.append(Question(
         'positions', f'{names}: positions of one joint that {moving}, and no name tells motor '
-        'from arm', f'--use motor={candidates[0].meaning.label} '
-        f'--use arm={candidates[-1].meaning.label} (or none), or --columns'))
+        'from arm', f'{use_option("motor", candidates[0].meaning.label)} '
+        f'{use_option("arm", candidates[-1].meaning.label)} (or none), or --columns'))
 
 
 def _together(t: Array, a: Column, b: Column) -> float:
@@ -277,7 +283,16 @@ def _efforts(choice: Choice, columns: Sequence[Column], motion: Motion, t: Array
     """Choose the motor's effort and the torque of a sensor."""
     sensors = _kind(columns, EFFORT, SENSOR)
     measured = _kind(columns, EFFORT, MEASURED, '')
-    sensors += [c for c in measured if c.meaning.side == 'arm' and len(measured) > 1]
+    of_arm = [c for c in measured if c.meaning.side == 'arm' and len(measured) > 1]
+    if of_arm and 'motor_position' not in choice.roles and not {'motor_effort'} & {
+            *choice.roles, *refused}:
+        other = next(c for c in measured if c not in of_arm)
+        choice.questions.append(Question(
+            'effort', f'{stem_of(of_arm[0].meaning)}, {stem_of(other.meaning)}: a torque of the '
+            'arm, of the drive or of a sensor, and another effort', ', or '.join(
+                use_option('effort', stem_of(c.meaning)) for c in (of_arm[0], other))))
+        return
+    sensors += of_arm
     measured = [c for c in measured if c not in sensors]
     commanded = _kind(columns, EFFORT, SETPOINT)
     filtered = _kind(columns, EFFORT, FILTERED)
@@ -316,9 +331,9 @@ def _drive_effort(choice: Choice, measured: Sequence[Column], commanded: Sequenc
     elif measured and commanded_torques:
         choice.questions.append(Question(
             'effort', f'{stem_of(measured[0].meaning)}, {stem_of(commanded_torques[0].meaning)}: '
-            'a measured current or duty, and a commanded torque', '--use effort='
-            f'{stem_of(measured[0].meaning)} --torque-constant K (N m per A), or --use effort='
-            f'{stem_of(commanded_torques[0].meaning)}'))
+            'a measured current or duty, and a commanded torque',
+            f'{use_option("effort", stem_of(measured[0].meaning))} --torque-constant K (N m per '
+            f'A), or {use_option("effort", stem_of(commanded_torques[0].meaning))}'))
     elif measured:
         of_motor = [c for c in measured if c.meaning.side == 'motor'] or measured
         if len(of_motor) > 1:
@@ -338,15 +353,15 @@ def _drive_effort(choice: Choice, measured: Sequence[Column], commanded: Sequenc
                         f'commanded, the only effort: {commanded[0].meaning.why}')
     for column in (*measured, *commanded):
         if column not in choice.roles.values():
-            choice.left.setdefault(column.number, 'another effort: --use effort='
-                                   + stem_of(column.meaning))
+            choice.left.setdefault(column.number, 'another effort: '
+                                   + use_option('effort', stem_of(column.meaning)))
 
 
 def _ask_effort(choice: Choice, columns: Sequence[Column], what: str) -> None:
     names = ', '.join(stem_of(c.meaning) for c in columns)
     choice.questions.append(Question(
         'effort', f'{names}: {what}', ' or '.join(
-            f'--use effort={stem_of(c.meaning)}' for c in columns[:3])))
+            use_option('effort', stem_of(c.meaning)) for c in columns[:3])))
 
 
 def _silent_efforts(choice: Choice, columns: Sequence[Column], sensors: Sequence[Column],
@@ -355,8 +370,8 @@ def _silent_efforts(choice: Choice, columns: Sequence[Column], sensors: Sequence
     if sensors:
         choice.questions.append(Question(
             'effort', f'{sensors[0].meaning.label}: a torque sensor, and no effort of the motor '
-            'beside it', f'--use reference={sensors[0].meaning.label}, or '
-            f'--use effort={sensors[0].meaning.label} if it is the motor torque'))
+            'beside it', f'{use_option("reference", sensors[0].meaning.label)}, or '
+            f'{use_option("effort", sensors[0].meaning.label)} if it is the motor torque'))
         return
     order = np.argsort(t, kind='stable')
     shares = [(motion.explained(c.values[order]), motion.explained(c.values[order], True), c)
@@ -368,7 +383,7 @@ def _silent_efforts(choice: Choice, columns: Sequence[Column], sensors: Sequence
         share, column = max(likely, key=lambda pair: pair[0])
         choice.questions.append(Question(
             'effort', f'no column is named as an effort; the motion explains {share:.0%} of '
-            f'{column.meaning.label}', f'--use effort={column.meaning.label}, or '
+            f'{column.meaning.label}', f'{use_option("effort", column.meaning.label)}, or '
             '--use effort=none'))
 
 
@@ -389,7 +404,7 @@ def _setpoints(choice: Choice, columns: Sequence[Column], refused: set[str]) -> 
         names = ', '.join(c.meaning.label for c in (first, *more))
         choice.questions.append(Question(
             'setpoint', f'{names}: setpoints of one joint', ' or '.join(
-                f'--use setpoint={stem_of(c.meaning)}' for c in (first, *more[:2]))))
+                use_option('setpoint', stem_of(c.meaning)) for c in (first, *more[:2]))))
         return
     choice.take('motor_setpoint', first, f'by its name: {first.meaning.why}')
     for column in more:

@@ -25,7 +25,7 @@ from typing import Any
 from gearbox_monitor.bag.importer.guess_time import found_time, FoundTime
 from gearbox_monitor.bag.importer.layout import recognised_layout
 from gearbox_monitor.bag.importer.meaning import (
-    Meaning, meaning_of, meanings, POSITION, SETPOINT, with_listed_names)
+    meanings, POSITION, run_of, with_listed_names)
 from gearbox_monitor.errors import InputError
 
 TABLES = ('.csv', '.csv.gz', '.parquet', '.npz', '.txt')
@@ -34,16 +34,14 @@ OVERLAP = 0.5  # of the time of the states, in which setpoints of the same run s
 
 def setpoint_files(path: Path) -> list[Path]:
     """Return the files whose names call them setpoints of the run in `path`."""
-    own = _name(path)
-    return [] if own.source == SETPOINT else sorted(
+    setpoints, run = run_of(_stem(path))
+    return [] if setpoints else sorted(
         other for other in path.parent.iterdir()
-        if other.suffixes == path.suffixes and _name(other).source == SETPOINT
-        and _name(other).joint == own.joint)
+        if other.suffixes == path.suffixes and run_of(_stem(other)) == (True, run))
 
 
-def _name(path: Path) -> Meaning:
-    """Return the Meaning of a file's name, whose `joint` is the words that tell runs apart."""
-    return meaning_of(path.name.partition('.')[0])
+def _stem(path: Path) -> str:
+    return path.name.partition('.')[0]
 
 
 def sibling_setpoints(path: Path, time: FoundTime, states: Mapping[str, Mapping[str, Any]]

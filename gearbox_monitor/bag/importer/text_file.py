@@ -33,7 +33,8 @@ import numpy as np
 from gearbox_monitor.bag.importer.mapping import ImportMapping, TextFormat, TimeMapping
 from gearbox_monitor.bag.importer.raw_columns import (
     key_of, label_of, MIN_SAMPLES, Places, RawColumns)
-from gearbox_monitor.bag.importer.unit_table import TIME, unit_of_label
+from gearbox_monitor.bag.importer.unit_table import (
+    number_with_unit, standard_unit, TIME, unit_of_label)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.packed_files import lines_of
 from gearbox_monitor.kernels.types import AnyArray, Array
@@ -341,6 +342,10 @@ def _parser(path: str | Path, mapping: ImportMapping, places: Places
                 return math.nan
             return float(cell.replace(',', '.') if mapping.text.decimal == ',' else cell)
         except ValueError:
+            number = number_with_unit(cell)
+            if number is not None and number[1] == standard_unit(
+                    str(getattr(places[name], 'unit', ''))):
+                return number[0]
             raise InputError(f'{path}: {place} value {cell!r}: expected a number') from None
     return _value
 

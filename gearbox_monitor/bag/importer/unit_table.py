@@ -47,7 +47,8 @@ _SPELLINGS = {
     'degree': 'deg', 'degrees': 'deg', '°': 'deg', 'radian': 'rad', 'radians': 'rad',
     'turn': 'turns', 'rev': 'turns', 'revs': 'turns', 'rot': 'turns', 'count': 'counts',
     'ticks': 'counts', 'tick': 'counts', 'cts': 'counts', 'inc': 'counts',
-    'increments': 'counts', 'rev/min': 'rpm', '1/min': 'rpm', 'amps': 'A', 'amp': 'A',
+    'increments': 'counts', 'pulse': 'counts', 'pulses': 'counts', 'rev/min': 'rpm',
+    'r/min': 'rpm', '1/min': 'rpm', 'min-1': 'rpm', 'amps': 'A', 'amp': 'A',
     'amperes': 'A', 'ampere': 'A', 'volts': 'V', 'volt': 'V', 'percent': '%', '‰': 'per mille',
     'permille': 'per mille', 'newton': 'N', 'sec': 's', 'second': 's', 'seconds': 's',
     'msec': 'ms', 'milliseconds': 'ms', 'usec': 'us', 'microseconds': 'us', 'nsec': 'ns',
@@ -64,8 +65,16 @@ _BY_SPELLING = {
 
 def standard_unit(text: str) -> str:
     """Return the name in the tables of the unit `text` ('Nm', 'N*m', 'degrees'), '' if none."""
-    squeezed = re.sub(r'[\s*·.^_]', '', text.replace('µ', 'u').replace('μ', 'u'))
+    squeezed = re.sub(r'[\s*·.^_]|(?<=[A-Za-z])-(?=[A-Za-z])', '',
+                      text.replace('µ', 'u').replace('μ', 'u'))
     return _BY_SPELLING.get(squeezed) or _BY_SPELLING.get(squeezed.lower(), '')
+
+
+def number_with_unit(cell: str) -> tuple[float, str] | None:
+    """Return (number, unit) of a cell such as '0.005 sec', None if it is none."""
+    match = re.fullmatch(r'\s*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)\s+(\D{1,8}?)\s*', cell)
+    unit = standard_unit(match[2]) if match else ''
+    return (float(match[1]), unit) if match and unit else None
 
 
 def scaled_unit(text: str, of_label: bool = False) -> tuple[float, str]:

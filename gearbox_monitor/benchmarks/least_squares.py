@@ -1,0 +1,148 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A baseline beside the diagnosis of real pairs: least squares of the torque, ranked by BIC.
+
+Each effect alone is fitted to the torque that the model leaves, as a user of a toolbox for
+identification would do it: white noise of one size per joint, no tolerance, no function without a
+law. The Bayesian information criterion (Schwarz, 1978) chooses one of them, or none. Of a single
+drive, waves over the angle are left out: their order would be a search of its own.
+"""
+from collections.abc import Mapping, Sequence
+import math
+from pathlib import Path
+
+import numpy as np
+
+from gearbox_monitor.bag.csv import read_csv
+from gearbox_monitor.bag.joint_input import find_input
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.recorded_samples import samples_of
+from gearbox_monitor.bag.robot_input import numbered_names, read_robot_log
+from gearbox_monitor.balance.candidates import Candidate, library as effects_of_robot
+from gearbox_monitor.balance.evidence import RobotEvidence
+from gearbox_monitor.balance.robot_log import checked_log
+from gearbox_monitor.balance.rows import RobotModel, rows_of
+from gearbox_monitor.balance.settings import SETTINGS
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.robot_model import read_robot
+from gearbox_monitor.files.knowledge_file import load_knowledge
+from gearbox_monitor.identification.candidates import CandidateModel, Starts
+from gearbox_monitor.identification.torque_regression import torque_regression
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects.balance_column import SETPOINT
+from gearbox_monitor.quality.admission import prepared
+from gearbox_monitor.quality.recording import UniformRecording
+
+Cause = tuple[str, str]  # effect, joint or link; '' of a single drive
+
+
+def ranked_of_robot(logs: Sequence[str], model: str | Path, knowledge: str | None,
+                    recorded: Mapping[str, str]) -> list[tuple[Cause, float]]:
+    """
+    Return [(cause, gain in BIC over none)] of a robot, the largest first.
+
+    Args:
+        logs: bags or tables.
+        model: URDF or MJCF file.
+        knowledge: file of learn, None for none.
+        recorded: {joint: its name in the logs}, where they differ.
+    """
+    file = read_robot(model)
+    taught = load_knowledge(knowledge, file.digest) if knowledge else None
+    tolerance = SETTINGS.tolerance_learnt if taught else SETTINGS.tolerance
+    robot = RobotModel(file.chain, np.full(len(file.chain.links), tolerance),
+                       learnt=taught is not None, kp=file.kp, kd=file.kd)
+    joints = file.chain.joints
+    raw = [checked_log(read_robot_log(path, joints, recorded or numbered_names(path, joints), None,
+                                      file.no_servo), joints) for path in logs]
+    rows = [rows_of(log, robot, taught.shapes if taught else (), taught.mean if taught else None)
+            for log in raw]
+    evidence = RobotEvidence(rows, taught.prior if taught else None)
+    out: dict[Cause, float] = {}
+    for candidate in effects_of_robot(rows):
+        cause = candidate.effect, candidate.place
+        out[cause] = max(out.get(cause, -math.inf), _gain(evidence, candidate))
+    return _ordered(out)
+
+
+def _gain(evidence: RobotEvidence, candidate: Candidate) -> float:
+    """Return by how much BIC falls with a candidate, its coefficients by least squares."""
+    parts = [(evidence.at[j].y, x[evidence.at[j].order]) for j, x in candidate.columns.items()]
+    scales = [max(float(np.sqrt(np.mean(y * y))), 1e-9) for y, _ in parts]
+    columns = np.concatenate([x / s for (_, x), s in zip(parts, scales)])
+    values = np.linalg.lstsq(columns, np.concatenate([y / s for (y, _), s in zip(parts, scales)]),
+                             rcond=None)[0]
+    count = sum(len(a.y) for a in evidence.at)
+    gain = sum(len(y) * math.log(float(y @ y) / max(float(np.sum((y - x @ values) ** 2)), 1e-300))
+               for y, x in parts if y.any())
+    return float(gain - candidate.width * math.log(count))
+
+
+def ranked_of_drive(logs: Sequence[str], model: DriveModel) -> list[tuple[Cause, float]]:
+    """
+    Return [(cause, gain in BIC over none)] of a drive, the largest first.
+
+    Args:
+        logs: bags or CSV files.
+        model: of the drive.
+    """
+    if model.controller is not None:
+        raise InputError('the torque of a servo is not recorded: no least squares')
+    recordings = [_recording(path, model) for path in logs]
+    starts = Starts(model, recordings)
+    none = _criterion(recordings, [starts.none()])
+    out = {}
+    for name, effect in EFFECTS.items():
+        if effect.column and effect.column.needs != SETPOINT and not effect.periodic:
+            out[name, ''] = none - _criterion(recordings, starts.candidates(name))
+    return _ordered(out)
+
+
+def _criterion(recordings: Sequence[UniformRecording], candidates: Sequence[CandidateModel]
+               ) -> float:
+    """Return the smallest BIC of some candidates, inf where the regression does not tell."""
+    best = math.inf
+    for candidate in candidates:
+        fits = [torque_regression(recording, candidate) for recording in recordings]
+        count = sum(len(r.u) for r in recordings)
+        if all(fits):
+            best = min(best, sum(len(r.u) * 2.0 * math.log(max(fit.after, 1e-300))
+                                 for r, fit in zip(recordings, fits) if fit)
+                       + len(candidate.ids) * math.log(count))
+    return best
+
+
+def _recording(path: str, model: DriveModel) -> UniformRecording:
+    """Return the recording in a bag with the joints motor and arm, or in a CSV file."""
+    t: Array | Integers
+    if Path(path).is_file():
+        c = read_csv(Path(path))
+        t, u, y, arm = c.t, c.u, np.column_stack([c.motor, c.arm]), c.arm_torque
+        u = (c.setpoint if model.controller else u * model.torque_constant)
+    else:
+        with open_bag(path) as reader:
+            joints = ['motor', 'arm', *(['setpoint'] if model.controller else [])]
+            states = reader.joint_states(find_input(reader, 'joint_states').topic, joints)
+            samples, _ = samples_of(states, model)
+        t, u, y, arm = samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1]
+    return prepared(t, u, y, arm, path, None, model, 'model')[0]
+
+
+def _ordered(gains: Mapping[Cause, float]) -> list[tuple[Cause, float]]:
+    """Return what has a finite gain, the largest first."""
+    return sorted(((c, g) for c, g in gains.items() if math.isfinite(g)), key=lambda x: -x[1])
