@@ -74,10 +74,10 @@ def test_recommended_commands_are_accepted(tmp_path, capsys, monkeypatch, make):
         run_recommended(capsys, [*check, '--model', 'drive.yaml'])
 
 
+@pytest.mark.system
 @pytest.mark.parametrize('options', [
     ('--rate', '100', '--seconds', '6', '--rest', '0.5'),
-    *(pytest.param(options, marks=pytest.mark.system) for options in (
-        ('--rate', '50', '--encoders', 'motor'), ('--rate', '125'), ('--rate', '1000')))],
+    ('--rate', '50', '--encoders', 'motor'), ('--rate', '125'), ('--rate', '1000')],
     ids=' '.join)
 def test_recommended_commands_for_example_drives(tmp_path, capsys, monkeypatch, options):
     monkeypatch.chdir(tmp_path)
