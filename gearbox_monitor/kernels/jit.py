@@ -30,6 +30,7 @@ import os
 from pathlib import Path
 import platform
 import stat
+import sys
 import tempfile
 from types import FunctionType
 from typing import Any, TypeVar
@@ -195,10 +196,33 @@ def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:
 
     def _one_process_compiles(signature: Any) -> Any:
         # numba's lock comes first, so that the threads of a process take both in one order.
-        with global_compiler_lock, _overload_lock(f'{name}{signature}'):
+        with global_compiler_lock, _overload_lock(f'{name}{signature}'), interrupts_kept():
             return load_or_compile(signature)
     kernel.compile = _one_process_compiles
     return kernel
+
+
+@contextmanager
+def interrupts_kept() -> Iterator[None]:
+    """
+    Let Ctrl-C end the block even where Python drops it: in a callback that LLVM calls.
+
+    LLVM takes most of the time of compiling, and what comes meanwhile is raised in its callback.
+    """
+    previous, dropped = sys.unraisablehook, []
+
+    def keep(unraisable: Any) -> None:
+        if issubclass(unraisable.exc_type, KeyboardInterrupt):
+            dropped.append(unraisable.exc_type)
+        else:
+            previous(unraisable)
+    sys.unraisablehook = keep
+    try:
+        yield
+    finally:
+        sys.unraisablehook = previous
+        if dropped:
+            raise KeyboardInterrupt
 
 
 @contextmanager

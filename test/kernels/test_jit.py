@@ -13,6 +13,7 @@
 # limitations under the License.
 
 """Compiled kernels are kept where a folder can keep them; where none can, the user is told."""
+import ctypes
 import os
 from pathlib import Path
 import subprocess
@@ -20,7 +21,7 @@ import sys
 
 import pytest
 
-from gearbox_monitor.kernels.jit import COMPILED, fma, usable_cache
+from gearbox_monitor.kernels.jit import COMPILED, fma, interrupts_kept, usable_cache
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
@@ -58,6 +59,17 @@ def test_processes_that_start_together_compile_once(tmp_path):
     together = [subprocess.Popen([sys.executable, '-c', STEP], cwd=ROOT, text=True,
                                  stdout=subprocess.PIPE, env=environment) for _ in range(3)]
     assert sorted(p.communicate()[0].split()[1] for p in together) == ['0', '1', '1']
+
+
+def test_ctrl_c_in_a_callback_of_the_compiler_ends_the_command(capsys):
+    @ctypes.CFUNCTYPE(None)
+    def callback():
+        raise KeyboardInterrupt
+    before = sys.unraisablehook
+    with pytest.raises(KeyboardInterrupt), interrupts_kept():
+        callback()
+    assert sys.unraisablehook is before
+    assert not capsys.readouterr().err
 
 
 def test_without_any_folder_kernels_run_and_the_reason_is_told_once(blocked):
