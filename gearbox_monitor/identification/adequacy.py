@@ -160,5 +160,7 @@ def spectral_excess(residual: Array, dt: float) -> float:
             continue
         # Without the worst window: one burst is no unknown effect.
         ratio = np.sort(band_power.mean(axis=(1, 2)))[:max(1, len(band_power) - 1)].mean()
-        structure = max(structure, (ratio - 1.0) / np.sqrt(2.0 / band_power.size))
+        # Both the band's power and that of the white noise are measured.
+        deviation = np.sqrt(2.0 / band_power.size + 2.0 / power[:, high].size)
+        structure = max(structure, (ratio - 1.0) / deviation)
     return float(structure)

@@ -24,7 +24,8 @@ from gearbox_monitor.identification.innovation_fit import InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood, JointLikelihood
 from gearbox_monitor.identification.noise_model import white_level
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.identification.windows import hidden_begins, Segment, segment_of
+from gearbox_monitor.identification.windows import (
+    hidden_begins, seconds_at_rest, Segment, segment_of, SETTLING)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import UniformRecording
@@ -63,7 +64,9 @@ class Evidence:
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
         """The recordings with their windows."""
-        parts = [segment_of(r, self.model, self.sigma, self.colour, finer=self.finer)
+        # At rest, nothing tells where the side is that no encoder reads.
+        parts = [segment_of(r, self.model, self.sigma, self.colour, SETTLING if not self.hides(r)
+                            else max(SETTLING, seconds_at_rest(r, self.sigma)), self.finer)
                  for r in self.recordings]
         if self.all_trained:
             parts = [replace(part, unseen=part.span.stop, data=replace(

@@ -40,6 +40,8 @@ SECONDS = 1.0  # of a window
 # s, after which what was commanded before a recording has acted: dead times of up to half of it,
 # lags of a tenth of it down to 5e-5
 SETTLING = 2.0 * MAX_SETPOINT_DELAY
+BEGINNING = 0.1  # s, whose median is where a recording begins
+MOVED = 6.0      # deviations of noise: one reading in 5e8 of a drive at rest
 LESS_CERTAIN = 5.0  # times their deviation: states in which a filter begins
 HELD_OUT = 0.3  # share of the windows of each recording, its last ones
 
@@ -70,6 +72,21 @@ class Segment:
     def held_out(self) -> slice:
         """Samples that are held out."""
         return slice(self.unseen, self.span.stop)
+
+
+def seconds_at_rest(recording: UniformRecording, sigma: Array) -> float:
+    """
+    Return how long it takes until a reading has moved beyond noise, s; 0 if none ever does.
+
+    Args:
+        recording: of one drive.
+        sigma: noise of the encoders [2], rad.
+    """
+    channels = list(recording.channels)
+    y = recording.y[:, channels]
+    begin = np.median(y[:max(round(BEGINNING / recording.dt), 1)], axis=0)
+    moved = (np.abs(y - begin) > MOVED * sigma[channels]).any(axis=1)
+    return float(moved.argmax() * recording.dt) if moved.any() else 0.0
 
 
 def segment_of(recording: UniformRecording, model: DriveModel, sigma: Array,

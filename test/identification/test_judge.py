@@ -181,6 +181,16 @@ def test_nothing_runs_from_one_recording_into_the_next():
     assert diagnose.diagnose([first, moved], model, only=['torque_gain']).verdict == 'none'
 
 
+def test_evidence_of_one_encoder_begins_where_it_moves():
+    """At rest, nothing tells where the other side is in the gap."""
+    u = np.concatenate([np.zeros(1500), record([], 3).u])
+    both = record([], 4.5, u=u)
+    arm = replace(both, y=both.y[:, [1, 1]], channels=(1,))
+    begin_both, begin_arm = (evidence_of(r).segments[0].span.start * DT for r in (both, arm))
+    assert begin_both < 0.3 and 1.4 < begin_arm < 2.2
+    assert evidence_of(both, arm).segments[1].span.start * DT == begin_arm
+
+
 def test_validation_on_a_second_recording():
     effect = {'id': 'arm_coulomb', 'Cac': 0.05}
     result = closed_model.validate(record([effect], seed=9), DriveModel(),
