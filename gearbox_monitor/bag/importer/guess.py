@@ -197,17 +197,27 @@ class _Proposal:
             data['signals'] = self._of_drive(data, choices[0], series, time)
         self._require_effect(data)
         self._blanks(data, series, choices, time)
-        second = sibling_setpoints(self.path, time, data['joints']) if robot and not any(
-            'setpoint' in joint for joint in data['joints'].values()) else None
-        if second is not None:
-            data['second_file'] = second
-            self.assumptions.append(f'Setpoints: {second["path"]} beside it, on the same clock.')
+        if robot and 'motor_setpoint' not in use:
+            self._setpoints_beside(data, time)
         table = self._table(series, known, choices, time)
         unused = [row.column for row in table if not row.role]
         if unused:
             self.assumptions.append(f'Not used: {", ".join(unused)[:400]}.')
         return Guess(self.path.name, with_settings(data, self.settings), tuple(self.assumptions),
                      tuple(self.questions), tuple(table))
+
+    def _setpoints_beside(self, data: dict[str, Any], time: FoundTime) -> None:
+        """Add the setpoints of a robot in a file of their own to the mapping `data`, or ask."""
+        if any('setpoint' in joint for joint in data['joints'].values()):
+            return
+        blocks = sibling_setpoints(self.path, time, data['joints'])
+        names = ', '.join(block['path'] for block in blocks)
+        if len(blocks) == 1:
+            data['second_file'] = blocks[0]
+            self.assumptions.append(f'Setpoints: {names} beside it, on the same clock.')
+        elif blocks:
+            self._ask('setpoint', f'{names}: setpoints of the same joints and time beside it',
+                      '--use setpoint=none, or second_file in a mapping (--map)')
 
     # --- time, names and units ------------------------------------------------------------------
     def _time(self) -> FoundTime:

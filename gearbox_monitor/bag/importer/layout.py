@@ -48,6 +48,7 @@ LEAST_FILLED = 0.01  # share of the cells of a column that holds numbers
 MAX_HEADER = 5  # rows
 MAX_DEPTH = 8  # of fields inside fields
 MOST_COLUMNS = 64  # of a matrix
+JOINT_LIST = 'joint_list.txt'  # beside a recording
 JOINT_LISTS = ('joint_names', 'joint_sequence', 'dof_names', 'joints', 'names')
 COMMENTS = ('#', '%', '//')
 DELIMITERS = (',', ';', '\t', 'whitespace')
@@ -338,9 +339,9 @@ def _is_list(kind: Any) -> bool:
 
 
 def _listed_joints(path: str | Path) -> Sequence[str]:
-    """Return the names in 'joint_list.txt' beside the file, one in a line."""
+    """Return the names in JOINT_LIST beside the file, one in a line."""
     try:
-        text = Path(path).with_name('joint_list.txt').read_text(encoding='utf-8')
+        text = Path(path).with_name(JOINT_LIST).read_text(encoding='utf-8')
     except (OSError, ValueError):
         return ()
     return [line.strip() for line in text.splitlines() if line.strip()]

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.bag.importer.guess_time import found_time, FoundTime
-from gearbox_monitor.bag.importer.layout import recognised_layout
+from gearbox_monitor.bag.importer.layout import JOINT_LIST, recognised_layout
 from gearbox_monitor.bag.importer.meaning import (
     meanings, POSITION, run_of, with_listed_names)
 from gearbox_monitor.errors import InputError
@@ -45,18 +45,17 @@ def _stem(path: Path) -> str:
 
 
 def sibling_setpoints(path: Path, time: FoundTime, states: Mapping[str, Mapping[str, Any]]
-                      ) -> dict[str, Any] | None:
+                      ) -> list[dict[str, Any]]:
     """
-    Return the block second_file of a mapping, None where no setpoints stand beside `path`.
+    Return the blocks second_file of a mapping, one for each file with setpoints beside `path`.
 
     Args:
         path: of the states.
         time: of the states.
         states: {joint: {quantity: block of the mapping}} of the states.
     """
-    blocks = [block for other in setpoint_files(path)
-              if (block := _setpoints_in(other, time, states)) is not None]
-    return blocks[0] if len(blocks) == 1 else None
+    return [block for other in setpoint_files(path)
+            if (block := _setpoints_in(other, time, states)) is not None]
 
 
 def _setpoints_in(path: Path, time: FoundTime, states: Mapping[str, Mapping[str, Any]]
@@ -90,6 +89,6 @@ def state_files(folder: Path) -> list[Path]:
     episodes = sorted(folder.glob('data/**/*.parquet'))
     if episodes:
         return episodes
-    tables = sorted(file for file in folder.iterdir()
-                    if file.is_file() and file.name.endswith(TABLES))
+    tables = sorted(file for file in folder.iterdir() if file.is_file()
+                    and file.name.endswith(TABLES) and file.name != JOINT_LIST)
     return [file for file in tables if setpoint_files(file)] or tables
