@@ -45,16 +45,19 @@ from typing import Any
 
 import yaml
 
+from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, write_json)
 from gearbox_monitor.benchmarks.least_squares import Cause, ranked_of_drive, ranked_of_robot
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.files.yaml_files import load_model, load_yaml, Yaml
+from gearbox_monitor.plant.effects import EFFECTS
 
 ENDING, TRUTH = '.pair.yaml', 'truth.yaml'
 KEYS = ('log', 'reference', 'model', 'joint', 'import', 'recorded', 'values', 'free', 'diagnose')
 NONE, UNKNOWN, REFUSED = 'none', 'unknown', 'refused'
+EFFECT_IDS = {*EFFECTS, *(effect.id for effect in ROBOT_EFFECTS), UNKNOWN}
 
 
 @dataclass(frozen=True)
@@ -227,6 +230,9 @@ def load_truth(path: Path) -> dict[str, Truth]:
                 or not all(isinstance(e, str) for e in effects)):
             raise InputError(f'{path}: {name}: {str(value)[:60]!r}, expected none, or effect (an '
                              'id or several) and, of a robot, place')
+        for effect in effects:
+            if effect not in EFFECT_IDS:
+                raise InputError(f'{path}: {name}: {unknown(effect, EFFECT_IDS)}')
         out[name] = Truth(tuple(effects), place)
     return out
 

@@ -169,7 +169,9 @@ def test_bad_manifests_are_one_line(tmp_path, capsys, text, says):
     assert says in error and 'bad.pair.yaml' in error and error.count('\n') == 1
 
 
-@pytest.mark.parametrize('text', ('joint/same: 3', 'joint/same: {place: tool}', '- none'))
+@pytest.mark.parametrize('text', (
+    'joint/same: 3', 'joint/same: {place: tool}', '- none', 'joint/same: paylod',
+    'joint/same: {effect: [payload, none]}'))
 def test_a_truth_that_says_nothing_is_refused(tmp_path, text):
     (tmp_path / 'truth.yaml').write_text(text)
     with pytest.raises(real_gap.InputError, match='truth.yaml'):
