@@ -113,15 +113,15 @@ def ranked_of_drive(logs: Sequence[str], model: DriveModel) -> list[tuple[Cause,
 def _criterion(recordings: Sequence[UniformRecording], candidates: Sequence[CandidateModel]
                ) -> float:
     """Return the smallest BIC of some candidates, inf where the regression does not tell."""
-    best = math.inf
+    lowest = math.inf
     for candidate in candidates:
         fits = [torque_regression(recording, candidate) for recording in recordings]
         count = sum(len(r.u) for r in recordings)
         if all(fits):
-            best = min(best, sum(len(r.u) * 2.0 * math.log(max(fit.after, 1e-300))
+            lowest = min(lowest, sum(len(r.u) * 2.0 * math.log(max(fit.after, 1e-300))
                                  for r, fit in zip(recordings, fits) if fit)
                        + len(candidate.ids) * math.log(count))
-    return best
+    return lowest
 
 
 def _recording(path: str, model: DriveModel) -> UniformRecording:

@@ -107,11 +107,11 @@ class Answer:
     @property
     def words(self) -> str:
         """The answer as text: what it names, likeliest first."""
-        named = sorted(self.probabilities, key=lambda c: -self.probabilities[c])
+        causes = sorted(self.probabilities, key=lambda c: -self.probabilities[c])
         if self.refused:
             return REFUSED
         return ', '.join(effect + (f'@{place}' if place else '')
-                         for effect, place in named[:2]) or NONE
+                         for effect, place in causes[:2]) or NONE
 
 
 @dataclass(frozen=True)
@@ -158,8 +158,8 @@ def load_pairs(folder: Path, data: Path | None) -> list[Pair]:
 def _pair(path: Path, folder: Path, data: Path | None) -> Pair:
     """Return the Pair of the manifest `path`."""
     content = _table(load_yaml(path), KEYS)
-    here = path.parent.relative_to(folder)
-    places = [path.parent, *([data / here] if data else [])]
+    relative = path.parent.relative_to(folder)
+    places = [path.parent, *([data / relative] if data else [])]
 
     def _text(key: str, default: str | None = None) -> str | None:
         value = content.get(key, default)
@@ -194,7 +194,7 @@ def _pair(path: Path, folder: Path, data: Path | None) -> Pair:
         if not isinstance(content.setdefault(key, {}), dict):
             raise InputError(f'{path}: {key}: {str(content[key])[:40]!r}, expected keys and '
                              'values')
-    pair = Pair(str(here / path.name.removesuffix(ENDING)), path.parent,
+    pair = Pair(str(relative / path.name.removesuffix(ENDING)), path.parent,
                 tuple(_file('log', x) for x in logs),
                 tuple(_file('reference', x) for x in _texts('reference')), _file('model', model),
                 _text('joint'), _options('import'), content['recorded'], content['values'],
@@ -250,11 +250,11 @@ class Runner:
     def command(self, place: Path, *words: str) -> None:
         """Run gearbox_monitor with some `words` in the folder `place`; raises InputError."""
         self.commands.append('gearbox_monitor ' + shlex.join(words))
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        start = resource.getrusage(resource.RUSAGE_CHILDREN)
         done = subprocess.run([sys.executable, '-m', 'gearbox_monitor.cli.main', *words],
                               cwd=place, capture_output=True, text=True)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        self.cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        end = resource.getrusage(resource.RUSAGE_CHILDREN)
+        self.cpu = end.ru_utime + end.ru_stime - start.ru_utime - start.ru_stime
         if done.returncode not in (0, 1):
             raise InputError((done.stderr.strip() or 'no message').splitlines()[-1])
 
@@ -338,11 +338,11 @@ def answer_of(verdict: Mapping[str, Any], cpu: float) -> Answer:
     share = 1.0 / max(len(verdict['findings']) + remainder, 1)
     for finding in verdict['findings']:
         place = finding.get('joint') or finding.get('link') or ''
-        named = [finding['effect'], *finding['confusable']]
-        for name in named:
+        effects = [finding['effect'], *finding['confusable']]
+        for name in effects:
             effect, _, elsewhere = name.partition('@')
             cause = effect.partition(' ')[0], elsewhere or place
-            probabilities[cause] = probabilities.get(cause, 0.0) + share / len(named)
+            probabilities[cause] = probabilities.get(cause, 0.0) + share / len(effects)
             ranked.append(cause)
     if remainder:
         probabilities[UNKNOWN, ''] = share
@@ -367,8 +367,8 @@ def baseline_of(pair: Pair, run: Mapping[str, Any]) -> Answer:
         raise InputError('of a joint in the file of a simulator there is no baseline')
     else:
         gains = ranked_of_drive(run['logs'], load_model(run['model']))
-    best = {gains[0][0]: 1.0} if gains and gains[0][1] > 0.0 else {}
-    return Answer(best, tuple(cause for cause, _ in gains), time.process_time() - began)
+    chosen = {gains[0][0]: 1.0} if gains and gains[0][1] > 0.0 else {}
+    return Answer(chosen, tuple(cause for cause, _ in gains), time.process_time() - began)
 
 
 def scores(answers: Mapping[str, Answer], truths: Mapping[str, Truth]) -> dict[str, list[float]]:
@@ -389,13 +389,13 @@ def scores(answers: Mapping[str, Answer], truths: Mapping[str, Truth]) -> dict[s
         truth = truths.get(name)
         if truth is None or answer.refused:
             continue
-        seen = bool(answer.probabilities)
+        detected = bool(answer.probabilities)
         out['cpu'].append(answer.cpu)
         if not truth.effects:
-            out['false alarm'].append(float(seen))
+            out['false alarm'].append(float(detected))
             continue
-        out['detection'].append(float(seen))
-        if seen:
+        out['detection'].append(float(detected))
+        if detected:
             out['isolation'].append(math.fsum(
                 p for cause, p in answer.probabilities.items() if truth.admits(cause)))
         out['rank'].append(next((1.0 / number for number, cause in enumerate(answer.ranked, 1)
@@ -430,7 +430,7 @@ def _lines(methods: Mapping[str, Mapping[str, Answer]], truths: Mapping[str, Tru
         rows.append([name, words, *(answers[name].words for answers in methods.values())])
     widths = [max(map(len, column)) for column in zip(*rows)]
     return ['  '.join(f'{cell:<{w}}' for cell, w in zip(row, widths)).rstrip() for row in rows] + [
-        f'{name}: {why}' for name, why in refused.items()]
+        f'{name}: {reason}' for name, reason in refused.items()]
 
 
 def measure(pairs: Sequence[Pair], truth: Path, folder: Path) -> dict[str, Any]:

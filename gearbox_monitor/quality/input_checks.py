@@ -102,10 +102,10 @@ def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[Finding]:
              DIAGNOSIS_RATES[1])
     rate = 1.0 / r.dt
     rows = max(held_rows(r.y[:, i]) for i in r.channels)
-    least = held_rate(model)
-    if rows > 1 and rate / rows < least * 0.99:
+    lowest = held_rate(model)
+    if rows > 1 and rate / rows < lowest * 0.99:
         return [_finding('rate', f'{rate:.4g} samples/s, but positions are held for {rows} rows: '
-                         f'measured at {rate / rows:.4g} Hz, expected {least:g} or more, '
+                         f'measured at {rate / rows:.4g} Hz, expected {lowest:g} or more, '
                          'or one row for each measurement')]
     if not rates[0] * 0.99 <= rate <= rates[1] * 1.01:
         hint = ''

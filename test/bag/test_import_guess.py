@@ -341,6 +341,14 @@ def test_a_resolution_of_both_encoders_gives_the_gear_ratio(tmp_path, capsys):
     assert yaml.safe_load(capsys.readouterr().out)['gear_ratio'] == 20.0
 
 
+@pytest.mark.parametrize('second', ('output_torque', 'current'))
+def test_torques_of_an_arm_without_a_motor_are_asked_for(tmp_path, capsys, second):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'link_position': ARM, 'link_torque': TORQUE,
+                                    second: 0.8 * TORQUE + 0.1 * np.cos(T)})
+    assert main(['import', str(path), '--guess']) == 3
+    assert f'--use effort=link_torque or --use effort={second}' in capsys.readouterr().err
+
+
 def test_options_of_a_question_can_be_pasted(tmp_path, capsys):
     path = csv(tmp_path / 'r.csv', {'t': T, 'Encoder A': ARM, 'Encoder B': np.sin(T ** 2)})
     assert main(['import', str(path), '--guess']) == 3

@@ -276,12 +276,12 @@ def _text_format(path: str | Path) -> tuple[TextFormat, Sequence[Sequence[str]]]
         _is_datum(cell, text) for cell in row) > sum(map(bool, row)) / 2 for row in head]
     # Numbers of a preamble stand before the names: data begin behind the last row of words.
     words = [k for k, row in enumerate(head) if not is_data[k] and _of_words(row, text)]
-    before = next((k for k in range(words[-1] + 1 if words else 0, len(head)) if is_data[k]), 0)
+    begin = next((k for k in range(words[-1] + 1 if words else 0, len(head)) if is_data[k]), 0)
     header = 0
-    while header < min(before, MAX_HEADER) and _names_columns(head[before - 1 - header], columns,
-                                                              is_data[before - 1 - header]):
+    while header < min(begin, MAX_HEADER) and _names_columns(head[begin - 1 - header], columns,
+                                                              is_data[begin - 1 - header]):
         header += 1
-    text = replace(text, header=header, skip=_lines_before(path, text, before - header))
+    text = replace(text, header=header, skip=_lines_before(path, text, begin - header))
     if not header:  # numpy.savetxt and others: names in the last comment
         names = sample_rows(path, replace(text, header='comment'))[0]
         if len(names) == columns and not any(is_number(cell[0], text) for cell in names):

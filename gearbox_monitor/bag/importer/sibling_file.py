@@ -36,8 +36,8 @@ def setpoint_files(path: Path) -> list[Path]:
     """Return the files whose names call them setpoints of the run in `path`."""
     setpoints, run = run_of(_stem(path))
     return [] if setpoints else sorted(
-        other for other in path.parent.iterdir()
-        if other.suffixes == path.suffixes and run_of(_stem(other)) == (True, run))
+        file for file in path.parent.iterdir()
+        if file.suffixes == path.suffixes and run_of(_stem(file)) == (True, run))
 
 
 def _stem(path: Path) -> str:
@@ -54,8 +54,8 @@ def sibling_setpoints(path: Path, time: FoundTime, states: Mapping[str, Mapping[
         time: of the states.
         states: {joint: {quantity: block of the mapping}} of the states.
     """
-    return [block for other in setpoint_files(path)
-            if (block := _setpoints_in(other, time, states)) is not None]
+    return [block for file in setpoint_files(path)
+            if (block := _setpoints_in(file, time, states)) is not None]
 
 
 def _setpoints_in(path: Path, time: FoundTime, states: Mapping[str, Mapping[str, Any]]
@@ -77,10 +77,10 @@ def _setpoints_in(path: Path, time: FoundTime, states: Mapping[str, Mapping[str,
         return None
     blocks = {}
     for joint, column in setpoints.items():
-        alike = {key: value for key, value in states[joint].get('position', {}).items()
+        scaling = {key: value for key, value in states[joint].get('position', {}).items()
                  if key in ('unit', 'scale', 'counts_per_rev')}
         blocks[joint] = {'setpoint': {**column.place, **(
-            {'unit': column.unit} if column.unit else alike)}}
+            {'unit': column.unit} if column.unit else scaling)}}
     return {'path': path.name, 'lag': 0.0, **layout.blocks, 'time': own.block, 'joints': blocks}
 
 
