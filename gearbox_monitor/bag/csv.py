@@ -32,6 +32,7 @@ COLUMNS = {'t': 'time', 'u': 'motor_effort', 'setpoint': 'motor_setpoint',
            'motor': 'motor_position', 'arm': 'arm_position',
            'arm_torque': 'arm_effort'}
 ENCODERS = ('motor', 'arm')
+TEXTS = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')  # endings of tables
 DELIMITERS = (',', ';', '\t')
 
 

@@ -27,6 +27,7 @@ import zlib
 
 import numpy as np
 
+from gearbox_monitor.bag.csv import TEXTS
 from gearbox_monitor.bag.importer.containers import opened_table
 from gearbox_monitor.bag.importer.mapping import TextFormat
 from gearbox_monitor.bag.importer.text_file import is_number
@@ -38,7 +39,6 @@ from gearbox_monitor.files.packed_files import lines_of
 from gearbox_monitor.kernels.types import Array
 
 TABLES = ('.parquet', '.pq')
-TEXTS = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')
 PREFIXES = {'tau_': TORQUE, 'i_': CURRENT, 'setpoint_': SETPOINT}
 SETPOINTS = 'joint_setpoints'
 NO_SERVO = 'the model has none'

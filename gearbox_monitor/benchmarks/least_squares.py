@@ -26,16 +26,14 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.bag.csv import read_csv
+from gearbox_monitor.bag.csv import read_csv, TEXTS
 from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recorded_samples import samples_of
-from gearbox_monitor.bag.robot_input import numbered_names, read_robot_log
+from gearbox_monitor.bag.recorded_samples import read_samples
+from gearbox_monitor.bag.robot_values import load_log, load_values, robot_model
 from gearbox_monitor.balance.candidates import Candidate, library as effects_of_robot
 from gearbox_monitor.balance.evidence import RobotEvidence
-from gearbox_monitor.balance.robot_log import checked_log
-from gearbox_monitor.balance.rows import RobotModel, rows_of
-from gearbox_monitor.balance.settings import SETTINGS
+from gearbox_monitor.balance.rows import rows_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.files.knowledge_file import load_knowledge
@@ -51,27 +49,26 @@ from gearbox_monitor.quality.recording import UniformRecording
 Cause = tuple[str, str]  # effect, joint or link; '' of a single drive
 
 
-def ranked_of_robot(logs: Sequence[str], model: str | Path, knowledge: str | None,
-                    recorded: Mapping[str, str]) -> list[tuple[Cause, float]]:
+def ranked_of_robot(logs: Sequence[str], model: str | Path, values: str | None,
+                    knowledge: str | None, recorded: Mapping[str, str]
+                    ) -> list[tuple[Cause, float]]:
     """
     Return [(cause, gain in BIC over none)] of a robot, the largest first.
 
     Args:
         logs: bags or tables.
         model: URDF or MJCF file.
+        values: file of the option --values, None for none.
         knowledge: file of learn, None for none.
         recorded: {joint: its name in the logs}, where they differ.
     """
     file = read_robot(model)
+    stated = load_values(values, file)
     taught = load_knowledge(knowledge, file.digest) if knowledge else None
-    tolerance = SETTINGS.tolerance_learnt if taught else SETTINGS.tolerance
-    robot = RobotModel(file.chain, np.full(len(file.chain.links), tolerance),
-                       learnt=taught is not None, kp=file.kp, kd=file.kd)
-    joints = file.chain.joints
-    raw = [checked_log(read_robot_log(path, joints, recorded or numbered_names(path, joints), None,
-                                      file.no_servo), joints) for path in logs]
-    rows = [rows_of(log, robot, taught.shapes if taught else (), taught.mean if taught else None)
-            for log in raw]
+    robot = robot_model(file, stated, taught is not None)
+    rows = [rows_of(load_log(path, file, robot, stated, recorded), robot,
+                    taught.shapes if taught else (), taught.mean if taught else None)
+            for path in logs]
     evidence = RobotEvidence(rows, taught.prior if taught else None)
     out: dict[Cause, float] = {}
     for candidate in effects_of_robot(rows):
@@ -116,29 +113,28 @@ def ranked_of_drive(logs: Sequence[str], model: DriveModel) -> list[tuple[Cause,
 def _criterion(recordings: Sequence[UniformRecording], candidates: Sequence[CandidateModel]
                ) -> float:
     """Return the smallest BIC of some candidates, inf where the regression does not tell."""
-    best = math.inf
+    lowest = math.inf
     for candidate in candidates:
         fits = [torque_regression(recording, candidate) for recording in recordings]
         count = sum(len(r.u) for r in recordings)
         if all(fits):
-            best = min(best, sum(len(r.u) * 2.0 * math.log(max(fit.after, 1e-300))
+            lowest = min(lowest, sum(len(r.u) * 2.0 * math.log(max(fit.after, 1e-300))
                                  for r, fit in zip(recordings, fits) if fit)
                        + len(candidate.ids) * math.log(count))
-    return best
+    return lowest
 
 
 def _recording(path: str, model: DriveModel) -> UniformRecording:
     """Return the recording in a bag with the joints motor and arm, or in a CSV file."""
     t: Array | Integers
-    if Path(path).is_file():
-        c = read_csv(Path(path))
-        t, u, y, arm = c.t, c.u, np.column_stack([c.motor, c.arm]), c.arm_torque
-        u = (c.setpoint if model.controller else u * model.torque_constant)
+    if path.lower().endswith(TEXTS):
+        c = read_csv(path)
+        t, u, y = c.t, c.u * model.torque_constant, np.column_stack([c.motor, c.arm])
+        arm = c.arm_torque
     else:
         with open_bag(path) as reader:
-            joints = ['motor', 'arm', *(['setpoint'] if model.controller else [])]
-            states = reader.joint_states(find_input(reader, 'joint_states').topic, joints)
-            samples, _ = samples_of(states, model)
+            topic = find_input(reader, 'joint_states').topic
+            samples = read_samples(reader, 'motor', 'arm', model, topic).samples
         t, u, y, arm = samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1]
     return prepared(t, u, y, arm, path, None, model, 'model')[0]
 

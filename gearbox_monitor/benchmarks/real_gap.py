@@ -31,6 +31,7 @@ usage examples:
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 import json
 import math
 from pathlib import Path
@@ -44,16 +45,19 @@ from typing import Any
 
 import yaml
 
+from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, write_json)
 from gearbox_monitor.benchmarks.least_squares import Cause, ranked_of_drive, ranked_of_robot
 from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.files.yaml_files import load_model, load_yaml, Yaml
+from gearbox_monitor.plant.effects import EFFECTS
 
 ENDING, TRUTH = '.pair.yaml', 'truth.yaml'
 KEYS = ('log', 'reference', 'model', 'joint', 'import', 'recorded', 'values', 'free', 'diagnose')
-OF_ROBOT = ('.urdf', '.xml', '.mjcf')
 NONE, UNKNOWN, REFUSED = 'none', 'unknown', 'refused'
+EFFECT_IDS = {*EFFECTS, *(effect.id for effect in ROBOT_EFFECTS), UNKNOWN}
 
 
 @dataclass(frozen=True)
@@ -61,13 +65,15 @@ class Pair:
     """
     A manifest: what is compared, without what is true of it.
 
-    log, reference: files; model: file of the robot or drive; joint of it, None for all or a drive;
-    import_: options of the command import, None where logs are read as they are; recorded {joint:
-    its name in the logs}; values: of the option --values; free: values of the drive that
-    fit-nominal fits to the references; diagnose: further options.
+    folder: of the manifest, in which commands run; log, reference: files; model: file of the robot
+    or drive; joint of it, None for all or a drive; import_: options of the command import, None
+    where logs are read as they are; recorded {joint: its name in the logs}; values: of the option
+    --values; free: values of the drive that fit-nominal fits to the references; diagnose: further
+    options.
     """
 
     name: str
+    folder: Path
     log: tuple[Path, ...]
     reference: tuple[Path, ...]
     model: Path
@@ -81,7 +87,7 @@ class Pair:
     @property
     def of_robot(self) -> bool:
         """Whether all joints of a robot are compared."""
-        return self.joint is None and self.model.suffix.lower() in OF_ROBOT
+        return self.joint is None and self.model.suffix.lower() in SUFFIXES
 
 
 @dataclass(frozen=True)
@@ -101,9 +107,11 @@ class Answer:
     @property
     def words(self) -> str:
         """The answer as text: what it names, likeliest first."""
-        named = sorted(self.probabilities, key=lambda c: -self.probabilities[c])
-        return self.refused and REFUSED or ', '.join(
-            effect + (f'@{place}' if place else '') for effect, place in named[:2]) or NONE
+        causes = sorted(self.probabilities, key=lambda c: -self.probabilities[c])
+        if self.refused:
+            return REFUSED
+        return ', '.join(effect + (f'@{place}' if place else '')
+                         for effect, place in causes[:2]) or NONE
 
 
 @dataclass(frozen=True)
@@ -150,8 +158,8 @@ def load_pairs(folder: Path, data: Path | None) -> list[Pair]:
 def _pair(path: Path, folder: Path, data: Path | None) -> Pair:
     """Return the Pair of the manifest `path`."""
     content = _table(load_yaml(path), KEYS)
-    here = path.parent.relative_to(folder)
-    places = [path.parent, *([data / here] if data else [])]
+    relative = path.parent.relative_to(folder)
+    places = [path.parent, *([data / relative] if data else [])]
 
     def _text(key: str, default: str | None = None) -> str | None:
         value = content.get(key, default)
@@ -186,11 +194,11 @@ def _pair(path: Path, folder: Path, data: Path | None) -> Pair:
         if not isinstance(content.setdefault(key, {}), dict):
             raise InputError(f'{path}: {key}: {str(content[key])[:40]!r}, expected keys and '
                              'values')
-    pair = Pair(str(here / path.name.removesuffix(ENDING)), tuple(_file('log', x) for x in logs),
+    pair = Pair(str(relative / path.name.removesuffix(ENDING)), path.parent,
+                tuple(_file('log', x) for x in logs),
                 tuple(_file('reference', x) for x in _texts('reference')), _file('model', model),
                 _text('joint'), _options('import'), content['recorded'], content['values'],
-                _texts('free'),
-                _options('diagnose') or ())
+                _texts('free'), _options('diagnose') or ())
     if bool(pair.free) != (bool(pair.reference) and not pair.of_robot):
         raise InputError(f'{path}: free: {list(pair.free)}, expected values of the model that are '
                          'fitted to the reference of a single drive, and only there')
@@ -222,51 +230,69 @@ def load_truth(path: Path) -> dict[str, Truth]:
                 or not all(isinstance(e, str) for e in effects)):
             raise InputError(f'{path}: {name}: {str(value)[:60]!r}, expected none, or effect (an '
                              'id or several) and, of a robot, place')
+        for effect in effects:
+            if effect not in EFFECT_IDS:
+                raise InputError(f'{path}: {name}: {unknown(effect, EFFECT_IDS)}')
         out[name] = Truth(tuple(effects), place)
     return out
 
 
 class Runner:
-    """Runs commands in a folder; what two pairs share is made once."""
+    """Runs commands that write into a folder; what two pairs share is made once."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder
+        self.folder = folder.resolve()
+        self.numbers = count()
         self.made: dict[tuple[Any, ...], str] = {}
         self.commands: list[str] = []
         self.cpu = 0.0
 
-    def command(self, *words: str) -> None:
-        """Run gearbox_monitor with some `words`; raises InputError where it refuses."""
+    def command(self, place: Path, *words: str) -> None:
+        """Run gearbox_monitor with some `words` in the folder `place`; raises InputError."""
         self.commands.append('gearbox_monitor ' + shlex.join(words))
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        start = resource.getrusage(resource.RUSAGE_CHILDREN)
         done = subprocess.run([sys.executable, '-m', 'gearbox_monitor.cli.main', *words],
-                              cwd=self.folder, capture_output=True, text=True)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        self.cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+                              cwd=place, capture_output=True, text=True)
+        end = resource.getrusage(resource.RUSAGE_CHILDREN)
+        self.cpu = end.ru_utime + end.ru_stime - start.ru_utime - start.ru_stime
         if done.returncode not in (0, 1):
             raise InputError((done.stderr.strip() or 'no message').splitlines()[-1])
 
-    def once(self, key: tuple[Any, ...], ending: str, *words: str) -> str:
+    def new(self, ending: str) -> str:
+        """Return a new path with this `ending`."""
+        return str(self.folder / f'{next(self.numbers):03d}{ending}')
+
+    def once(self, pair: Pair, key: tuple[Any, ...], ending: str, *words: str) -> str:
         """
         Return the file or folder that a command writes, from an earlier pair where there is one.
 
         Args:
+            pair: for which it is needed.
             key: of what it depends on.
             ending: of its name.
             words: of the command; OUT stands for it.
         """
         if key not in self.made:
-            name = f'{len(self.made):03d}{ending}'
-            self.command(*(name if word == 'OUT' else word for word in words))
-            self.made[key] = name
+            path = self.new(ending)
+            self.command(pair.folder, *(path if word == 'OUT' else word for word in words))
+            self.made[key] = path
         return self.made[key]
 
     def logs(self, pair: Pair, paths: Sequence[Path]) -> list[str]:
         """Return logs as diagnose reads them."""
         if pair.import_ is None:
             return [str(path) for path in paths]
-        return [self.once((path, pair.import_), '', 'import', str(path), *pair.import_, 'OUT')
-                for path in paths]
+        return [self.once(pair, (path, pair.folder, pair.import_), '', 'import', str(path),
+                          *pair.import_, 'OUT') for path in paths]
+
+    def values(self, pair: Pair) -> str | None:
+        """Return the file of what a pair states beside the model, None without any."""
+        if not pair.values:
+            return None
+        text = yaml.safe_dump(dict(pair.values))
+        path = self.made.setdefault((text,), self.new('.values.yaml'))
+        Path(path).write_text(text, encoding='utf-8')
+        return path
 
     def verdict(self, pair: Pair) -> dict[str, Any]:
         """Return the verdict on a pair and, beside it, what the baseline needs."""
@@ -275,26 +301,24 @@ class Runner:
         about = ['--model', str(pair.model), *(['--joint', pair.joint] if pair.joint else [])]
         if pair.recorded:
             about += ['--recorded', *(f'{a}={b}' for a, b in pair.recorded.items())]
-        if pair.values:
-            text = yaml.safe_dump(dict(pair.values))
-            values = self.made.setdefault((text,), f'{len(self.made):03d}.values.yaml')
-            (self.folder / values).write_text(text, encoding='utf-8')
+        values = self.values(pair)
+        if values:
             about += ['--values', values]
         key = (*references, *about, *pair.free)
         knowledge, model = None, str(pair.model)
         if references and pair.of_robot:
-            knowledge = self.once(key, '.knowledge', 'learn', *references, *about, '--out', 'OUT')
+            knowledge = self.once(pair, key, '.knowledge', 'learn', *references, *about, '--out',
+                                  'OUT')
             about += ['--reference', knowledge]
         elif references:
-            model = self.once(key, '.drive.yaml', 'fit-nominal', *references, *about, '--free',
-                              *pair.free, '--jobs', '1', '--out', 'OUT')
+            model = self.once(pair, key, '.drive.yaml', 'fit-nominal', *references, *about,
+                              '--free', *pair.free, '--jobs', '1', '--out', 'OUT')
             about = ['--model', model]
-        out = f'{len(self.made):03d}.verdict.json'
-        self.made[pair.name, 'verdict'] = out
+        out = self.new('.verdict.json')
         jobs = [] if pair.of_robot else ['--jobs', '1']
-        self.command('diagnose', *logs, *about, *jobs, *pair.diagnose, '--json', out)
-        return {'verdict': json.loads((self.folder / out).read_text(encoding='utf-8')),
-                'cpu': self.cpu, 'logs': logs, 'model': model, 'knowledge': knowledge}
+        self.command(pair.folder, 'diagnose', *logs, *about, *jobs, *pair.diagnose, '--json', out)
+        return {'verdict': json.loads(Path(out).read_text(encoding='utf-8')), 'cpu': self.cpu,
+                'logs': logs, 'model': model, 'values': values, 'knowledge': knowledge}
 
 
 def answer_of(verdict: Mapping[str, Any], cpu: float) -> Answer:
@@ -314,11 +338,11 @@ def answer_of(verdict: Mapping[str, Any], cpu: float) -> Answer:
     share = 1.0 / max(len(verdict['findings']) + remainder, 1)
     for finding in verdict['findings']:
         place = finding.get('joint') or finding.get('link') or ''
-        named = [finding['effect'], *finding['confusable']]
-        for name in named:
+        effects = [finding['effect'], *finding['confusable']]
+        for name in effects:
             effect, _, elsewhere = name.partition('@')
             cause = effect.partition(' ')[0], elsewhere or place
-            probabilities[cause] = probabilities.get(cause, 0.0) + share / len(named)
+            probabilities[cause] = probabilities.get(cause, 0.0) + share / len(effects)
             ranked.append(cause)
     if remainder:
         probabilities[UNKNOWN, ''] = share
@@ -327,26 +351,24 @@ def answer_of(verdict: Mapping[str, Any], cpu: float) -> Answer:
     return Answer(probabilities, tuple(dict.fromkeys(ranked)), cpu)
 
 
-def baseline_of(pair: Pair, run: Mapping[str, Any], folder: Path) -> Answer:
+def baseline_of(pair: Pair, run: Mapping[str, Any]) -> Answer:
     """
     Return the Answer of least squares with BIC.
 
     Args:
         pair: of recordings.
         run: of Runner.verdict.
-        folder: of the files that it wrote.
     """
     began = time.process_time()
-    logs = [str(folder / log) for log in run['logs']]
     if pair.of_robot:
-        knowledge = run['knowledge'] and str(folder / run['knowledge'])
-        gains = ranked_of_robot(logs, pair.model, knowledge, pair.recorded)
+        gains = ranked_of_robot(run['logs'], pair.model, run['values'], run['knowledge'],
+                                pair.recorded)
     elif pair.joint and not pair.reference:
         raise InputError('of a joint in the file of a simulator there is no baseline')
     else:
-        gains = ranked_of_drive(logs, load_model(folder / run['model']))
-    best = {gains[0][0]: 1.0} if gains and gains[0][1] > 0.0 else {}
-    return Answer(best, tuple(cause for cause, _ in gains), time.process_time() - began)
+        gains = ranked_of_drive(run['logs'], load_model(run['model']))
+    chosen = {gains[0][0]: 1.0} if gains and gains[0][1] > 0.0 else {}
+    return Answer(chosen, tuple(cause for cause, _ in gains), time.process_time() - began)
 
 
 def scores(answers: Mapping[str, Answer], truths: Mapping[str, Truth]) -> dict[str, list[float]]:
@@ -367,13 +389,13 @@ def scores(answers: Mapping[str, Answer], truths: Mapping[str, Truth]) -> dict[s
         truth = truths.get(name)
         if truth is None or answer.refused:
             continue
-        seen = bool(answer.probabilities)
+        detected = bool(answer.probabilities)
         out['cpu'].append(answer.cpu)
         if not truth.effects:
-            out['false alarm'].append(float(seen))
+            out['false alarm'].append(float(detected))
             continue
-        out['detection'].append(float(seen))
-        if seen:
+        out['detection'].append(float(detected))
+        if detected:
             out['isolation'].append(math.fsum(
                 p for cause, p in answer.probabilities.items() if truth.admits(cause)))
         out['rank'].append(next((1.0 / number for number, cause in enumerate(answer.ranked, 1)
@@ -408,7 +430,7 @@ def _lines(methods: Mapping[str, Mapping[str, Answer]], truths: Mapping[str, Tru
         rows.append([name, words, *(answers[name].words for answers in methods.values())])
     widths = [max(map(len, column)) for column in zip(*rows)]
     return ['  '.join(f'{cell:<{w}}' for cell, w in zip(row, widths)).rstrip() for row in rows] + [
-        f'{name}: {why}' for name, why in refused.items()]
+        f'{name}: {reason}' for name, reason in refused.items()]
 
 
 def measure(pairs: Sequence[Pair], truth: Path, folder: Path) -> dict[str, Any]:
@@ -434,7 +456,7 @@ def measure(pairs: Sequence[Pair], truth: Path, folder: Path) -> dict[str, Any]:
             own[pair.name] = baseline[pair.name] = replace(nothing, refused=str(error))
         else:
             try:
-                baseline[pair.name] = baseline_of(pair, run, folder)
+                baseline[pair.name] = baseline_of(pair, run)
             except InputError as error:
                 baseline[pair.name] = replace(nothing, refused=str(error))
         commands[pair.name] = runner.commands

@@ -26,16 +26,16 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor import __version__
+from gearbox_monitor.bag.robot_values import load_values, robot_model
 from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.balance.verdict import diagnose, RobotVerdict, verdict_data
 from gearbox_monitor.cli.options import dump, expect_new, plain, write_new
 from gearbox_monitor.cli.robot_inputs import (
-    add_robot_arguments, expect_alike, load_log, load_model, load_values, reference_knowledge,
-    robot_model, SUFFIXES)
+    add_robot_arguments, load_logs, load_model, reference_knowledge)
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.robot_closed import closed_file
-from gearbox_monitor.export.robot_model import ChainFile
+from gearbox_monitor.export.robot_model import ChainFile, SUFFIXES
 from gearbox_monitor.export.robot_rollout import rollouts
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.plant.effects import EFFECTS
@@ -93,8 +93,7 @@ def run(args: Namespace) -> int:
     if args.reference:
         knowledge, notes = reference_knowledge(args.reference, file, values, args)
     robot = robot_model(file, values, knowledge is not None)
-    logs = [load_log(path, file, robot, values, args) for path in args.bag]
-    expect_alike(logs)
+    logs = load_logs(args.bag, file, robot, values, args)
     notes += [f'{log.name}: {note}' for log in logs for note in log.notes]
     if knowledge is not None:
         if knowledge.kind != logs[0].kind:

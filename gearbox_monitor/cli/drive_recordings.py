@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.bag.csv import read_csv
+from gearbox_monitor.bag.csv import read_csv, TEXTS
 from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recorded_samples import samples_of
@@ -36,7 +36,6 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted, prepared, require_samples, weighed
 from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
 
-CSV = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')
 FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'setpoint': 'position of the setpoint',
           'motor': 'position of the motor',
           'arm': 'position of the arm', 'arm_torque': 'effort of the arm'}
@@ -206,7 +205,7 @@ def load_recording(name: str, model: DriveModel, args: Namespace,
     path = Path(name)
     if not path.exists():
         raise InputError(f'{path}: no such file or directory, expected a bag or a CSV file')
-    csv = path.is_file() and path.name.lower().endswith(CSV)
+    csv = path.is_file() and path.name.lower().endswith(TEXTS)
     readings = _read_csv(path, model) if csv else _read_bag(path, model, args)
     limits: FileLimits | None = getattr(args, 'file_limits', None)
     if limits is not None:

@@ -39,7 +39,7 @@ usage examples:
   gearbox_monitor check bench                     # then: its contents, and what it suits
 """
 from argparse import Action, ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 import json
 from pathlib import Path
 import shlex
@@ -56,10 +56,9 @@ if TYPE_CHECKING:
     from gearbox_monitor.bag.importer.guess import Answers, Guess
 
 
-OPTIONS: dict[str, Any] = {  # that not all ways of importing use, and their defaults
-    'guess': False, 'set': [], 'joint': None, 'topic': '', 'use': [], 'unit': [],
-    'torque_constant': '', 'counts_per_turn': None, 'columns': '', 'rate': None, 'episode': None,
-    'stamps': 'recorded'}
+# Options that not all ways of importing use.
+OPTIONS = ('guess', 'set', 'joint', 'topic', 'use', 'unit', 'torque_constant', 'counts_per_turn',
+           'columns', 'rate', 'episode', 'stamps')
 
 
 class _Guess(Action):
@@ -137,7 +136,7 @@ def run(args: Namespace) -> int:
     if not args.map and not args.guess:
         raise InputError(f'{path}: no bag, expected --guess or --map MAP')
     if args.guess:
-        _refuse_others(args, tuple(OPTIONS.keys() - {'topic'}), '--guess', 'it with a bag as FILE')
+        _refuse_others(args, set(OPTIONS) - {'topic'}, '--guess', 'it with a bag as FILE')
     else:
         _refuse_others(args, ('set',), '--map', '--set KEY=VALUE of the mapping, or --guess')
     path = _file_in(path)
@@ -166,10 +165,12 @@ def run(args: Namespace) -> int:
     return _say(args, data, mapping.joints)
 
 
-def _refuse_others(args: Namespace, used: Sequence[str], way: str, expected: str) -> None:
+def _refuse_others(args: Namespace, used: Container[str], way: str, expected: str) -> None:
     """Raise InputError: options are stated that this `way` of importing does not use."""
-    stated = [name for name, default in OPTIONS.items()
-              if name not in used and getattr(args, name) != default]
+    parser = ArgumentParser()
+    add_arguments(parser)
+    stated = [name for name in OPTIONS
+              if name not in used and getattr(args, name) != parser.get_default(name)]
     if stated:
         options = ', '.join(f'--{name.replace("_", "-")}' for name in stated)
         raise InputError(f'{options}: no effect with {way}, expected {expected}')

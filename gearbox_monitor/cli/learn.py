@@ -25,10 +25,11 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 
+from gearbox_monitor.bag.robot_values import load_values
 from gearbox_monitor.cli.drive_recordings import add_root_argument
 from gearbox_monitor.cli.options import dump, expect_new
 from gearbox_monitor.cli.robot_inputs import (
-    add_robot_arguments, load_model, load_values, reference_knowledge)
+    add_robot_arguments, load_model, reference_knowledge)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.files.yaml_files import expect_folder_of

@@ -35,6 +35,8 @@ from gearbox_monitor.robot.compiled_model import (
     undecided_of_robot, Unread)
 from gearbox_monitor.robot.description import parse
 
+SUFFIXES = ('.xml', '.urdf', '.mjcf')  # of files that describe whole robots
+
 
 @dataclass(frozen=True, eq=False)
 class ChainFile:

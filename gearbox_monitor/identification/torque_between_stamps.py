@@ -52,13 +52,13 @@ def likeliest(evidence: Evidence, fit: InnovationFit) -> tuple[Evidence, Innovat
         fit: of one model to all of them.
     """
     for _ in range(TURNS):
-        before = evidence.score(fit)
+        score = evidence.score(fit)
         read = replace(evidence, recordings=tuple(
             _read(evidence, fit, number) for number in range(len(evidence.recordings))))
-        again = fitted(read.fine, fit, ITERATIONS)
-        if read.score(again) > before - LEAST_GAIN:
+        refit = fitted(read.fine, fit, ITERATIONS)
+        if read.score(refit) > score - LEAST_GAIN:
             break
-        evidence, fit = read, again
+        evidence, fit = read, refit
     return evidence, fit
 
 

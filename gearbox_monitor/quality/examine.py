@@ -30,7 +30,7 @@ from gearbox_monitor.quality.admission import (
     kind_of, ONE_ENCODER, takes_one_encoder, two_publishers, unstamped)
 from gearbox_monitor.quality.finding import (
     BAD, everything, Finding, Grade, hurts, OK, PURPOSES, WARN)
-from gearbox_monitor.quality.recording import merged, prepare, REPEATED
+from gearbox_monitor.quality.recording import held_rate, merged, prepare, REPEATED
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 from gearbox_monitor.quality.stamps import StampClock
 from gearbox_monitor.quality.stretch import Segment
@@ -84,7 +84,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap, parameters.drift_window)
     lines += publishers + unphysical
     lines += encoders.measured(y, not parameters.arm_joint)
-    lines += stamps.held(clock, y)
+    lines += stamps.held(clock, y, held_rate(model))
     part = stretch.stretch(clock, u, y)
     if servo:
         part = replace(part, u=None)

@@ -32,7 +32,7 @@ from gearbox_monitor.quality import encoders, wiring
 from gearbox_monitor.quality.excitation_checks import reversal_finding, REVERSALS, reversals
 from gearbox_monitor.quality.finding import Finding
 from gearbox_monitor.quality.recording import (
-    DIAGNOSIS_RATES, HELD_RATE, MIN_DURATION, SHORT, UniformRecording)
+    DIAGNOSIS_RATES, HELD_RATE, held_rate, MIN_DURATION, SHORT, UniformRecording)
 from gearbox_monitor.quality.smoothed_motion import HALF_WIDTHS, SmoothedMotion
 from gearbox_monitor.quality.stamps import held_rows
 from gearbox_monitor.quality.stretch import Segment
@@ -102,10 +102,10 @@ def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[Finding]:
              DIAGNOSIS_RATES[1])
     rate = 1.0 / r.dt
     rows = max(held_rows(r.y[:, i]) for i in r.channels)
-    least = HELD_RATE if r.servo_torque is None else rates[0]
-    if rows > 1 and rate / rows < least * 0.99:
+    lowest = held_rate(model)
+    if rows > 1 and rate / rows < lowest * 0.99:
         return [_finding('rate', f'{rate:.4g} samples/s, but positions are held for {rows} rows: '
-                         f'measured at {rate / rows:.4g} Hz, expected {least:g} or more, '
+                         f'measured at {rate / rows:.4g} Hz, expected {lowest:g} or more, '
                          'or one row for each measurement')]
     if not rates[0] * 0.99 <= rate <= rates[1] * 1.01:
         hint = ''

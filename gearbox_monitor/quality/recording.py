@@ -30,7 +30,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.sample_loop import stamp_codes, START
 from gearbox_monitor.kernels.sensor_noise import DIFFERENCE_GAIN, quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
-from gearbox_monitor.plant.drive import Controller
+from gearbox_monitor.plant.drive import Controller, DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.unphysical import is_uninitialised, physical
 
@@ -152,6 +152,16 @@ class UniformRecording:
     def duration(self) -> float:
         """Length of the recording, s."""
         return len(self.t) * self.dt
+
+
+def held_rate(model: DriveModel | None) -> float:
+    """
+    Return the lowest rate, Hz, at which positions that are held over rows suit a diagnosis.
+
+    Args:
+        model: of the drive, None if unknown. The setpoint of a servo is slow, its torque is not.
+    """
+    return HELD_RATE if model is None or model.controller is None else DIAGNOSIS_RATES[0]
 
 
 def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,

@@ -192,13 +192,14 @@ def _bursts(clock: StampClock) -> Finding:
         'NEW lays an even grid through them', everything(BAD), {'burst': clock.burst})
 
 
-def held(clock: StampClock, y: Array) -> list[Finding]:
+def held(clock: StampClock, y: Array, lowest: float = HELD_RATE) -> list[Finding]:
     """
     Return findings about positions y [N, 2] (rad) that are repeated between their measurements.
 
     Args:
         clock: usable stamps.
         y: readings as recorded [N, 2], rad; NaN: not measured.
+        lowest: rate of measurements that suits a diagnosis, Hz.
     """
     findings = []
     for name, values in zip(('motor', 'arm'), y[clock.usable].T):
@@ -206,7 +207,7 @@ def held(clock: StampClock, y: Array) -> list[Finding]:
         if rows > 1:
             rate = 1.0 / (rows * clock.period)
             findings.append(replace(
-                _rate_of(rate, HELD_RATE), group=name, name='held',
+                _rate_of(rate, lowest), group=name, name='held',
                 figure=f'each value is held for {rows} rows: '
                 f'measured at {rate:.4g} Hz, not at {1.0 / clock.period:.5g} Hz'))
     return findings

@@ -279,6 +279,30 @@ def test_setpoints_in_a_file_beside_the_states(tmp_path, names, start, used):
                                        atol=1e-12)
 
 
+def test_two_files_of_setpoints_are_asked_for_and_none_can_be_stated(tmp_path, capsys):
+    folder = tmp_path / 'run'
+    folder.mkdir()
+    for name in ('joint_states.csv', 'joint_commands.csv', 'joint_control.csv'):
+        robot(folder / name, 2)
+    state = [str(folder), '--guess', '--torque-constant', '2']
+    assert main(['import', *state, str(tmp_path / 'bag')]) == 3
+    assert 'joint_commands.csv, joint_control.csv: setpoints' in capsys.readouterr().err
+    (folder / 'joint_control.csv').unlink()
+    assert main(['import', *state, '--use', 'setpoint=none', str(tmp_path / 'bag')]) == 0
+    with open_bag(tmp_path / 'bag') as reader:
+        assert '/joint_setpoints' not in reader.topics
+
+
+def test_a_list_of_joints_is_no_second_recording_of_a_folder(tmp_path):
+    folder = tmp_path / 'run'
+    folder.mkdir()
+    robot(folder / 'state_motor.csv', 2, effort='tau')
+    (folder / 'joint_list.txt').write_text('base\nelbow\n')
+    assert main(['import', str(folder), '--guess', str(tmp_path / 'bag')]) == 0
+    with open_bag(tmp_path / 'bag') as reader:
+        assert reader.joint_names('/joint_states') == ('base', 'elbow')
+
+
 def test_a_robot_with_prismatic_and_revolute_joints(tmp_path):
     """Each joint in its own units: deg and N m, mm and N, m and A."""
     path = csv(tmp_path / 'r.csv', {
@@ -315,6 +339,14 @@ def test_a_resolution_of_both_encoders_gives_the_gear_ratio(tmp_path, capsys):
                                     'arm [counts]': np.rint(4096 * ARM), 'tau [Nm]': TORQUE})
     assert main(['import', str(path), '--guess', '--counts-per-turn', '4096']) == 0
     assert yaml.safe_load(capsys.readouterr().out)['gear_ratio'] == 20.0
+
+
+@pytest.mark.parametrize('second', ('output_torque', 'current'))
+def test_torques_of_an_arm_without_a_motor_are_asked_for(tmp_path, capsys, second):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'link_position': ARM, 'link_torque': TORQUE,
+                                    second: 0.8 * TORQUE + 0.1 * np.cos(T)})
+    assert main(['import', str(path), '--guess']) == 3
+    assert f'--use effort=link_torque or --use effort={second}' in capsys.readouterr().err
 
 
 def test_options_of_a_question_can_be_pasted(tmp_path, capsys):

@@ -22,8 +22,12 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.bag.example import ExampleMotion
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.robot_example import write_robot_pair
 from gearbox_monitor.benchmarks import real_gap
-from gearbox_monitor.benchmarks.real_gap import Answer, answer_of, scores, Truth
+from gearbox_monitor.benchmarks.least_squares import ranked_of_robot
+from gearbox_monitor.benchmarks.real_gap import (
+    Answer, answer_of, load_pairs, Runner, scores, Truth)
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.plant.drive import DriveModel
@@ -85,6 +89,45 @@ def test_two_simulated_pairs(tmp_path, monkeypatch, in_process):
     assert [line.split()[1] for line in data['commands']['joint/same']] == ['diagnose']
 
 
+def test_files_in_options_lie_beside_the_manifest_and_are_read_once(tmp_path, in_process):
+    manifests_in(tmp_path)
+    joint, t = tmp_path / 'joint', np.arange(400) / 200.0
+    np.savetxt(joint / 'same.csv', np.column_stack([t, np.sin(t), np.cos(t)]), delimiter=',')
+    (joint / 'bench.yaml').write_text(
+        'format: text\ntime: {column: 1}\n'
+        'signals: {motor_position: {column: 2}, motor_effort: {column: 3}}\n')
+    (joint / 'same.pair.yaml').write_text('log: same.csv\nreference: same.csv\nfree: m1\n'
+                                          'model: drive.yaml\nimport: --map bench.yaml\n')
+    pair = load_pairs(tmp_path, None)[1]
+    (tmp_path / 'out').mkdir()
+    runner = Runner(tmp_path / 'out')
+    logs = runner.logs(pair, pair.log)
+    assert logs == runner.logs(pair, pair.reference) and len(runner.commands) == 1
+    with open_bag(logs[0]) as bag:
+        assert '/joint_states' in bag.topics
+
+
+def test_the_baseline_takes_the_values_that_diagnose_takes(tmp_path):
+    """A current with its constants is a torque; what is measured saturates and delays nothing."""
+    write_robot_pair(tmp_path / 'arm', 20.0, 1)
+    table = np.loadtxt(tmp_path / 'arm' / 'today.csv', delimiter=',', skiprows=1)
+    joints = [f'joint{k}' for k in range(1, 7)]
+    table[:, 7:] /= 4.0
+    np.savetxt(tmp_path / 'i.csv', table, delimiter=',', comments='', header=','.join(
+        ['t', *(f'{what}_{joint}' for what in 'qi' for joint in joints)]))
+    values = tmp_path / 'values.yaml'
+
+    def _ranked(log, text):
+        values.write_text(text)
+        return ranked_of_robot([str(log)], tmp_path / 'arm' / 'robot.urdf', str(values), None, {})
+    torque = dict(_ranked(tmp_path / 'arm' / 'today.csv', 'effort: measured'))
+    current = dict(_ranked(tmp_path / 'i.csv', f'torque_constants: {dict.fromkeys(joints, 4.0)}'))
+    assert torque and current == pytest.approx(torque, rel=1e-3, abs=0.1)
+    commanded = _ranked(tmp_path / 'arm' / 'today.csv', 'effort: commanded')
+    assert {effect for (effect, _), _ in commanded} - {effect for effect, _ in torque} == {
+        'saturation', 'actuator_delay'}
+
+
 def test_probability_is_divided_among_findings_and_what_remains():
     finding = {'effect': 'payload', 'joint': None, 'link': 'tool',
                'confusable': ['gravity@elbow', 'end_spring (lower end)']}
@@ -126,7 +169,9 @@ def test_bad_manifests_are_one_line(tmp_path, capsys, text, says):
     assert says in error and 'bad.pair.yaml' in error and error.count('\n') == 1
 
 
-@pytest.mark.parametrize('text', ('joint/same: 3', 'joint/same: {place: tool}', '- none'))
+@pytest.mark.parametrize('text', (
+    'joint/same: 3', 'joint/same: {place: tool}', '- none', 'joint/same: paylod',
+    'joint/same: {effect: [payload, none]}'))
 def test_a_truth_that_says_nothing_is_refused(tmp_path, text):
     (tmp_path / 'truth.yaml').write_text(text)
     with pytest.raises(real_gap.InputError, match='truth.yaml'):

@@ -228,6 +228,15 @@ def test_values_that_are_held_tell_their_true_rate(sound):
         assert stamps.held_rows(step * np.rint(sound.y[:, 0] / step)) == 1
 
 
+@pytest.mark.parametrize('controller, verdict', [(None, BAD), ({'kind': 'pd', 'kp': 20.0}, OK)])
+def test_held_positions_suit_a_servo_alone(sound, controller, verdict):
+    """At 100 Hz they are too late for a torque, and in time for a setpoint."""
+    held = changed(sound, y=sound.y[np.arange(N) // 10 * 10])
+    lines, _ = judged(held, MODEL.with_(controller=controller))
+    assert lines['motor', 'held'].verdict(('diagnosis',)) == verdict
+    assert ('measured at 100 Hz' in lines['model', 'diagnose'].figure) == (verdict == BAD)
+
+
 @pytest.mark.parametrize('late', [0, 150])
 def test_a_setpoint_is_no_torque(sound, late):
     u = np.column_stack([np.roll(sound.y[:, 0], -late), sound.u[:, 1]])

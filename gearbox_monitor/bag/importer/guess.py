@@ -161,16 +161,16 @@ class _Proposal:
         time = self._time()
         series = [column for column in self.layout.series if column.label not in time.labels
                   and column.values.dtype.kind in 'iuf' and np.isfinite(column.values).any()]
-        known = with_listed_names(meanings(
+        descriptions = with_listed_names(meanings(
             [c.label for c in series], [self._unit_of(c) for c in series]), self.layout.joints)
-        joints = joints_of(known)
+        joints = joints_of(descriptions)
         joint = self._selected(joints)
         self.constants = self._constants(joints)
         robot = joint is None and len(joints) > 1
         columns = [Column(k, meaning, self._values(k, column, time.t))
-                   for k, (column, meaning) in enumerate(zip(series, known))
+                   for k, (column, meaning) in enumerate(zip(series, descriptions))
                    if robot or np.nanmax(column.values) > np.nanmin(column.values)]
-        use = self._use(known)
+        use = self._use(descriptions)
         if not joints and not any(role.endswith(('_position', '_velocity')) for role in use):
             raise InputError(f'{self.path}: no position or velocity among '
                              f'{", ".join(c.label for c in series)[:200]}, expected a mapping '
@@ -180,13 +180,14 @@ class _Proposal:
             joint is None)], time.t, name, use) for name in names]
         if not robot and not any(role.endswith(('_position', '_velocity'))
                                  for role in choices[0].roles) and not choices[0].questions:
-            still = [m.label for c, m in zip(series, known) if m.quantity in (POSITION, VELOCITY)
+            still = [m.label for c, m in zip(series, descriptions)
+                     if m.quantity in (POSITION, VELOCITY)
                      and np.nanmax(c.values) == np.nanmin(c.values)]
             what = f'{", ".join(still)[:200]} never changes' if still else \
                 f'no position or velocity among {", ".join(c.label for c in series)[:200]}'
             raise InputError(f'{self.path}: {what}, expected a motion')
         self._gather(choices)
-        self._require_used(time, known, choices)
+        self._require_used(time, descriptions, choices)
         axes = {self._axis(choice) for choice in choices}
         self.kind = 'prismatic' if axes == {'prismatic'} else 'rotary'
         data: dict[str, Any] = {**self.layout.blocks, 'time': time.block, 'kind': self.kind}
@@ -197,17 +198,27 @@ class _Proposal:
             data['signals'] = self._of_drive(data, choices[0], series, time)
         self._require_effect(data)
         self._blanks(data, series, choices, time)
-        second = sibling_setpoints(self.path, time, data['joints']) if robot and not any(
-            'setpoint' in joint for joint in data['joints'].values()) else None
-        if second is not None:
-            data['second_file'] = second
-            self.assumptions.append(f'Setpoints: {second["path"]} beside it, on the same clock.')
-        table = self._table(series, known, choices, time)
+        if robot and 'motor_setpoint' not in use:
+            self._setpoints_beside(data, time)
+        table = self._table(series, descriptions, choices, time)
         unused = [row.column for row in table if not row.role]
         if unused:
             self.assumptions.append(f'Not used: {", ".join(unused)[:400]}.')
         return Guess(self.path.name, with_settings(data, self.settings), tuple(self.assumptions),
                      tuple(self.questions), tuple(table))
+
+    def _setpoints_beside(self, data: dict[str, Any], time: FoundTime) -> None:
+        """Add the setpoints of a robot in a file of their own to the mapping `data`, or ask."""
+        if any('setpoint' in joint for joint in data['joints'].values()):
+            return
+        blocks = sibling_setpoints(self.path, time, data['joints'])
+        names = ', '.join(block['path'] for block in blocks)
+        if len(blocks) == 1:
+            data['second_file'] = blocks[0]
+            self.assumptions.append(f'Setpoints: {names} beside it, on the same clock.')
+        elif blocks:
+            self._ask('setpoint', f'{names}: setpoints of the same joints and time beside it',
+                      '--use setpoint=none, or second_file in a mapping (--map)')
 
     # --- time, names and units ------------------------------------------------------------------
     def _time(self) -> FoundTime:
@@ -284,10 +295,10 @@ class _Proposal:
                         for role, column in choice.roles.items()),
                        'prismatic' if 'kind=prismatic' in self.settings else 'rotary')
 
-    def _require_used(self, time: FoundTime, known: Sequence[Meaning],
+    def _require_used(self, time: FoundTime, descriptions: Sequence[Meaning],
                       choices: Sequence[Choice]) -> None:
         """Raise InputError: an option --unit names neither a column nor a role that one has."""
-        columns = [*time.labels, *(name for meaning in known for name in (
+        columns = [*time.labels, *(name for meaning in descriptions for name in (
             meaning.label, stem_of(meaning)))]
         roles = [role for choice in choices for role in choice.roles]
         names = dict.fromkeys(['time'] * bool(time.labels) + [
@@ -310,9 +321,9 @@ class _Proposal:
             raise InputError(f'--counts-per-turn {answers.counts:g}: no signal is in counts, '
                              'expected --unit position=counts beside it')
         if answers.torque_constants and not self.constants_used:
-            why = 'a torque as it is' if any('effort' in name for name in blocks) else \
+            reason = 'a torque as it is' if any('effort' in name for name in blocks) else \
                 'it has no effort'
-            raise InputError(f'--torque-constant: no effort that needs one ({why}), expected '
+            raise InputError(f'--torque-constant: no effort that needs one ({reason}), expected '
                              '--use effort=COLUMN or --unit effort=A beside it')
 
     def _selected(self, joints: Sequence[str]) -> str | None:
@@ -334,7 +345,7 @@ class _Proposal:
         valid = np.isfinite(values)
         return values if valid.mean() > 1.0 - BLANK else np.interp(t, t[valid], values[valid])
 
-    def _use(self, known: Sequence[Meaning]) -> dict[str, str]:
+    def _use(self, descriptions: Sequence[Meaning]) -> dict[str, str]:
         """Return {role: column} as stated, of a robot without the words of the joint."""
         use = {}
         for role, name in self.answers.use.items():
@@ -344,10 +355,10 @@ class _Proposal:
             if full not in SIGNALS:
                 raise InputError(f'--use {role}={name}: unknown role, expected one of time, '
                                  f'{", ".join((*ROLES, *SIGNALS))}')
-            fitting = [meaning for meaning in known if matches(name, meaning)]
+            fitting = [meaning for meaning in descriptions if matches(name, meaning)]
             if name != NONE and not fitting:
                 raise InputError(f'--use {role}={name}: no such column, expected one of '
-                                 f'{", ".join(meaning.label for meaning in known)[:300]}')
+                                 f'{", ".join(meaning.label for meaning in descriptions)[:300]}')
             use[full] = stem_of(fitting[0]) if fitting and fitting[0].joint else name
         return use
 
@@ -560,7 +571,7 @@ class _Proposal:
                                 'interpolated onto those of the first signal.')
 
     # --- table ----------------------------------------------------------------------------------
-    def _table(self, series: Sequence[Series], known: Sequence[Meaning],
+    def _table(self, series: Sequence[Series], descriptions: Sequence[Meaning],
                choices: Sequence[Choice], time: FoundTime) -> list[TableRow]:
         """Return a line for each column; of joints that are alike one for all of them."""
         rows = [TableRow(', '.join(time.labels) or 'none', 'time', _time_unit(time.block), 'given'
@@ -569,7 +580,7 @@ class _Proposal:
                      for role, column in choice.roles.items()}
         left = {number: why for choice in choices for number, why in choice.left.items()}
         families: dict[tuple[str, ...], list[str]] = {}
-        for k, meaning in enumerate(known):
+        for k, meaning in enumerate(descriptions):
             choice, role = by_number.get(k, (None, ''))
             unit = meaning.unit
             if role:

@@ -48,6 +48,7 @@ LEAST_FILLED = 0.01  # share of the cells of a column that holds numbers
 MAX_HEADER = 5  # rows
 MAX_DEPTH = 8  # of fields inside fields
 MOST_COLUMNS = 64  # of a matrix
+JOINT_LIST = 'joint_list.txt'  # beside a recording
 JOINT_LISTS = ('joint_names', 'joint_sequence', 'dof_names', 'joints', 'names')
 COMMENTS = ('#', '%', '//')
 DELIMITERS = (',', ';', '\t', 'whitespace')
@@ -275,12 +276,12 @@ def _text_format(path: str | Path) -> tuple[TextFormat, Sequence[Sequence[str]]]
         _is_datum(cell, text) for cell in row) > sum(map(bool, row)) / 2 for row in head]
     # Numbers of a preamble stand before the names: data begin behind the last row of words.
     words = [k for k, row in enumerate(head) if not is_data[k] and _of_words(row, text)]
-    before = next((k for k in range(words[-1] + 1 if words else 0, len(head)) if is_data[k]), 0)
+    begin = next((k for k in range(words[-1] + 1 if words else 0, len(head)) if is_data[k]), 0)
     header = 0
-    while header < min(before, MAX_HEADER) and _names_columns(head[before - 1 - header], columns,
-                                                              is_data[before - 1 - header]):
+    while header < min(begin, MAX_HEADER) and _names_columns(head[begin - 1 - header], columns,
+                                                              is_data[begin - 1 - header]):
         header += 1
-    text = replace(text, header=header, skip=_lines_before(path, text, before - header))
+    text = replace(text, header=header, skip=_lines_before(path, text, begin - header))
     if not header:  # numpy.savetxt and others: names in the last comment
         names = sample_rows(path, replace(text, header='comment'))[0]
         if len(names) == columns and not any(is_number(cell[0], text) for cell in names):
@@ -338,9 +339,9 @@ def _is_list(kind: Any) -> bool:
 
 
 def _listed_joints(path: str | Path) -> Sequence[str]:
-    """Return the names in 'joint_list.txt' beside the file, one in a line."""
+    """Return the names in JOINT_LIST beside the file, one in a line."""
     try:
-        text = Path(path).with_name('joint_list.txt').read_text(encoding='utf-8')
+        text = Path(path).with_name(JOINT_LIST).read_text(encoding='utf-8')
     except (OSError, ValueError):
         return ()
     return [line.strip() for line in text.splitlines() if line.strip()]

@@ -326,8 +326,8 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
 def _axis_of_signal(name: str, blocks: Mapping[str, Any], kind: str) -> str:
     """Return the axis of a signal: of a drive `kind`, of a robot what its joint's units say."""
     joint, colon, _ = name.rpartition(':')
-    return axis_of((str(block['unit']) for other, block in blocks.items()
-                    if other.rpartition(':')[0] == joint and isinstance(block, dict)
+    return axis_of((str(block['unit']) for signal, block in blocks.items()
+                    if signal.rpartition(':')[0] == joint and isinstance(block, dict)
                     and 'unit' in block), kind) if colon else kind
 
 

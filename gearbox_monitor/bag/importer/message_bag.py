@@ -154,25 +154,25 @@ def _one_source_each(path: Path, parts: Sequence[JointMessages], is_asked: bool,
     result: list[JointMessages] = []
     dropped: dict[tuple[str, str, str], list[str]] = {}
     for part in parts:
-        for what, quantities in (('states', OF_STATE), ('setpoints', (SETPOINT,))):
+        for content, quantities in (('states', OF_STATE), ('setpoints', (SETPOINT,))):
             if not set(quantities) & set(part.values):
                 continue
             own = []
             for joint in part.joints:
-                is_set = is_asked and what == 'states'
-                source = sources.setdefault((what, joint), parts[0] if is_set else part)
+                is_set = is_asked and content == 'states'
+                source = sources.setdefault((content, joint), parts[0] if is_set else part)
                 if source.topic == part.topic:
                     own.append(joint)
-                elif what == 'states' and source.kind == part.kind and not is_asked:
+                elif content == 'states' and source.kind == part.kind and not is_asked:
                     raise Undecided(f'{path}: {source.topic}, {part.topic}: {part.kind} of '
                                     f'{joint}, expected the topic that tells its state: --topic '
                                     f'{source.topic} or --topic {part.topic}')
                 else:
-                    dropped.setdefault((part.topic, what, source.topic), []).append(joint)
+                    dropped.setdefault((part.topic, content, source.topic), []).append(joint)
             if own:
                 result.append(part.only(own, quantities))
-    notices += [f'{topic}: {what} of {", ".join(dict.fromkeys(joints))} left out: those of '
-                f'{source_topic} count' for (topic, what, source_topic), joints in
+    notices += [f'{topic}: {content} of {", ".join(dict.fromkeys(joints))} left out: those of '
+                f'{source_topic} count' for (topic, content, source_topic), joints in
                 dropped.items()]
     return result
 

@@ -61,14 +61,14 @@ def chosen_topics(path: Path, topics: Mapping[str, tuple[str, int]], topic: str 
     of_joints = {kind: sorted(name for name, declared in topics.items()
                               if declared[0] == kind) for kind in STATES}
     with_messages = [name for name in of_joints[JOINT_STATE] if topics[name][1]]
-    asked = _called(topic, [name for names in of_joints.values() for name in names]) \
+    stated = _called(topic, [name for names in of_joints.values() for name in names]) \
         if topic else []
-    if topic and not asked:
+    if topic and not stated:
         raise InputError(f'{path}: --topic {topic}: no topic of joints, expected one of '
                          + (', '.join(name for kind in STATES for name in of_joints[kind])
                             or f'type {", ".join(STATES)}'))
-    setpoints = [name for name in _called(JOINT_SETPOINTS, with_messages) if name not in asked]
-    candidates = asked or _called(JOINT_STATES, with_messages) or [
+    setpoints = [name for name in _called(JOINT_SETPOINTS, with_messages) if name not in stated]
+    candidates = stated or _called(JOINT_STATES, with_messages) or [
         name for name in with_messages if name not in setpoints]
     if len(candidates) > 1:
         raise Undecided(f'{path}: {", ".join(candidates)}: {len(candidates)} topics of joint '
@@ -77,7 +77,7 @@ def chosen_topics(path: Path, topics: Mapping[str, tuple[str, int]], topic: str 
               and _namespace(name) == _namespace(candidates[0])]
     setpoints = beside or (setpoints if len(setpoints) == 1 else [])
     names = [*candidates, *setpoints, *(name for kind in (DYNAMIC, CONTROLLER)
-                                        for name in of_joints[kind] if name not in asked)]
+                                        for name in of_joints[kind] if name not in stated)]
     unused = [name for name in with_messages if name not in names]
     return TopicChoice(tuple(names), frozenset(setpoints), tuple(
         f'{name}: {topics[name][1]} messages left out' + (
@@ -87,9 +87,9 @@ def chosen_topics(path: Path, topics: Mapping[str, tuple[str, int]], topic: str 
 
 def _called(name: str, topics: Sequence[str]) -> list[str]:
     """Return the `topics` that are `name`, or else those that end with it."""
-    wanted = '/' + name.strip('/')
-    return [topic for topic in topics if '/' + topic.strip('/') == wanted] or [
-        topic for topic in topics if topic.endswith(wanted) and not name.startswith('/')]
+    ending = '/' + name.strip('/')
+    return [topic for topic in topics if '/' + topic.strip('/') == ending] or [
+        topic for topic in topics if topic.endswith(ending) and not name.startswith('/')]
 
 
 def _namespace(topic: str) -> str:

@@ -286,11 +286,8 @@ def _efforts(choice: Choice, columns: Sequence[Column], motion: Motion, t: Array
     of_arm = [c for c in measured if c.meaning.side == 'arm' and len(measured) > 1]
     if of_arm and 'motor_position' not in choice.roles and not {'motor_effort'} & {
             *choice.roles, *refused}:
-        other = next(c for c in measured if c not in of_arm)
-        choice.questions.append(Question(
-            'effort', f'{stem_of(of_arm[0].meaning)}, {stem_of(other.meaning)}: a torque of the '
-            'arm, of the drive or of a sensor, and another effort', ', or '.join(
-                use_option('effort', stem_of(c.meaning)) for c in (of_arm[0], other))))
+        _ask_effort(choice, [*of_arm, *(c for c in measured if c not in of_arm)],
+                    'a torque of the arm, of the drive or of a sensor, and another effort')
         return
     sensors += of_arm
     measured = [c for c in measured if c not in sensors]

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.bag.importer.guess_time import found_time, FoundTime
-from gearbox_monitor.bag.importer.layout import recognised_layout
+from gearbox_monitor.bag.importer.layout import JOINT_LIST, recognised_layout
 from gearbox_monitor.bag.importer.meaning import (
     meanings, POSITION, run_of, with_listed_names)
 from gearbox_monitor.errors import InputError
@@ -36,8 +36,8 @@ def setpoint_files(path: Path) -> list[Path]:
     """Return the files whose names call them setpoints of the run in `path`."""
     setpoints, run = run_of(_stem(path))
     return [] if setpoints else sorted(
-        other for other in path.parent.iterdir()
-        if other.suffixes == path.suffixes and run_of(_stem(other)) == (True, run))
+        file for file in path.parent.iterdir()
+        if file.suffixes == path.suffixes and run_of(_stem(file)) == (True, run))
 
 
 def _stem(path: Path) -> str:
@@ -45,18 +45,17 @@ def _stem(path: Path) -> str:
 
 
 def sibling_setpoints(path: Path, time: FoundTime, states: Mapping[str, Mapping[str, Any]]
-                      ) -> dict[str, Any] | None:
+                      ) -> list[dict[str, Any]]:
     """
-    Return the block second_file of a mapping, None where no setpoints stand beside `path`.
+    Return the blocks second_file of a mapping, one for each file with setpoints beside `path`.
 
     Args:
         path: of the states.
         time: of the states.
         states: {joint: {quantity: block of the mapping}} of the states.
     """
-    blocks = [block for other in setpoint_files(path)
-              if (block := _setpoints_in(other, time, states)) is not None]
-    return blocks[0] if len(blocks) == 1 else None
+    return [block for file in setpoint_files(path)
+            if (block := _setpoints_in(file, time, states)) is not None]
 
 
 def _setpoints_in(path: Path, time: FoundTime, states: Mapping[str, Mapping[str, Any]]
@@ -78,10 +77,10 @@ def _setpoints_in(path: Path, time: FoundTime, states: Mapping[str, Mapping[str,
         return None
     blocks = {}
     for joint, column in setpoints.items():
-        alike = {key: value for key, value in states[joint].get('position', {}).items()
+        scaling = {key: value for key, value in states[joint].get('position', {}).items()
                  if key in ('unit', 'scale', 'counts_per_rev')}
         blocks[joint] = {'setpoint': {**column.place, **(
-            {'unit': column.unit} if column.unit else alike)}}
+            {'unit': column.unit} if column.unit else scaling)}}
     return {'path': path.name, 'lag': 0.0, **layout.blocks, 'time': own.block, 'joints': blocks}
 
 
@@ -90,6 +89,6 @@ def state_files(folder: Path) -> list[Path]:
     episodes = sorted(folder.glob('data/**/*.parquet'))
     if episodes:
         return episodes
-    tables = sorted(file for file in folder.iterdir()
-                    if file.is_file() and file.name.endswith(TABLES))
+    tables = sorted(file for file in folder.iterdir() if file.is_file()
+                    and file.name.endswith(TABLES) and file.name != JOINT_LIST)
     return [file for file in tables if setpoint_files(file)] or tables

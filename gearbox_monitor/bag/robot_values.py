@@ -1,0 +1,159 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What a user states of a robot beside its file, and the logs of its joints read with it."""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+import math
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.bag.robot_input import numbered_names, read_robot_log
+from gearbox_monitor.balance.robot_log import checked_log, CURRENT, RobotLog, TORQUE
+from gearbox_monitor.balance.rows import RobotModel
+from gearbox_monitor.balance.settings import SETTINGS
+from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.export.robot_model import ChainFile
+from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.kernels.types import Array
+
+KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
+        'kd', 'gain_tolerance', 'compensated')
+
+
+@dataclass(frozen=True, eq=False)
+class RobotValues:
+    """
+    What --values says of a robot.
+
+    tolerance, friction_tolerance, gain_tolerance: relative, None for the usual. links {name:
+    tolerance}; constants {joint: N m/A}, None if not stated; kp, kd {joint: gain};
+    measured: the effort is measured, not commanded; compensated: the servo adds the weight.
+    """
+
+    tolerance: float | None
+    friction_tolerance: float
+    links: Mapping[str, float]
+    constants: Mapping[str, float] | None
+    kp: Mapping[str, float]
+    kd: Mapping[str, float]
+    gain_tolerance: float
+    measured: bool
+    compensated: bool
+
+
+def load_values(path: str | None, file: ChainFile) -> RobotValues:
+    """Return the RobotValues of the YAML file `path` for the robot `file`. Raises InputError."""
+    content: Any = {} if path is None else load_yaml(path).content
+    if not isinstance(content, dict):
+        raise InputError(f'{path}: {str(content)[:40]!r}, expected keys and values')
+    for key in content:
+        if key not in KEYS:
+            raise InputError(f'{path}: {key}: {unknown(str(key), KEYS)}')
+    joints = file.chain.joints
+    links = [link.name for link in file.chain.links]
+
+    def number(where: str, value: Any, low: float = 0.0) -> float:
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
+                math.isfinite(value) and value >= low):
+            raise InputError(f'{path}: {where}: {str(value)[:40]!r}, expected a number of {low:g} '
+                             'or more')
+        return float(value)
+
+    def table(key: str, names: Sequence[str], low: float = 0.0) -> dict[str, float]:
+        value = content.get(key, {})
+        if not isinstance(value, dict):
+            raise InputError(f'{path}: {key}: {str(value)[:40]!r}, expected NAME: number')
+        for name in value:
+            if name not in names:
+                raise InputError(f'{path}: {key}: {unknown(str(name), names)}')
+        return {str(name): number(f'{key}.{name}', v, low) for name, v in value.items()}
+    effort = content.get('effort', 'commanded')
+    if effort not in ('measured', 'commanded'):
+        raise InputError(f'{path}: effort: {effort!r}, expected measured or commanded')
+    compensated = content.get('compensated', False)
+    if not isinstance(compensated, bool):
+        raise InputError(f'{path}: compensated: {compensated!r}, expected true or false')
+    tolerance, kp = content.get('tolerance'), table('kp', joints)
+    all_kp = _gains(kp, file.kp, file)
+    lacking = [] if not kp or all_kp is None else [
+        joint for joint, gain in zip(joints, all_kp) if not gain > 0.0]
+    if lacking:
+        raise InputError(f'{path}: kp: none of {", ".join(lacking)}, expected one of each joint')
+    return RobotValues(
+        None if tolerance is None else number('tolerance', tolerance),
+        number('friction_tolerance', content.get('friction_tolerance', SETTINGS.tolerance)),
+        table('link_tolerance', links), table('torque_constants', joints, 1e-9)
+        if 'torque_constants' in content else None, kp, table('kd', joints),
+        number('gain_tolerance', content.get('gain_tolerance', SETTINGS.gain_tolerance)),
+        effort == 'measured', compensated)
+
+
+def robot_model(file: ChainFile, values: RobotValues, learnt: bool) -> RobotModel:
+    """
+    Return the RobotModel of a file.
+
+    Args:
+        file: of the simulator.
+        values: of the user.
+        learnt: whether references teach its friction.
+    """
+    usual = values.tolerance
+    if usual is None:
+        usual = SETTINGS.tolerance_learnt if learnt else SETTINGS.tolerance
+    tolerance = np.array([values.links.get(link.name, usual) for link in file.chain.links])
+    return RobotModel(file.chain, tolerance, 0.0 if learnt else values.friction_tolerance, learnt,
+                      _gains(values.kp, file.kp, file), _gains(values.kd, file.kd, file),
+                      values.compensated, values.gain_tolerance)
+
+
+def _gains(stated: Mapping[str, float], of_file: Array | None, file: ChainFile) -> Array | None:
+    """Return the gains of all joints: as stated, those of the file, or 0; None without any."""
+    if not stated:
+        return of_file
+    base = np.zeros(len(file.chain.joints)) if of_file is None else of_file
+    return np.array([stated.get(joint, gain) for joint, gain in zip(file.chain.joints, base)])
+
+
+def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
+             recorded: Mapping[str, str], topic: str = 'joint_states') -> RobotLog:
+    """
+    Return the checked log in the file `path`. Raises InputError.
+
+    Args:
+        path: of a bag or table.
+        file: of the robot.
+        robot: its model.
+        values: of the user.
+        recorded: {joint: its name in the log}, where they differ.
+        topic: of the joint states, in bags.
+    """
+    servo = robot.kp is not None and bool(np.all(robot.kp > 0.0))
+    joints, names, notes = file.chain.joints, recorded, []
+    if not names and file.chain.serial:
+        names = numbered_names(path, joints, topic)
+        if names:
+            notes.append('its joints have only numbers, taken from the base on: ' + ', '.join(
+                f'{name} is {joint}' for joint, name in names.items())
+                + ' (others: --recorded NAME=LOGNAME)')
+    raw = read_robot_log(path, joints, names, values.constants, '' if servo else file.no_servo,
+                         topic)
+    raw = replace(raw, notes=(*raw.notes, *notes))
+    if raw.kind == CURRENT and values.constants is None:
+        raise InputError(f'{path}: current without torque_constants, expected N m/A of each joint '
+                         'in --values: a rough one does, masses come in its scale')
+    if values.measured and raw.kind == TORQUE:
+        raw = replace(raw, measured=True)
+    return checked_log(raw, joints)
