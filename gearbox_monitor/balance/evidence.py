@@ -392,11 +392,12 @@ class RobotEvidence:
 
     def posterior(self, fit: RobotFit, dispersion: Array | None = None) -> Prior:
         """
-        Return what a fit without candidates taught of the nuisance, in its units.
+        Return what a fit taught of the nuisance, in its units.
 
         Args:
-            fit: without candidates.
-            dispersion: [J], by which the information of each joint is divided; None for 1.
+            fit: with or without candidates.
+            dispersion: [J], by which the information of each joint is divided, of a fit without
+                candidates; None for 1.
         """
         d = self.deviation
         if dispersion is None:

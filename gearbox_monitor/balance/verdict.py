@@ -46,7 +46,7 @@ WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not de
 AHEAD = 4          # laws of a joint that are tried with a second one
 LARGER = 1.5       # bursts of healthy references that were as large are none
 OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
-LEAST_GAIN = 0.1   # of a servo, of the model's
+LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
           'm1_change': ('m1', 'armature')}
@@ -112,49 +112,18 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     laws, free = library(recordings, effects), free_functions(recordings)
     shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
     blank = evidence.fit()
-    fit, steps, small, scales = _judged(evidence, blank, laws, free, knowledge, shares)
-    findings = _findings(evidence, fit, steps, scales)
-    cautions, strange = _cautions(knowledge.joints, shares, settings) if knowledge else (
-        _of_gains(evidence, fit), set())
-    if small is not None:
-        c, j = small.candidate, next(iter(small.candidate.columns))
-        size = _rms(evidence, j, c.columns[j] @ small.fit.values[small.fit.of(len(fit.chosen))])
-        cautions += (f'{c.joint}: {size:.2g} N m rms over {c.over} remains, little beside what '
-                     'the findings explain there',)
-    remainders = _remainders(evidence, fit, steps, knowledge, settings)
+    search = _judged(evidence, blank, laws, free, knowledge, shares)
+    remainders = _remainders(evidence, search, knowledge, settings)
+    cautions, strange = _cautions(knowledge.joints, shares, settings) if knowledge else ((), set())
     # What a joint does where no reference was is no evidence of a fault.
-    cautions += tuple(f'{r.joint}: what remains over {r.over} may be usual there'
-                      for r in remainders if r.joint in strange)
+    usual = tuple(f'{r.joint}: what remains over {r.over} may be usual there'
+                  for r in remainders if r.joint in strange)
     return RobotVerdict(
-        findings, tuple(r for r in remainders if r.joint not in strange),
-        _ranked(evidence, blank, fit), _visible(evidence, blank, laws, scales),
-        _not_tried(recordings[0], laws), cautions, fit, evidence)
-
-
-def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
-            free: Sequence[Candidate], knowledge: Knowledge | None,
-            shares: Sequence[Mapping[str, float]]
-            ) -> tuple[RobotFit, list['Step'], Contender | None, ContestScales]:
-    """
-    Return what _search does, and the scales of its evidence.
-
-    With references only where they were (`shares` is the rest of each joint's motion), a
-    difference from them is evidence; and what parts of the recordings differ by beside all
-    findings shows that the model is not true there: it is over-dispersion as well.
-    """
-    scales = scales_of(laws, free, knowledge, evidence.joints)
-    if knowledge is None:
-        return *_search(evidence, blank, laws, free, scales), scales
-    seen = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
-    scales = replace(scales, dispersion=scales.dispersion / seen)
-    fit, steps, small = _search(evidence, blank, laws, free, scales)
-    if fit.chosen:
-        of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
-        own = scattered(evidence, fit, of_joints)[1] / seen
-        if any(own[j] > scales.dispersion[j] for c in fit.chosen for j in c.columns):
-            scales = replace(scales, dispersion=np.maximum(own, scales.dispersion))
-            fit, steps, small = _search(evidence, blank, laws, free, scales)
-    return fit, steps, small, scales
+        _findings(evidence, search), tuple(r for r in remainders if r.joint not in strange),
+        _ranked(evidence, blank, search.fit), _visible(evidence, blank, laws, search.scales),
+        _not_tried(recordings[0], laws),
+        (*cautions, *_of_gains(evidence, search.fit), *_of_small(evidence, search), *usual),
+        search.fit, evidence)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,17 +134,52 @@ class Step:
     rivals: tuple[str, ...]
 
 
-def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate],
-            free: Sequence[Candidate], scales: ContestScales
-            ) -> tuple[RobotFit, list[Step], Contender | None]:
+@dataclass(frozen=True, eq=False)
+class Search:
     """
-    Return the fit with all that pays, and its steps, one of each chosen candidate.
+    What a contest has taken.
 
-    Also the function without a law that beats every law at the end, but adds little to what the
+    fit: with all that pays; steps: one of each chosen candidate; scales: of their evidence.
+    small: the function without a law that beats every law at the end, but adds little to what the
     candidates explain at its joint: laws that are nearly true leave such.
     """
-    s, steps, blank = evidence.settings, [], current
-    small: Contender | None = None
+
+    fit: RobotFit
+    steps: Sequence[Step]
+    scales: ContestScales
+    small: Contender | None
+
+
+def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
+            free: Sequence[Candidate], knowledge: Knowledge | None,
+            shares: Sequence[Mapping[str, float]]) -> Search:
+    """
+    Return the Search with the scales that the references and the recordings themselves show.
+
+    With references only where they were (`shares` is the rest of each joint's motion), a
+    difference from them is evidence; and what parts of the recordings differ by beside all
+    findings shows that the model is not true there: it is over-dispersion as well.
+    """
+    scales = scales_of(laws, free, knowledge, evidence.joints)
+    if knowledge is None:
+        return _search(evidence, blank, laws, free, scales)
+    seen = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
+    scales = replace(scales, dispersion=scales.dispersion / seen)
+    search = _search(evidence, blank, laws, free, scales)
+    if search.fit.chosen:
+        of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
+        own = scattered(evidence, search.fit, of_joints)[1] / seen
+        if any(own[j] > scales.dispersion[j] for c in search.fit.chosen for j in c.columns):
+            scales = replace(scales, dispersion=np.maximum(own, scales.dispersion))
+            search = _search(evidence, blank, laws, free, scales)
+    return search
+
+
+def _search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
+            free: Sequence[Candidate], scales: ContestScales) -> Search:
+    """Return the Search that begins with a `blank` fit: one more candidate while it pays."""
+    s, current, small = evidence.settings, blank, None
+    steps: list[Step] = []
     for step in range(s.most + 1):
         small = None
         lawless = contest(evidence, current, free, scales, 6)[:1]
@@ -184,14 +188,15 @@ def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate
         function = lawless[0].worth if lawless else -math.inf
         if function > max(s.margin, law + s.margin):
             where = next(iter(lawless[0].candidate.columns))
-            pair = _pair(evidence, entries, laws, scales, lawless[0])
-            if pair is not None:
-                entries = [pair, *(e for e in entries if e is not pair)]
+            pairs = _pairs(evidence, entries, laws, scales, lawless[0])
+            if pairs:
+                entries = pairs
             elif function > s.share_unknown * _gain_at(evidence, blank, current, where):
                 current = lawless[0].fit
                 steps.append(Step(function, ()))
                 break
-            small = lawless[0] if pair is None else None
+            else:
+                small = lawless[0]
         if law < s.margin:
             break
         steps.append(Step(entries[0].worth, _rivals(entries, s.margin)))
@@ -199,25 +204,31 @@ def _search(evidence: RobotEvidence, current: RobotFit, laws: Sequence[Candidate
         if len(current.chosen) > 1:
             current, stayed = pruned(evidence, current, scales)
             steps = [steps[i] for i in stayed]
-    return current, steps, small
+    return Search(current, steps, scales, small)
 
 
-def _pair(evidence: RobotEvidence, entries: Sequence[Contender], laws: Sequence[Candidate],
-          scales: ContestScales, function: Contender) -> Contender | None:
+def _pairs(evidence: RobotEvidence, entries: Sequence[Contender], laws: Sequence[Candidate],
+           scales: ContestScales, function: Contender) -> list[Contender]:
     """
     Return the law that, with a second one of its joint, is worth more than a function alone.
 
-    A spring at each end of a range is two laws: a function over the angle beats either.
+    A spring at each end of a range is two laws: a function over the angle beats either. Behind it
+    the laws that make another pair which is worth as much; none, if no pair beats the function.
     """
     s, joint = evidence.settings, function.candidate.joint
-    best, most = None, function.worth
     own = [c for c in laws if c.joint == joint]
-    first = [e for e in entries if e.candidate.joint == joint and e.worth >= s.margin]
-    for entry in first[:AHEAD]:
-        second = contest(evidence, entry.fit, own, scales, AHEAD)[:1]
-        if second and second[0].worth >= s.margin and entry.worth + second[0].worth > most:
-            best, most = entry, entry.worth + second[0].worth
-    return best
+    pairs: list[tuple[float, Contender, set[tuple[str, str, str]]]] = []
+    paying = [e for e in entries if e.candidate.joint == joint and e.worth >= s.margin]
+    for entry in paying[:AHEAD]:
+        for second in contest(evidence, entry.fit, own, scales, AHEAD)[:1]:
+            if second.worth >= s.margin:
+                pairs.append((entry.worth + second.worth, entry,
+                              {entry.candidate.name, second.candidate.name}))
+    worth, first, names = max(pairs, key=lambda pair: pair[0], default=(-math.inf, None, set()))
+    if first is None or not worth > function.worth:
+        return []
+    return [first, *(entry for other, entry, both in pairs
+                     if other > worth - s.margin and both != names)]
 
 
 def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
@@ -250,12 +261,12 @@ def _shares(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
     return [min(max(returns([i]) / whole, 0.0), 1.0) for i in range(len(fit.chosen))]
 
 
-def _findings(evidence: RobotEvidence, fit: RobotFit, steps: Sequence[Step],
-              scales: ContestScales) -> tuple[Finding, ...]:
-    """Return the laws of a fit as findings, worthiest first."""
+def _findings(evidence: RobotEvidence, search: Search) -> tuple[Finding, ...]:
+    """Return the laws that a search has taken as findings, worthiest first."""
+    fit, scales = search.fit, search.scales
     covariance = evidence.sandwich(fit) if fit.chosen else np.zeros((0, 0))
     out = []
-    for i, (c, step, share) in enumerate(zip(fit.chosen, steps, _shares(evidence, fit))):
+    for i, (c, step, share) in enumerate(zip(fit.chosen, search.steps, _shares(evidence, fit))):
         if c.free or c.values is None:
             continue
         own = fit.of(i)
@@ -286,16 +297,22 @@ def _of_servo(evidence: RobotEvidence, fit: RobotFit, c: Candidate, b: Array, sp
     The balance of setpoints is divided by the gain, so that gains that are free do not allow the
     solution 0 = 0: torques come out in the scale of the model's gain, the true one is a nuisance.
     """
-    robot = evidence.recordings[0].robot
     if not evidence.recordings[0].setpoint or c.effect in OF_SETPOINT:
         return b, spread
-    posterior = evidence.posterior(fit)
-    own = [posterior.labels.index(f'kp {robot.chain.joints[j]}') for j in c.columns]
-    shares = np.array(list(informed(evidence, c, fit).values()))
-    gain = max(1.0 + float(shares @ posterior.mean[own]), LEAST_GAIN)
-    unsure = float(shares @ posterior.covariance[np.ix_(own, own)] @ shares)
+    scale, covariance = _servo_scales(evidence, fit)
+    own, shares = list(c.columns), np.array(list(informed(evidence, c, fit).values()))
+    gain = max(float(shares @ scale[own]), LEAST_SCALE)
+    unsure = float(shares @ covariance[np.ix_(own, own)] @ shares)
     b = b / gain
     return b, (spread + unsure * np.outer(b, b)) / gain ** 2
+
+
+def _servo_scales(evidence: RobotEvidence, fit: RobotFit) -> tuple[Array, Array]:
+    """Return the gain of the model over that of each joint's servo [J], and its covariance."""
+    posterior = evidence.posterior(fit)
+    own = [posterior.labels.index(f'kp {name}')
+           for name in evidence.recordings[0].robot.chain.joints]
+    return 1.0 + posterior.mean[own], posterior.covariance[np.ix_(own, own)]
 
 
 def _determined(evidence: RobotEvidence, c: Candidate, covariance: Array) -> bool:
@@ -369,11 +386,11 @@ def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(out, key=lambda f: -(f.evidence or 0.0)))
 
 
-def _remainders(evidence: RobotEvidence, fit: RobotFit, steps: Sequence[Step],
-                knowledge: Knowledge | None, settings: Settings) -> tuple[Remainder, ...]:
+def _remainders(evidence: RobotEvidence, search: Search, knowledge: Knowledge | None,
+                settings: Settings) -> tuple[Remainder, ...]:
     """Return what no law explains: functions that were taken, and bursts."""
-    out, chain = [], evidence.recordings[0].robot.chain
-    for i, (c, step) in enumerate(zip(fit.chosen, steps)):
+    out, chain, fit = [], evidence.recordings[0].robot.chain, search.fit
+    for i, (c, step) in enumerate(zip(fit.chosen, search.steps)):
         if c.free and c.joint is not None:
             j = chain.joints.index(c.joint)
             x = c.columns[j] @ fit.values[fit.of(i)]
@@ -470,12 +487,21 @@ def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
     rows = evidence.recordings[0]
     if not rows.setpoint:
         return ()
-    posterior = evidence.posterior(fit)
-    change = {name: posterior.mean[posterior.labels.index(f'kp {name}')]
-              for name in rows.robot.chain.joints}
-    return tuple(f'{name}: its servo acts with {1.0 / max(1.0 + x, LEAST_GAIN):.2g} times the '
-                 'gain of the model; sizes of torques are in its scale'
-                 for name, x in change.items() if abs(x) > 2.0 * rows.robot.gain_tolerance)
+    return tuple(f'{name}: its servo acts with {1.0 / max(x, LEAST_SCALE):.2g} times the gain of '
+                 'the model; sizes of torques are in its scale'
+                 for name, x in zip(rows.robot.chain.joints, _servo_scales(evidence, fit)[0])
+                 if abs(x - 1.0) > 2.0 * rows.robot.gain_tolerance)
+
+
+def _of_small(evidence: RobotEvidence, search: Search) -> tuple[str, ...]:
+    """Return a caution about the small function without a law, if there is one."""
+    if search.small is None:
+        return ()
+    fit, c = search.small.fit, search.small.candidate
+    (j, x), = c.columns.items()
+    size = _rms(evidence, j, x @ fit.values[fit.of(len(fit.chosen) - 1)])
+    return (f'{c.joint}: {size:.2g} N m rms over {c.over} remains, little beside what the '
+            'findings explain there',)
 
 
 def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], settings: Settings

@@ -34,7 +34,7 @@ from gearbox_monitor.cli.options import dump, expect_new, plain, write_new
 from gearbox_monitor.cli.robot_inputs import (
     add_robot_arguments, load_logs, load_model, reference_knowledge)
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.export.robot_closed import closed_file
+from gearbox_monitor.export.robot_closed import closed_file, title_of
 from gearbox_monitor.export.robot_model import ChainFile, SUFFIXES
 from gearbox_monitor.export.robot_rollout import rollouts
 from gearbox_monitor.files.yaml_files import expect_folder_of
@@ -114,11 +114,10 @@ def run(args: Namespace) -> int:
     if file.compiled is not None and verdict.findings and torque:
         runs = data['rollouts'] = plain(rollouts(file, verdict))
         for finding in data['findings']:
-            place = finding.get('joint') or finding.get('link')
-            run = f'{finding["effect"]} of {place}' not in runs['without']
-            finding['confirmed'] = place not in runs['vetoed'] if run else None
-        data['cautions'] += [f'{place}: free runs in MuJoCo are farther off with its finding than '
-                             'without' for place in runs['vetoed']]
+            name = title_of(finding)
+            finding['confirmed'] = None if name in runs['without'] else name not in runs['vetoed']
+        data['cautions'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
+                             for name in runs['vetoed']]
     data['cpu_s'] = round(time.process_time() - began, 2)
     if args.out:
         _write(args, data, file, verdict)

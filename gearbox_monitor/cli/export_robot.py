@@ -28,7 +28,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.cli.options import write_new
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf_file import read_file
-from gearbox_monitor.export.robot_closed import closed_file
+from gearbox_monitor.export.robot_closed import closed_file, title_of
 from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.export.xml_edit import difference, parse_xml
 from gearbox_monitor.files.opening import read_text
@@ -69,9 +69,9 @@ def run(args: Namespace) -> int:
     text, left = closed_file(file, data['findings'], f'gearbox_monitor {__version__} export')
     count = len(data['findings'])
     lines = [f'{path}: {count} finding{"" if count == 1 else "s"}']
-    lines += [f'  {f["effect"]} of {f.get("joint") or f["link"]}: '
-              + ', '.join(f'{name} {value:.6g}' for name, value in f['values'].items())
-              for f in data['findings']]
+    lines += [f'  {title_of(finding)}: ' + ', '.join(
+        f'{name} {value:.6g}' for name, value in finding['values'].items())
+        for finding in data['findings']]
     lines += [f'not in the file: {words}' for words in left]
     if data.get('model_digest') not in (None, file.digest):
         lines.append(f'note: {path} is not the file of the diagnosis ({data.get("model")}): the '

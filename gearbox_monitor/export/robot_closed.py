@@ -67,6 +67,16 @@ NEEDED = {**{name: (place.value,) for name, place in OF_JOINT.items()},
           **{e.id: tuple(e.units) for e in (PAYLOAD, LINK_INERTIA, BASE_TILT)}}
 
 
+def finding_title(effect: str, place: str) -> str:
+    """Return what a finding is called: its `effect` and the joint or link that is its `place`."""
+    return f'{effect} of {place}'
+
+
+def title_of(finding: Mapping[str, Any]) -> str:
+    """Return the title of a `finding` as plain data."""
+    return finding_title(finding['effect'], finding.get('joint') or finding.get('link') or BASE)
+
+
 def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: str
                 ) -> tuple[str | None, list[str]]:
     """
@@ -84,7 +94,7 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
     draft = (_UrdfDraft if document.root.tag == 'robot' else _MjcfDraft)(document, file)
     left: list[str] = []
     for finding in findings:
-        name = f'{finding["effect"]} of {finding.get("joint") or finding.get("link") or "base"}'
+        name = title_of(finding)
         try:
             if finding.get('confirmed', True) is False:
                 raise InputError('free runs are farther off with it than without')

@@ -33,7 +33,7 @@ from gearbox_monitor.balance.robot_effects import BASE_TILT, GRAVITY_SIZE, ROBOT
 from gearbox_monitor.balance.verdict import RobotVerdict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.robot_bodies import body_with
-from gearbox_monitor.export.robot_closed import OF_JOINT, OF_LINK
+from gearbox_monitor.export.robot_closed import finding_title, OF_JOINT, OF_LINK
 from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
@@ -57,10 +57,10 @@ def rollouts(file: ChainFile, verdict: RobotVerdict) -> dict[str, Any]:
         verdict: on recordings of torques; the first one is run.
 
     Returns:
-        {'window': s, 'joints': {joint: {'before', 'after': rms, rad or m}}, 'vetoed': joints and
-        links with a finding with which the runs are farther off, in units of the motion of the
-        joints that it acts on; 'confirmed': whether there is none; 'without': the findings that
-        are not in the runs}.
+        {'window': s, 'joints': {joint: {'before', 'after': rms, rad or m}}, 'vetoed': titles (see
+        robot_closed) of findings with which the runs are farther off, in units of the motion of
+        the joints that they act on; 'confirmed': whether there is none; 'without': titles of
+        those that are not in the runs}.
     """
     rows = verdict.evidence.recordings[0]
     before, _ = _runs(file, verdict, False)
@@ -72,8 +72,9 @@ def rollouts(file: ChainFile, verdict: RobotVerdict) -> dict[str, Any]:
     for c in verdict.fit.chosen:
         own = list(c.columns) if c.joint is None else [rows.robot.chain.joints.index(c.joint)]
         size = [math.hypot(*(x / spread)[own]) for x in (before, after)]
-        if not c.free and not size[1] < FARTHER * size[0]:
-            vetoed.append(c.place)
+        name = finding_title(c.effect, c.place)
+        if not c.free and name not in without and not size[1] < FARTHER * size[0]:
+            vetoed.append(name)
     return {'window': WINDOW, 'joints': joints, 'confirmed': not vetoed,
             'vetoed': list(dict.fromkeys(vetoed)), 'without': without}
 
@@ -98,12 +99,12 @@ def _runs(file: ChainFile, verdict: RobotVerdict, closed: bool) -> tuple[Array, 
             try:
                 _edit(m, file, c, c.values(b))
             except InputError:
-                without.append(f'{c.effect} of {c.place}')
+                without.append(finding_title(c.effect, c.place))
         elif column is not None and c.joint is not None and not column.momentum:
             j = chain.joints.index(c.joint)
             effort[:, j] -= column.series(rows.joints[j], c.setting or 0.0) @ b
         elif not c.free:
-            without.append(f'{c.effect} of {c.place}')
+            without.append(finding_title(c.effect, c.place))
     mujoco.mj_setConst(m, mujoco.MjData(m))
     data, step = mujoco.MjData(m), float(m.opt.timestep)
     length = max(int(round(WINDOW / motion.step)), 2)

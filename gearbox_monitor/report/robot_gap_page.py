@@ -196,11 +196,11 @@ class RobotGaps(Section):
             rows.append(BarRow(gap['joint'], 'before', gap['before'],
                                f'{gap["before"]:.3g} N m', 'nominal'))
             rows.append(BarRow('', 'after', gap['after'], f'{gap["after"]:.3g} N m', 'closed'))
-        confirmed = data.get('rollouts') or {}
+        runs = data.get('rollouts') or {}
         return cls(bars(rows), PageTable(
             ('joint', 'before (mrad)', 'after (mrad)'),
             [(joint, f'{1e3 * v["before"]:.3g}', f'{1e3 * v["after"]:.3g}')
-             for joint, v in (confirmed.get('joints') or {}).items()], (1, 2)))
+             for joint, v in (runs.get('joints') or {}).items()], (1, 2)))
 
 
 @dataclass(frozen=True)

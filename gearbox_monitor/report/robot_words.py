@@ -63,7 +63,7 @@ def finding_words(finding: Mapping[str, Any]) -> str:
         more = 'more' if values['m'] >= 0.0 else 'less'
         place = (f'centre {100 * reach:.0f} cm out'
                  if None not in (deviations['cx'], deviations['cy'], deviations['cz'])
-                 else 'where, this motion does not say')
+                 else 'this motion does not say where')
         return f'{size} kg {more} at {where}, {place}'
     if effect == 'base_tilt':
         angle = math.degrees(math.hypot(values['ax'], values['ay']))

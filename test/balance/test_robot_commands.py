@@ -14,6 +14,8 @@
 
 """Commands on whole robots: the simulated pair, learn, the file of knowledge, the page."""
 import json
+from pathlib import Path
+import re
 
 import numpy as np
 import pytest
@@ -22,7 +24,9 @@ from gearbox_monitor.cli.diagnose_robot import OF_ONE_JOINT
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.robot_model import read_robot
+from gearbox_monitor.files import knowledge_file
 from gearbox_monitor.files.knowledge_file import load_knowledge, save_knowledge
+from gearbox_monitor.identification.findings import Remainder
 
 
 @pytest.fixture(scope='module')
@@ -67,6 +71,17 @@ def test_pair_names_the_load_and_the_rubbing_joint(arm, tmp_path, capsys):
     assert 'kg more at flange' in page and '1. joint' in page
 
 
+def test_all_keys_of_a_verdict_are_documented(arm, capsys):
+    page = (Path(__file__).parents[2] / 'docs/robot_gap.md').read_text()
+    words = set(re.findall(r'`(\w+)`', page.split('## What it says')[1].split('\n## ')[0]))
+    assert diagnose(arm, '--reference', str(arm / 'arm.knowledge'), '--json', '-') == 1
+    data = json.loads(capsys.readouterr().out)
+    remainder = Remainder('arm_side', joint='a', times=((0.0, 1.0),), recordings=('b',))
+    for table in (data, *data['findings'], *data['ranked'], remainder.to_dict()):
+        assert table.keys() <= words, table.keys() - words
+    assert {'confirmed', 'vetoed', 'without', 'window', 'joints', 'burstiness'} <= words
+
+
 def test_reference_itself_is_none(arm, capsys):
     """Also as logs, to be learnt now."""
     assert diagnose(arm, '--reference', str(arm / 'arm.knowledge'), '--json', '-',
@@ -91,6 +106,17 @@ def test_knowledge_survives_its_file_and_is_refused_for_another_model(arm, tmp_p
     (tmp_path / 'bad.knowledge').write_bytes(b'PK\x03\x04 nothing')
     assert diagnose(arm, '--reference', str(tmp_path / 'bad.knowledge')) == 2
     assert 'expected a file that learn wrote' in capsys.readouterr().err
+
+
+def test_knowledge_of_an_older_version_is_refused_with_what_to_do(
+        arm, tmp_path, capsys, monkeypatch):
+    knowledge = load_knowledge(arm / 'arm.knowledge', read_robot(arm / 'robot.urdf').digest)
+    with monkeypatch.context() as patch:
+        patch.setattr(knowledge_file, 'VERSION', 1)
+        save_knowledge(tmp_path / 'old.knowledge', knowledge)
+    assert diagnose(arm, '--reference', str(tmp_path / 'old.knowledge')) == 2
+    error = capsys.readouterr().err
+    assert error.endswith('old.knowledge: version: 1, expected 2: learn it again\n')
 
 
 def test_a_damaged_file_of_knowledge_is_refused_in_one_line(arm, tmp_path):

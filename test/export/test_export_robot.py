@@ -20,15 +20,18 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.export import robot_rollout
 from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.files.resources import config_path
 
 
-def simulated(folder, seed, kind):
-    """Write robot.xml and log.csv of a random robot with one change."""
+def simulated(folder, seed, kinds, renamed=()):
+    """Write robot.xml and log.csv of a random robot with changes; {name in the file: new one}."""
     pytest.importorskip('mujoco')
     import random_robots
-    case = random_robots.make(seed, False, [kind], 100)
+    case = random_robots.make(seed, False, kinds, 100)
+    for name, new in dict(renamed).items():
+        case.xml = case.xml.replace(f'"{name}"', f'"{new}"')
     log = random_robots.log(case, 1, 25.0)[0]
     (folder / 'robot.xml').write_text(case.xml.replace('<worldbody>', '<!-- ours --><worldbody>'))
     section = log.sections[0]
@@ -37,15 +40,16 @@ def simulated(folder, seed, kind):
                '%.9g', ',', header=header, comments='')
 
 
-@pytest.mark.parametrize('seed, kind, effect', [
-    (10, 'payload', 'payload'), (10, 'motor_coulomb', 'motor_coulomb'),
-    (10, 'motor_inertia', 'motor_inertia')])
-def test_no_gap_remains_with_the_written_file(tmp_path, capsys, monkeypatch, seed, kind, effect):
+@pytest.mark.parametrize('seed, kinds', [
+    (10, ['payload']), (10, ['motor_coulomb']), (10, ['motor_inertia']),
+    (10, ['payload', 'motor_coulomb'])])
+def test_no_gap_remains_with_the_written_file(tmp_path, capsys, monkeypatch, seed, kinds):
     monkeypatch.chdir(tmp_path)
-    simulated(tmp_path, seed, kind)
+    simulated(tmp_path, seed, kinds)
     assert main(['diagnose', 'log.csv', '--model', 'robot.xml', '--json', 'verdict.json']) == 1
-    found = json.loads((tmp_path / 'verdict.json').read_text())['findings']
-    assert [f['effect'] for f in found] == [effect]
+    findings = json.loads((tmp_path / 'verdict.json').read_text())['findings']
+    assert sorted(f['effect'] for f in findings) == sorted(kinds)
+    assert all(f['confirmed'] is True for f in findings)
     words = ['export', 'verdict.json', '--to', 'mjcf', '--into', 'robot.xml']
     assert main([*words, '--out', 'closed.xml']) == 0
     assert '<!-- ours -->' in (tmp_path / 'closed.xml').read_text()
@@ -55,6 +59,31 @@ def test_no_gap_remains_with_the_written_file(tmp_path, capsys, monkeypatch, see
     assert main([*words[:-1], 'closed.xml']) == 0
     out = capsys.readouterr().out
     assert 'closed.xml is not the file of the diagnosis' in out and '+++ b/closed.xml' in out
+
+
+def test_a_veto_is_of_a_finding_and_not_of_its_name(tmp_path, capsys, monkeypatch):
+    """The body of the load and the joint that rubs have one name; the load alone is vetoed."""
+    monkeypatch.chdir(tmp_path)
+    simulated(tmp_path, 10, ['payload', 'motor_coulomb'], {'link2': 'j1'})
+    monkeypatch.setattr(robot_rollout, '_runs', lambda file, verdict, closed: (
+        np.array([9.0, 0.5, 1.0]) if closed else np.ones(3), []))
+    assert main(['diagnose', 'log.csv', '--model', 'robot.xml', '--out', 'gap']) == 1
+    data = json.loads((tmp_path / 'gap/verdict.json').read_text())
+    assert {f['effect']: f['confirmed'] for f in data['findings']} == {
+        'payload': False, 'motor_coulomb': True}
+    assert data['rollouts'].keys() == {'window', 'joints', 'confirmed', 'vetoed', 'without'}
+    assert data['rollouts']['vetoed'] == ['payload of j1']
+    words = 'payload of j1: free runs in MuJoCo are farther off with it than without'
+    assert words in data['cautions']
+    capsys.readouterr()
+    assert main(['export', 'gap/verdict.json', '--to', 'mjcf', '--into', 'robot.xml',
+                 '--out', 'closed.xml']) == 1
+    assert 'not in the file: payload of j1: free runs' in capsys.readouterr().out
+    before, after = (read_robot(tmp_path / name).chain for name in ('robot.xml', 'closed.xml'))
+    assert after.coulomb[1] != before.coulomb[1]
+    np.testing.assert_allclose(after.theta, before.theta)
+    assert (tmp_path / 'closed.xml').read_text().split('\n', 1)[1] == (
+        tmp_path / 'gap/robot.closed.xml').read_text().split('\n', 1)[1]
 
 
 FINDING = {'effect': 'motor_coulomb', 'joint': 'joint1', 'link': None,

@@ -46,7 +46,8 @@ def test_right_findings_are_nearer_and_wrong_ones_vetoed(tmp_path, kind, effect,
     assert gap['after'] < 0.5 * gap['before'] and runs['confirmed'] and not runs['without']
     fit = replace(verdict.fit, values=wrong * verdict.fit.values)
     runs = rollouts(file, replace(verdict, fit=fit))
-    assert runs['vetoed'] == [finding.joint or finding.link] and not runs['confirmed']
+    assert runs['vetoed'] == [f'{effect} of {finding.joint or finding.link}']
+    assert not runs['confirmed']
 
 
 def test_a_vetoed_finding_is_not_written(tmp_path):
