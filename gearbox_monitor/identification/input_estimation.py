@@ -26,12 +26,14 @@ import numpy as np
 
 from gearbox_monitor.identification import likelihood
 from gearbox_monitor.identification.shooting import ShootingWindows
-from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 
 SPACING = 0.04      # s between the peaks of the triangles
 QUARTERS = 4        # short windows in a long one
 ITERATIONS = 4
+LEAST_GAIN = 1e-3   # of the cost of a window, for another iteration
+SIDE_BY_SIDE = 64   # runs, which bounds the memory
 TORQUES = ('motor_side', 'arm_side', 'transmission')   # in the order of Simulator.run's extra
 SENSORS = ('motor_sensor', 'arm_sensor')
 PLACES = (*TORQUES, *SENSORS)
@@ -109,67 +111,71 @@ class InputEstimator:
         self.lead = int((windows.first - windows.begin).max(initial=0))
         self.basis = triangles(windows.length, self.lead, data.recording.dt)
         self.torque = place in TORQUES
-        # Windows begin in their neighbours: even and odd ones take turns.
-        self.turns = [np.arange(k, len(windows), 2) for k in (0, 1) if k < len(windows)]
         if self.torque:
+            # Windows begin in their neighbours: each has a torque of its own.
+            rows = windows.begin[:, None] + np.arange(len(self.basis))
+            extra = data.simulator.extra
+            self.extra = extra[np.minimum(rows, len(extra) - 1)]
+            late = (self.lead - windows.first + windows.begin)[:, None]
+            self.at = np.minimum(np.arange(len(self.basis)) + late, len(self.basis) - 1)
             self.scale = max(float(np.std(data.recording.torque)), 1e-9)
         else:
             self.scale = max(float(np.std(data.recording.y[:, SENSORS.index(place)])), 1e-9)
 
-    def residual(self, signal: Array, states: Array) -> Array:
+    def residual(self, signal: Array, states: Array, index: Integers | None = None) -> Array:
         """
-        Return the residual [W, 2L] with signal [W, H] at the place.
+        Return the residual [M, 2L] with a signal at the place.
 
         Args:
-            signal: free signal [W, H] at the peaks of the triangles, N m or rad.
-            states: states of the drive where the windows start [W, 4].
+            signal: free signal [M, H] at the peaks of the triangles, N m or rad.
+            states: states of the drive where the windows start [M, 4].
+            index: numbers of the windows [M], with repeats; None: each once.
         """
-        data, windows = self.data, self.data.windows
+        data = self.data
+        if index is None:
+            index = np.arange(len(data.windows))
         if not self.torque:
-            out, _ = data.residual(self.model, states, self.memory)
+            out, _ = data.residual(self.model, states, self.memory[index], index)
             sensor = SENSORS.index(self.place)
             offset = (signal @ self.basis[self.lead:].T / data.sigma[sensor])[:, :, None]
             out[:, data.channels.index(sensor)::len(data.channels)] -= data.white(
                 offset, [sensor])[:, :, 0]
             return out
-        out = np.empty((len(windows), data.size))
-        column = TORQUES.index(self.place)
-        torque = np.einsum('wh,lh->wl', signal, self.basis)
-        for turn in self.turns:
-            extra = data.simulator.extra.copy()
-            for w in turn:
-                rows = slice(windows.begin[w], windows.first[w] + windows.length)
-                extra[rows, column] += torque[w, self.lead - windows.first[w] + windows.begin[w]:]
-            out[turn], _ = data.residual(
-                self.model, states[turn], self.memory[turn], turn, extra)
-        return out
+        extra = self.extra[index]
+        extra[:, :, TORQUES.index(self.place)] += np.take_along_axis(
+            signal @ self.basis.T, self.at[index], axis=1)
+        return data.residual(self.model, states, self.memory[index], index, extra)[0]
 
-    def sensitivity(self, signal: Array, states: Array, residual: Array) -> Array:
+    def sensitivity(self, signal: Array, states: Array, residual: Array,
+                    index: Integers | None = None) -> Array:
         """
-        Return d(-residual)/d(signal, states) [W, 2L, H + 4].
+        Return d(-residual)/d(signal, states) [M, 2L, H + 4].
 
         Args:
-            signal: free signal [W, H] at the peaks of the triangles, N m or rad.
-            states: states of the drive where the windows start [W, 4].
-            residual: residual of the windows [W, C L].
+            signal: free signal [M, H] at the peaks of the triangles, N m or rad.
+            states: states of the drive where the windows start [M, 4].
+            residual: residual of the windows [M, C L].
+            index: numbers of the windows [M]; None: each once.
         """
+        if index is None:
+            index = np.arange(len(states))
         count = self.basis.shape[1]
-        J = np.empty((*residual.shape, count + 4))
-        if self.torque:
-            step = 1e-3 * self.scale
-            for k in range(count):
-                moved = signal.copy()
-                moved[:, k] += step
-                J[:, :, k] = (residual - self.residual(moved, states)) / step
-        else:
-            J[:, :, :count] = 0.0
+        J = np.zeros((*residual.shape, count + 4))
+        steps = np.array([1e-3 * self.scale] * count + [*likelihood.STATE_STEPS])
+        columns = np.arange(0 if self.torque else count, count + 4)
+        if not self.torque:
             sensor, channels = SENSORS.index(self.place), self.data.channels
             J[:, channels.index(sensor)::len(channels), :count] = self.data.white(
                 self.basis[None, self.lead:] / self.data.sigma[sensor], [sensor])
-        for i, step in enumerate(likelihood.STATE_STEPS):
-            moved = states.copy()
-            moved[:, i] += step
-            J[:, :, count + i] = (residual - self.residual(signal, moved)) / step
+        # Runs of several columns side by side: lanes cost little more than one run.
+        side_by_side = max(1, SIDE_BY_SIDE // len(index))
+        for part in np.split(columns, range(side_by_side, len(columns), side_by_side)):
+            moved = np.zeros((len(part), 1, count + 4))
+            moved[np.arange(len(part)), 0, part] = steps[part]
+            moved = (np.hstack([signal, states]) + moved).reshape(-1, count + 4)
+            run = self.residual(moved[:, :count], moved[:, count:], np.tile(index, len(part)))
+            J[:, :, part] = ((residual - run.reshape(len(part), *residual.shape))
+                             / steps[part, None, None]).transpose(1, 2, 0)
         return J
 
     def solve(self, states: Array, signal: Array | None = None, iterations: int = ITERATIONS,
@@ -183,48 +189,48 @@ class InputEstimator:
             iterations: largest number of iterations.
             fixed: values of the signal [W, H] that stay as they are.
         """
-        count = self.basis.shape[1]
-        states = states.copy()
-        signal = np.zeros((len(states), count)) if signal is None else signal.copy()
+        windows, count = len(states), self.basis.shape[1]
+        both = np.hstack([np.zeros((windows, count)) if signal is None else signal, states])
+        free = np.ones((windows, count + 4))
+        if fixed is not None:
+            free[:, :count] = ~fixed
         ridge = np.zeros(count + 4)
         ridge[:count] = self.scale ** -2  # weak: for values that the readings say nothing of
-        residual = self.residual(signal, states)
+        index = np.arange(windows)
 
-        def cost(signal: Array, residual: Array) -> Array:
-            """Return chi2 of `residual` and the ridge on `signal` in each window."""
-            return (np.einsum('wl,wl->w', residual, residual)
-                    + ridge[0] * np.einsum('wh,wh->w', signal, signal))
-        cost_now = cost(signal, residual)
-        damping = np.full(len(states), 1e-6)
-        stale = True
+        def evaluated(both: Array, index: Integers) -> tuple[Array, Array]:
+            """Return the residual of the windows `index`, and chi2 with the ridge."""
+            residual = self.residual(both[:, :count], both[:, count:], index)
+            return residual, likelihood.squares(residual) + both ** 2 @ ridge
+        residual, cost = evaluated(both, index)
+        damping = np.full(windows, 1e-6)
+        A = np.empty((windows, count + 4, count + 4))
+        diagonal = np.arange(count + 4)
         for _ in range(iterations):
-            if stale:
-                J = self.sensitivity(signal, states, residual)
-                if fixed is not None:
-                    J[:, :, :count] *= ~fixed[:, None, :]
-                A = _gram(J)
-                diagonal = np.einsum('wii->wi', A)
-                A = A + np.diag(ridge)
-            g = np.einsum('wl,wlj->wj', residual, J)
-            g[:, :count] -= ridge[0] * signal if fixed is None else ridge[0] * signal * ~fixed
-            gain = np.zeros(len(states))
+            J = self.sensitivity(both[index, :count], both[index, count:], residual[index], index)
+            J *= free[index, None]
+            gram = _gram(J)
+            A[index] = gram + np.diag(ridge)
+            g = np.einsum('wl,wlj->wj', residual[index], J) - ridge * both[index] * free[index]
+            begin, todo = cost[index], np.arange(len(index))
             for _ in range(4):
-                damped = A.copy()
-                damped[:, range(count + 4), range(count + 4)] += (
-                    damping[:, None] * diagonal + 1e-9)
-                step = np.linalg.solve(damped, g[:, :, None])[:, :, 0]
-                moved, at = signal + step[:, :count], states + step[:, count:]
-                trial = self.residual(moved, at)
-                trial_cost = cost(moved, trial)
-                improved = trial_cost < cost_now
-                gain = np.where(improved, gain + cost_now - trial_cost, gain)
-                signal[improved], states[improved] = moved[improved], at[improved]
-                residual[improved], cost_now[improved] = trial[improved], trial_cost[improved]
-                damping = np.where(improved, 0.1 * damping, np.maximum(30.0 * damping, 1e-4))
-                if improved.mean() > 0.7:
+                own = index[todo]
+                damped = A[own]
+                damped[:, diagonal, diagonal] += (
+                    damping[own, None] * gram[todo][:, diagonal, diagonal] + 1e-9)
+                moved = both[own] + np.linalg.solve(damped, g[todo, :, None])[:, :, 0]
+                trial, trial_cost = evaluated(moved, own)
+                improved = trial_cost < cost[own]
+                better = own[improved]
+                both[better], residual[better] = moved[improved], trial[improved]
+                cost[better] = trial_cost[improved]
+                damping[own] = np.where(improved, 0.1 * damping[own],
+                                        np.maximum(30.0 * damping[own], 1e-4))
+                todo = todo[~improved]
+                if not len(todo):
                     break
-                g = np.where(improved[:, None], 0.0, g)  # those are done until the next J
-            if gain.sum() < 1e-3 * cost_now.sum():
+            index = index[begin - cost[index] > LEAST_GAIN * cost[index]]
+            if not len(index):
                 break
         own, cross, inner = A[:, :count, :count], A[:, :count, count:], A[:, count:, count:]
         precision = own - np.diag(ridge[:count]) - cross @ np.linalg.solve(
@@ -232,8 +238,8 @@ class InputEstimator:
         # What the ridge holds is no unknown.
         share = np.linalg.solve(precision + ridge[0] * np.eye(count), precision)
         unknowns = 4.0 + np.einsum('wii->w', share)
-        return InputEstimate(self.place, signal, precision, residual,
-                             np.einsum('wl,wl->w', residual, residual), unknowns, states)
+        return InputEstimate(self.place, both[:, :count], precision, residual,
+                             likelihood.squares(residual), unknowns, both[:, count:])
 
 
 def taken_over(windows: ShootingWindows, states: Array, targets: ShootingWindows,

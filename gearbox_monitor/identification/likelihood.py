@@ -128,7 +128,8 @@ class WindowData:
             states: states of the drive where the windows start [W, 4].
             memory: memories of the effects where the windows start [W, 4].
             index: numbers of the windows [M]; repeats are allowed.
-            extra: external torques on motor, arm and transmission [N, 3], N m.
+            extra: external torques on motor, arm and transmission, N m, [N, 3] of the recording or
+                [W, R, 3] of each window, from where its run begins.
         """
         windows = self.windows if index is None else self.windows.take(index)
         y, carry = self.simulator.run(windows, model, states, memory, extra)

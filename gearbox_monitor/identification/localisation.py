@@ -38,6 +38,8 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers
 THIRDS = ('low', 'mid', 'high')
 REVERSAL = 0.05     # s around a change of sign of the motor's speed
 BANDS = (3.0, 15.0)  # Hz, between low, mid and high frequency
+DECIDING = 10     # windows of all recordings that decide on a place; each costs 1 CPU s
+ILLUSTRATING = 6  # windows of each recording, if an effect names the place
 
 
 def free_forms(runs: WindowRuns, jobs: int = 1, places: Sequence[str] = PLACES,
@@ -277,12 +279,22 @@ NOWHERE: Mapping[str, Any] = {'place': 'none', 'location': 'none', 'places': {},
 
 
 def some_windows(runs: WindowRuns, most: int) -> WindowRuns:
-    """Return `most` windows of a recording, evenly spread, or all if there are fewer."""
-    count = len(runs.data.windows)
-    if count <= most:
-        return runs
-    index = np.linspace(0, count - 1, most).round().astype(int)
+    """
+    Return at most so many windows of a recording, evenly spread.
+
+    Where enough windows lack something, only they say where.
+
+    Args:
+        runs: of the model that lacks something.
+        most: number of windows.
+    """
     point, data = runs.point, runs.data
+    if len(data.windows) <= most:
+        return runs
+    lacking = np.flatnonzero(point.chi2 > THRESHOLDS.quiet * data.size)
+    if len(lacking) < most:
+        lacking = np.arange(len(data.windows))
+    index = lacking[np.linspace(0, len(lacking) - 1, most).round().astype(int)]
     return replace(
         runs, data=replace(data, windows=data.windows.take(index), train=data.train[index]),
         point=replace(point, states=point.states[index], memory=point.memory[index],
@@ -290,7 +302,7 @@ def some_windows(runs: WindowRuns, most: int) -> WindowRuns:
                       carry=None if point.carry is None else point.carry[index]))
 
 
-def places(runs: Sequence[WindowRuns], jobs: int = 1, most: int | None = None) -> dict[str, Any]:
+def places(runs: Sequence[WindowRuns], jobs: int = 1, illustrates: bool = False) -> dict[str, Any]:
     """
     Return how much of the gap that `runs` leave a free signal at each place explains.
 
@@ -303,12 +315,12 @@ def places(runs: Sequence[WindowRuns], jobs: int = 1, most: int | None = None) -
     Args:
         runs: without effects, of each recording.
         jobs: number of threads.
-        most: windows of each recording that are enough to illustrate a place, None: all decide.
+        illustrates: whether the place is known otherwise: fewer windows do, from one start.
     """
-    if most is not None:
-        runs = [some_windows(run, most) for run in runs]
+    most = ILLUSTRATING if illustrates else max(DECIDING // len(runs), ILLUSTRATING)
+    runs = [some_windows(run, most) for run in runs]
     visible = [place for place in PLACES if all(place in visible_places(run) for run in runs)]
-    estimates = [free_forms(run, jobs, visible, most is None) for run in runs]
+    estimates = [free_forms(run, jobs, visible, not illustrates) for run in runs]
     chi2_before = sum(float(run.chi2.sum()) for run in runs)
     floor = sum(run.data.size * len(run.chi2) for run in runs)
     table = {}

@@ -186,15 +186,18 @@ class Simulator:
             model: model of the drive.
             states: states of the drive where the windows start [W, 4].
             memory: memories of the effects where the windows start [W, 4].
-            extra: external torques on motor, arm and transmission [N, 3], N m.
+            extra: external torques on motor, arm and transmission, N m, [N, 3] of the recording or
+                [W, R, 3] of each window, from where its run begins.
         """
         e, w = model.pack_effects(), len(windows)
+        extra = self.extra if extra is None else extra
+        extra_at = windows.begin if extra.ndim == 2 else np.arange(w) * extra.shape[1]
         plugin, theta = plugin_of(model)
         result = RunResult(np.empty((w, windows.length, 2)), np.empty((w, N_STATE)))
         self._fill(
-            RunSpans(windows.begin, windows.first, windows.length, windows.carry_at),
+            RunSpans(windows.begin, windows.first, windows.length, windows.carry_at, extra_at),
             Begin(self._begun(windows, model, states), memory),
-            Driving(self.acting(e), self.extra if extra is None else extra, self.dt),
+            Driving(self.acting(e), extra.reshape(-1, 3), self.dt),
             PackedDrive(model.pack(), e, theta),
             None if plugin is None else plugin.torques, result)
         return result.y, result.carry

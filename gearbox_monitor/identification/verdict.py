@@ -41,7 +41,6 @@ from gearbox_monitor.quality.recording import UniformRecording
 
 # In the order of the encoders.
 LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
-ILLUSTRATED = 6  # windows on which free signals illustrate the place of an effect
 Matrix = tuple[list[str], Array]
 
 
@@ -190,7 +189,7 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
     if kind == UNKNOWN:
         places = left
     elif kind != NONE:  # an effect names the place; what free signals explain illustrates it
-        places = localisation.places(basis.none, most=ILLUSTRATED)
+        places = localisation.places(basis.none, illustrates=True)
     locations = [location_of(i) for i in effects]
     if kind == UNKNOWN:
         locations = [str(remaining)]

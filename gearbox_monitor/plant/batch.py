@@ -382,7 +382,7 @@ def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s:
         path: room to work in [LANES, longest run, 4].
         result: is filled in.
     """
-    begin, first, length, carry_at = spans
+    begin, first, length, carry_at, extra_at = spans
     u, extra, dt = driving
     n = u.shape[1]
     h, last = dt / n, len(begin) - 1
@@ -404,7 +404,7 @@ def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s:
                     for j in range(N_STATE):
                         result.carry[w, j] = s[X1 + LANES * j + i]
                 s[T + i] = at * dt
-                at = min(at, len(u) - 1)
+                at = min(extra_at[w] + k, len(extra) - 1)
                 for j in range(3):
                     s[ON_MOTOR + LANES * j + i] = extra[at, j]
             if k == longest + length:

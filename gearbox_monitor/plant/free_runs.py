@@ -26,13 +26,16 @@ class RunSpans(NamedTuple):
     Windows of one length in a recording, in samples.
 
     first: first sample of each window [W]; length: of all; begin: where its run starts [W], a
-    little earlier, so that delayed readings have a past; carry_at: where the next begins [W].
+    little earlier, so that delayed readings have a past; carry_at: where the next begins [W];
+    extra_at: row of Driving.extra where each begins [W], so that windows may overlap and still be
+    driven each by its own torque from outside.
     """
 
     begin: Integers
     first: Integers
     length: int
     carry_at: Integers
+    extra_at: Integers
 
 
 class Begin(NamedTuple):
@@ -46,7 +49,7 @@ class Driving(NamedTuple):
     """
     What drives a recording of N samples.
 
-    u: torque of the actuator [N, n] in each of n substeps, N m. extra: torque from outside [N, 3]
+    u: torque of the actuator [N, n] in each of n substeps, N m. extra: torque from outside [M, 3]
     on motor, arm and in the transmission, N m. dt: length of a sample, s.
     """
 
@@ -77,7 +80,7 @@ def free_runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDriv
         rows: room to work in [longest run + 1, N_STATE].
         result: is filled in.
     """
-    begin, first, length, carry_at = spans
+    begin, first, length, carry_at, extra_at = spans
     u, extra, dt = driving
     y, carry = result
     for w in range(len(begin)):
@@ -94,7 +97,8 @@ def free_runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDriv
             if k == carry_at[w]:
                 for i in range(N_STATE):
                     carry[w, i] = state[i]
-            external = (extra[k, 0], extra[k, 1], extra[k, 2])
+            row = extra[extra_at[w] + k - begin[w]]
+            external = (row[0], row[1], row[2])
             advance(state, k * dt, dt, u[k], external, noise, drive, 0.0)
         if carry_at[w] == first[w] + length:
             for i in range(N_STATE):

@@ -227,7 +227,7 @@ def driven_runs(spans: RunSpans, start: Begin, driving: Driving, motion: MotorMo
         result: is filled in; y has the torque that the motor needs (N m) and the reading of the
             arm (rad).
     """
-    begin, first, length, carry_at = spans
+    begin, first, length, carry_at, extra_at = spans
     u, extra, dt = driving
     motor, p, e = motion.motor, drive.p, drive.e
     y, carry = result
@@ -250,7 +250,8 @@ def driven_runs(spans: RunSpans, start: Begin, driving: Driving, motion: MotorMo
             if k == carry_at[w]:
                 for i in range(N_STATE):
                     carry[w, i] = state[i]
-            external = (extra[k, 0], extra[k, 1], extra[k, 2])
+            row = extra[extra_at[w] + k - begin[w]]
+            external = (row[0], row[1], row[2])
             if k >= first[w]:
                 y[w, k - first[w], 0] = motion.logged[k]
                 if motor[k, MOVES] != 0.0:
