@@ -30,6 +30,7 @@ import numpy as np
 
 from gearbox_monitor.benchmarks.blind import real_joints
 from gearbox_monitor.benchmarks.blind.draw import log_uniform, OF_COULOMB, SMOOTH
+from gearbox_monitor.benchmarks.blind.mjcf_parts import actuator_attributes, outside_of
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.compiled_model import mujoco_module
 
@@ -97,30 +98,14 @@ def xml_of(v: Values) -> str:
     centre = v['G'] / (MASS * G)
     own = v['m2'] - MASS * centre * centre
     ahead, below = centre * math.sin(v['phi']), centre * math.cos(v['phi'])
-    body, limits, wall = '', '', ''
     name, size = v['outside'] or ('', 0.0)
-    if name == 'payload':
-        body = ('<body pos="0 0 -0.2"><joint axis="0 1 0" damping="1e-4"/><inertial '
-                f'pos="0 0 -0.1" mass="{size:.9g}" diaginertia="1e-5 1e-5 1e-5"/></body>')
-    elif name == 'hard_stop':
-        limits = f' limited="true" range="-1000 {size:.9g}"'
-    elif name == 'contact':
-        x, z = -0.2 * math.sin(size), -0.2 * math.cos(size)
-        body = '<geom type="sphere" size="0.02" pos="0 0 -0.2" mass="0"/>'
-        wall = f'<geom type="sphere" size="0.02" pos="{x:.9g} 0 {z:.9g}"/>'
-    actuator = [f'gainprm="{v["gain"]:.9g}"']
-    if v['lag']:
-        actuator += ['dyntype="filterexact"', f'dynprm="{v["lag"]:.9g}"']
-    if v['delay']:
-        steps = math.ceil(v['delay'] / v['timestep']) + 1
-        actuator += [f'delay="{v["delay"]:.9g}"', f'nsample="{steps}"', 'interp="linear"']
-    if math.isfinite(v['limit']):
-        actuator += ['forcelimited="true"', f'forcerange="{-v["limit"]:.9g} {v["limit"]:.9g}"']
+    outside = outside_of(name, size, 1e-4, 1e-5)
+    late = actuator_attributes(v['lag'], v['delay'], v['limit'], v['timestep'])
     return f"""<mujoco model="drive">
   <compiler angle="radian"/>
   <option timestep="{v['timestep']}" integrator="{v['integrator']}"/>
   <worldbody>
-    {wall}
+    {outside.world}
     <body name="rotor">
       <joint name="motor" axis="0 1 0" armature="{v['m1']:.9g}" damping="{v['Cv']:.9g}"
              frictionloss="{v['Cc']:.9g}"/>
@@ -128,10 +113,10 @@ def xml_of(v: Values) -> str:
     </body>
     <body name="link">
       <joint name="arm" axis="0 1 0" damping="{v['Cav']:.9g}"
-             frictionloss="{v['Cac']:.9g}"{limits}/>
+             frictionloss="{v['Cac']:.9g}"{outside.joint}/>
       <inertial pos="{-ahead:.9g} 0 {-below:.9g}" mass="{MASS}"
                 diaginertia="{own:.9g} {own:.9g} {own:.9g}"/>
-      {body}
+      {outside.body}
     </body>
   </worldbody>
   <tendon>
@@ -142,7 +127,7 @@ def xml_of(v: Values) -> str:
     </fixed>
   </tendon>
   <actuator>
-    <general name="motor" joint="motor" {' '.join(actuator)}/>
+    <general name="motor" joint="motor" gainprm="{v['gain']:.9g}" {late}/>
   </actuator>
 </mujoco>
 """

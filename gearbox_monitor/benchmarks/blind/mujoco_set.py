@@ -190,8 +190,9 @@ def evaluate(n: int, seed: int, diagnose_all: Callable[..., Any], keep: str | No
     """
     with tempfile.TemporaryDirectory() as hidden, tempfile.TemporaryDirectory() as shown:
         base, sealed = Path(keep or Path(shown) / 'blind'), Path(hidden) / 'labels.json'
-        names = mujoco_drives.generate(n, base, seed, sealed,
-                                       lambda d, t: progress('recordings', d, t))
+        with unwarned():
+            names = mujoco_drives.generate(n, base, seed, sealed,
+                                           lambda d, t: progress('recordings', d, t))
         recordings = base / 'recordings'
         verdicts, seconds, failures = diagnose_all(
             recordings, [{'name': name, 'exclude': []} for name in names],

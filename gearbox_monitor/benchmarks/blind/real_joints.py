@@ -27,6 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearbox_monitor.benchmarks.blind.draw import log_uniform
+from gearbox_monitor.benchmarks.blind.mjcf_parts import actuator_attributes, outside_of
 from gearbox_monitor.kernels.types import Array
 
 G = 9.81
@@ -224,19 +225,9 @@ def xml_of(v: Values) -> str:
     centre = moment / mass
     own = v['m2'] - mass * centre ** 2
     ahead, below = centre * math.sin(v['phi']), centre * math.cos(v['phi'])
-    body, limits, wall = '', '', ''
     name, size = v['outside'] or ('', 0.0)
-    if name == 'payload':
-        weight = size * v['m2'] / 0.04
-        inertia = ' '.join([f'{1e-3 * weight:.9g}'] * 3)
-        body = ('<body pos="0 0 -0.2"><joint axis="0 1 0" damping="1e-5"/><inertial '
-                f'pos="0 0 -0.1" mass="{weight:.9g}" diaginertia="{inertia}"/></body>')
-    elif name == 'hard_stop':
-        limits = f' limited="true" range="-1000 {size:.9g}"'
-    elif name == 'contact':
-        x, z = -0.2 * math.sin(size), -0.2 * math.cos(size)
-        body = '<geom type="sphere" size="0.02" pos="0 0 -0.2" mass="0"/>'
-        wall = f'<geom type="sphere" size="0.02" pos="{x:.9g} 0 {z:.9g}"/>'
+    weight = size * v['m2'] / 0.04 if name == 'payload' else size
+    outside = outside_of(name, weight, 1e-5, 1e-3 * weight)
     low, high = v['control']
     actuator = [f'ctrllimited="true" ctrlrange="{low:.9g} {high:.9g}"', f'gear="{v["gear"]:.9g}"']
     if v['kp']:
@@ -244,25 +235,19 @@ def xml_of(v: Values) -> str:
                         f'biasprm="0 {-v["kp"]:.9g} {-v["kd"]:.9g}"')
     else:
         actuator.append(f'gainprm="{v["gain"]:.9g}"')
-    if v['lag']:
-        actuator.append(f'dyntype="filterexact" dynprm="{v["lag"]:.9g}"')
-    if v['delay']:
-        steps = math.ceil(v['delay'] / v['timestep']) + 1
-        actuator.append(f'delay="{v["delay"]:.9g}" nsample="{steps}" interp="linear"')
-    if math.isfinite(v['limit']):
-        limit = v['limit'] / v['gear']
-        actuator.append(f'forcelimited="true" forcerange="{-limit:.9g} {limit:.9g}"')
+    actuator.append(actuator_attributes(v['lag'], v['delay'], v['limit'] / v['gear'],
+                                        v['timestep']))
     return f"""<mujoco model="joint">
   <compiler angle="radian"/>
   <option timestep="{v['timestep']}" integrator="{v['integrator']}"/>
   <worldbody>
-    {wall}
+    {outside.world}
     <body name="link">
       <joint name="joint" axis="0 1 0" armature="{v['m1']:.9g}" damping="{v['Cv']:.9g}"
-             frictionloss="{v['Cc']:.9g}"{limits}/>
+             frictionloss="{v['Cc']:.9g}"{outside.joint}/>
       <inertial pos="{-ahead:.9g} 0 {-below:.9g}" mass="{mass:.9g}"
                 diaginertia="{own:.9g} {own:.9g} {own:.9g}"/>
-      {body}
+      {outside.body}
     </body>
   </worldbody>
   <actuator>
