@@ -248,7 +248,8 @@ class BagReader:
         for name in names:
             if name and name not in joints:
                 raise InputError(f'{self.path}: topic {topic} has no joint {name!r}, '
-                                 f'it has {", ".join(joints) or "none"}')
+                                 f'it has {", ".join(joints) or "none"}; expected one of '
+                                 "these, or '' for an encoder that the drive does not have")
 
     def decoder(self, topic: str, names: Sequence[str]) -> Decoder:
         """Return the cdr.Decoder of `topic` with the joints `names` as columns."""
