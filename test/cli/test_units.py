@@ -42,6 +42,7 @@ def test_every_unit_of_the_library_has_a_prismatic_one():
     assert not [u for u in units if ROTARY.search(on_axis(u, 'prismatic'))]
 
 
+@pytest.mark.system
 def test_no_command_says_rad_of_a_prismatic_axis(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(experiment_design, 'KINDS', experiment_design.KINDS[::8])
     monkeypatch.setattr(experiment_design, 'CHANGES', 0)

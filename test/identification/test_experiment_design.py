@@ -90,6 +90,7 @@ def test_twins_are_not_promised_a_motion():
         suggest(MODEL, {}, [('torque_offset', 'coulomb_asymmetry')], Limits(4.0), SIGMA)
 
 
+@pytest.mark.system
 def test_from_a_verdict_to_parameters_of_the_plant(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(motions, 'KINDS', motions.KINDS[::8])
     monkeypatch.setattr(motions, 'CHANGES', 0)

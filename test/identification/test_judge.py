@@ -251,7 +251,7 @@ def test_a_parameter_at_its_bound_is_no_discovery():
 def test_an_effect_that_explains_a_part_is_named_with_what_remains():
     """Two effects of which one is not among the candidates: a finding and a remainder."""
     effects = [{'id': 'torque_gain', 'g': 0.2}, {'id': 'stribeck', 'Cs': 0.05, 'vs': 0.5}]
-    verdict = diagnose.diagnose([record(effects, 6)], DriveModel(),
+    verdict = diagnose.diagnose([record(effects, 4)], DriveModel(),
                                 only=['torque_gain', 'arm_inertia'])
     data = verdict.to_dict()
     assert (data['verdict'], data['effect'], data['location']) == (

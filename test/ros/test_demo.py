@@ -143,6 +143,7 @@ def test_robot_names_the_joint_of_the_fault(demo, tmp_path):
     assert len(list(tmp_path.glob('bag.joint*.html'))) == 6
 
 
+@pytest.mark.system
 def test_interrupted_robot_leaves_a_bag_of_all_joints(demo, tmp_path):
     process = demo('--robot', '--out', 'arm')
     bag = tmp_path / 'arm' / 'bag'
