@@ -24,7 +24,7 @@ setup(
     version='0.2.0',
     packages=find_packages(exclude=['test', 'test.*']),
     package_data={package_name: [
-        'benchmarks/*.cpp', 'report/assets/*', 'report/templates/*.html',
+        'py.typed', 'benchmarks/*.cpp', 'report/assets/*', 'report/templates/*.html',
         'report/templates/*/*.html']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
@@ -59,6 +59,8 @@ setup(
         'mujoco': ['mujoco>=4.0'],
         # "demo", PNG files of "diagnose", "simulate", "compare"; the nodes do not need it
         'pictures': ['matplotlib>=3.6'],
+        # to_frame of results
+        'frames': ['pandas>=2.0'],
         # "import" of HDF5 and MATLAB 7.3 files
         'import': ['h5py>=3.10'],
         # "benchmark bam", Python 3.12; no rosdep key
@@ -86,6 +88,7 @@ setup(
             'matplotlib>=3.6',
             'mujoco>=4.0',
             'mypy>=1.11,<3',
+            'pandas>=2.0',
             'psutil>=5.9',
             'pytest>=7.4',
             'pytest-timeout>=2.2',

@@ -16,18 +16,30 @@
 Condition monitor for robot joint gearboxes.
 
 The public names follow. Each is imported from its room when it is first used, so that the import
-of the package alone is cheap:
+of the package alone is cheap. docs/python.md shows them at work:
+
+    load_model            the model of a drive, from a model file, MJCF, URDF or SDF
+    load_recording        a recording of a drive, from a bag, a table, a DataFrame or arrays
+    estimate              torque, twist, trust and backlash over a recording
+    backlash              gap and stiffness of a recording, window by window
+    diagnose              the effects that the model of a drive lacks in recordings
+    fit                   the values of a model, fitted to recordings
 
     DriveModel            the drive: inertias, friction, transmission, effects
     simulate              its motion under a torque, with noise and effects
+    Recording             what load_recording returns
+    RecordingEstimates    what estimate returns
+    BacklashWindows       what backlash returns
+    Verdict               what diagnose returns
+    NominalFit            what fit returns
+    InputError            the one exception that bad input raises
+
     Estimator             one sample in, one estimate out: stamp checks, filter, smoother
     Filter                a filter alone, for a loop of one's own
     Monitor               trust and drift, judged on what an Estimator yields
     Sample, Samples       one stamped measurement; arrays of them
     Estimate, Estimates   what an Estimator gives for them
     EstimatorParameters   parameters of Estimator, Filter and Monitor
-    diagnose              identify the effects that a model of a drive lacks in recordings
-    InputError            the one exception that bad input raises
 """
 from importlib import import_module, metadata
 from pathlib import Path
@@ -41,7 +53,12 @@ _PUBLIC = {
     'Monitor': 'monitoring.monitor', 'Sample': 'estimation.estimates',
     'Samples': 'estimation.estimates', 'Estimate': 'estimation.estimates',
     'Estimates': 'estimation.estimates', 'EstimatorParameters': 'parameters',
-    'diagnose': 'identification.diagnose', 'InputError': 'errors',
+    'InputError': 'errors', 'NominalFit': 'identification.nominal',
+    'Verdict': 'identification.verdict', 'load_model': 'library.drive_file',
+    'Recording': 'library.recording', 'load_recording': 'library.recording',
+    'RecordingEstimates': 'library.estimation', 'BacklashWindows': 'library.estimation',
+    'estimate': 'library.estimation', 'backlash': 'library.estimation',
+    'diagnose': 'library.identify', 'fit': 'library.identify',
 }
 __all__ = list(_PUBLIC)
 

@@ -27,7 +27,7 @@ from typing import Any, Self, TypeAlias, TypeVar
 
 import gearbox_monitor
 from gearbox_monitor.errors import InputError, Problems, unknown
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.excitation import KINDS as EXCITATIONS
 
 # When a change takes effect: at once; with a restart of the filter; or never while it runs.
@@ -674,6 +674,7 @@ def resolve(model: DriveModel, parameters: EstimatorParameters | Mapping[str, ob
         InputError: for all unknown names, wrong types and values out of range together.
 
     """
+    expect_model(model)
     if isinstance(parameters, EstimatorParameters):
         return model, parameters
     model, values = with_model_values(model, parameters or {})

@@ -15,7 +15,7 @@
 """
 The layers: each module imports only from its own layer or from below.
 
-cli -> benchmarks -> ros, fleet -> report, bag, export -> files -> interfaces
+cli -> benchmarks -> ros, fleet, library -> report, bag, export -> files -> interfaces
 -> monitoring -> identification -> quality -> estimation, parameters -> robot -> plant -> kernels
 """
 import ast
@@ -33,11 +33,11 @@ LAYERS = {
     'identification': 4, 'balance': 4, 'monitoring': 4, 'interfaces': 4,
     'files': 5,
     'report': 6, 'bag': 6, 'export': 6,
-    'ros': 7, 'fleet': 7,
+    'ros': 7, 'fleet': 7, 'library': 7,
     'benchmarks': 8,
     'cli': 9, '__main__': 10,
 }
-EVERYWHERE = ('errors', '__init__')
+EVERYWHERE = ('errors', 'presentation', '__init__')
 CORE = 4  # up to here nothing reads, writes or asks the clock
 OUTSIDE_WORLD = {
     'asyncio', 'glob', 'io', 'logging', 'multiprocessing', 'os', 'pathlib', 'shutil', 'signal',

@@ -55,10 +55,10 @@ from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import has_matplotlib, InputError
 from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
-from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.identification.findings import NONE
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.library.identify import diagnose
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis

@@ -12,56 +12,20 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Recordings of a drive, from bags or CSV files, as commands compare them with models."""
+"""Options of commands that compare recordings of a drive with models, and what they load."""
 from argparse import Action, ArgumentParser, Namespace, SUPPRESS
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 import math
-from pathlib import Path
 import signal
 import sys
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
-
-from gearbox_monitor.bag.csv import read_csv, TEXTS
-from gearbox_monitor.bag.joint_input import find_input
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recorded_samples import samples_of
-from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.export.mjcf_file import MjcfDrive, model_of, NO_LIMIT, read_mjcf
-from gearbox_monitor.files.yaml_files import load_model, load_yaml
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.errors import Undecided
+from gearbox_monitor.library.drive_file import load_model, origin_of
+from gearbox_monitor.library.recording import load_recording as recording_of
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.admission import admitted, prepared, require_samples, weighed
-from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
-
-FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'setpoint': 'position of the setpoint',
-          'motor': 'position of the motor',
-          'arm': 'position of the arm', 'arm_torque': 'effort of the arm'}
-
-
-class Readings(NamedTuple):
-    """
-    Columns of a recording; place(row, field): where a value stands in the file, in words.
-
-    u: torque, N m, or setpoint, rad, of a model with a controller.
-    """
-
-    t: Array | Integers
-    u: Array
-    y: Array
-    arm_torque: Array | None
-    place: Callable[[int, str], str]
-    notes: list[str]
-
-
-class FileLimits(NamedTuple):
-    """What a simulator's file says of a recording: ranges (rad) of setpoints and positions."""
-
-    notes: tuple[str, ...]
-    setpoints: tuple[float, float]
-    travel: tuple[float, float]
+from gearbox_monitor.quality.recording import REPEATED, UniformRecording
 
 
 class Renamed(Action):
@@ -147,34 +111,9 @@ def load_drive(args: Namespace) -> DriveModel:
 
     It is a model file, or the file of a simulator where --joint is given. Raises InputError.
     """
-    if args.joint is None:
-        if Path(args.model).suffix.lower() in ('.xml', '.urdf', '.sdf'):
-            raise InputError(f'{args.model}: the file of a simulator, expected --joint with the '
-                             'joint of the drive in it')
-        if args.values is not None:
-            raise InputError('--values: needs --joint, expected a --model of a simulator')
-        return load_model(args.model)
-    drive = read_mjcf(args.model, args.joint, args.model_arm_joint, args.keyframe, args.actuator,
-                      args.root)
-    given: Mapping[str, Any] = {}
-    if args.values is not None:
-        file = load_yaml(args.values)
-        if not isinstance(file.content, dict):
-            raise InputError(f'{args.values}: {str(file.content)[:40]!r}, expected keys and '
-                             'values')
-        given = file.content
-    model = model_of(drive, given)
-    args.file_limits = limits_of(drive, model)
-    return model
-
-
-def limits_of(drive: MjcfDrive, model: DriveModel) -> FileLimits:
-    """Return the FileLimits of a `drive` in a simulator's file, which makes a `model`."""
-    own, setpoints = drive.actuator, NO_LIMIT
-    if own is not None and own.law is not None and own.law.setpoint and model.controller:
-        low, high = sorted(bound / own.gear for bound in own.law.control)
-        setpoints = low, high
-    return FileLimits(drive.notes, setpoints, drive.motor.travel)
+    return load_model(args.model, args.joint, arm_joint=args.model_arm_joint,
+                      keyframe=args.keyframe, actuator=args.actuator, root=args.root,
+                      values=args.values)
 
 
 def add_recording_arguments(parser: ArgumentParser) -> None:
@@ -202,89 +141,15 @@ def load_recording(name: str, model: DriveModel, args: Namespace,
         InputError: it cannot be read, or allows no statement about the drive.
 
     """
-    path = Path(name)
-    if not path.exists():
-        raise InputError(f'{path}: no such file or directory, expected a bag or a CSV file')
-    csv = path.is_file() and path.name.lower().endswith(TEXTS)
-    readings = _read_csv(path, model) if csv else _read_bag(path, model, args)
-    limits: FileLimits | None = getattr(args, 'file_limits', None)
-    if limits is not None:
-        readings = _within_limits(readings, limits, model)
-        args.file_limits = limits._replace(notes=())  # with the first recording
-    arm = np.full(len(readings.u), np.nan) if readings.arm_torque is None else readings.arm_torque
-    rows, values, repeats = merged(readings.t, np.column_stack([readings.u, readings.y, arm]),
-                                   args.repeated)
-
-    def place(row: int, field: str) -> str:
-        """Return where the value of field in a row that is left stands."""
-        return readings.place(int(rows[row]), field)
-    columns = (readings.t[rows], values[:, 0], values[:, 1:3], values[:, 3])
-    words = (str(path), place, model, Path(args.model).name)
-    if weigh:
-        recording, notes = prepared(*columns, *words)
-        recording, doubts = weighed(recording, model)
-        notes += doubts
-    else:
-        recording, notes = admitted(*columns, *words)
-    return recording, [*readings.notes, *([repeats] if repeats else []), *notes]
-
-
-def _within_limits(readings: Readings, limits: FileLimits, model: DriveModel) -> Readings:
-    """Return readings with the setpoints that the simulator takes, and notes about limits."""
-    notes, (low, high), u = [*limits.notes], limits.setpoints, readings.u
-    if model.controller is not None:
-        beyond = int(np.count_nonzero((u < low) | (u > high)))
-        if beyond:
-            u = np.clip(u, low, high)
-            notes.append(f'{beyond} setpoints lie beyond ctrlrange ({low:g} to {high:g} rad): '
-                         'taken as its ends, as MuJoCo does')
-    low, high = limits.travel
-    with np.errstate(invalid='ignore'):
-        outside = int(np.count_nonzero(((readings.y < low) | (readings.y > high)).any(axis=1)))
-    if outside:
-        notes.append(f'{outside} samples lie beyond the range of the joint ({low:g} to {high:g} '
-                     'rad): its end stops are no part of the model, leave them out')
-    return readings._replace(u=u, notes=[*notes, *readings.notes])
-
-
-def _read_csv(path: Path, model: DriveModel) -> Readings:
-    columns = read_csv(path)
-    notes = list(columns.notices)
-    if model.controller is None:
-        u = columns.u * model.torque_constant
-        if np.isnan(u).all() and not np.isnan(columns.setpoint).all():
-            raise InputError(f'{path}: column setpoint without u, expected the key controller in '
-                             'the model: it makes a torque of the setpoint')
-        if not np.isnan(columns.setpoint).all():
-            notes.append('column setpoint is not used: the model has no controller')
-    else:
-        u = columns.setpoint
-        if np.isnan(u).all():
-            raise InputError(f'{path}: no column setpoint, expected one with the controller in '
-                             'the model; without the key controller (controller: null in '
-                             '--values) the torque u is used')
-        if not np.isnan(columns.u).all():
-            notes.append('column u is not used: the setpoint drives the controller of the model')
-    return Readings(columns.t, u, np.column_stack([columns.motor, columns.arm]),
-                    columns.arm_torque, columns.place, notes)
-
-
-def _read_bag(path: Path, model: DriveModel, args: Namespace) -> Readings:
-    """Return the readings of a bag, t in ns, from its measurement topic alone."""
-    with open_bag(path) as reader:
-        topic = find_input(reader, args.topic).topic
-        joints = [args.motor_joint, args.arm_joint]
-        if model.controller is not None:
-            joints.append(args.setpoint_joint)
-        states = reader.joint_states(topic, joints)
-        samples, _ = samples_of(states, model)
-        require_samples(str(path), samples.stamp_ns, samples.y)
-        notes = [reader.notice] if reader.notice else []
-
-    def place(row: int, field: str) -> str:
-        """Return where the value of field in a row stands."""
-        return f'{topic}, sample {row}, {FIELDS[field]}'
-    return Readings(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1], place, notes)
+    joints = {'motor': args.motor_joint, 'arm': args.arm_joint,
+              'setpoint': getattr(args, 'setpoint_joint', 'setpoint')}
+    recording, notes = recording_of(name, model, joints=joints, topic=args.topic,
+                                    repeated=args.repeated).uniform(weigh)
+    of_file = origin_of(model).limits.notes
+    if getattr(args, 'noted', False):  # with the first recording
+        notes = notes[len(of_file):]
+    args.noted = True
+    return recording, notes
 
 
 @contextmanager

@@ -15,17 +15,15 @@
 """Options, files and progress bars that several commands share."""
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Sequence
-import json
-import math
 from pathlib import Path
 import shlex
 import sys
 from typing import Any
 
-import numpy as np
-
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import write_new as write_new
+from gearbox_monitor.files.plain_data import dump as dump, plain as plain
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_parameters
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
@@ -87,28 +85,3 @@ def expect_new_file(path: str | Path | None) -> None:
     expect_new(path)
     if path:
         expect_folder_of(path)
-
-
-def write_new(path: str | Path, text: str) -> None:
-    """Write `text` to the new file `path`. Raises InputError."""
-    try:
-        with open(path, 'x', encoding='utf-8') as file:
-            file.write(text)
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
-
-
-def plain(value: Any) -> Any:
-    """Return `value` of plain Python types; numbers that are not finite become None."""
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def dump(data: Any) -> str:
-    """Return the plain `data` as JSON."""
-    return json.dumps(data, indent=2, allow_nan=False)

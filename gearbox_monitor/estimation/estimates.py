@@ -18,11 +18,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation import rts_smoother, sample_loop
 from gearbox_monitor.estimation.process_model import X2, X4
 from gearbox_monitor.estimation.rts_smoother import (
     S_TWIST, S_TWIST_RATE, S_TWIST_RATE_STD, S_TWIST_STD, S_X2, S_X4)
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.presentation import Drawn
 
 # Columns that mean nothing without an arm encoder.
 ARM_COLUMNS = [sample_loop.E_X2, sample_loop.E_X4, sample_loop.E_TWIST, sample_loop.E_TWIST_RATE,
@@ -34,6 +35,9 @@ COLUMNS = {name[2:].lower(): value for name, value in vars(sample_loop).items()
            if name.startswith('E_') and name != 'E_STD'}
 COLUMNS.update({f'{name}_std': sample_loop.E_STD + i for i, name in enumerate(
     ('x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_arm', 'tau_e'))})
+
+SMOOTHED_COLUMNS = {f'smoothed_{name[2:].lower()}': value
+                    for name, value in vars(rts_smoother).items() if name.startswith('S_')}
 
 
 @dataclass(frozen=True)
@@ -62,8 +66,8 @@ class Samples:
     joints: Array | None = None
 
 
-@dataclass(frozen=True)
-class Estimates:
+@dataclass(frozen=True, repr=False)
+class Estimates(Drawn):
     """
     M estimates: stamp_ns int64 [M], rows [M, sample_loop.N_ESTIMATE] (columns sample_loop.E_*).
 
@@ -78,11 +82,16 @@ class Estimates:
     codes: Integers
 
     def __getattr__(self, name: str) -> Array:
-        """Give columns by `name`: e.tau_k, e.tau_k_std, e.nis, e.x1, e.innovation_motor ..."""
-        column = COLUMNS.get(name)
-        if column is None:
-            raise AttributeError(name)
-        return self.rows[:, column]
+        """
+        Give columns by `name`: e.tau_k, e.tau_k_std, e.nis, e.x1, e.innovation_motor ...
+
+        Those of `smoothed` begin with smoothed_: e.smoothed_tau_k, e.smoothed_twist ...
+        """
+        if name in COLUMNS:
+            return self.rows[:, COLUMNS[name]]
+        if name in SMOOTHED_COLUMNS:
+            return self.smoothed[:, SMOOTHED_COLUMNS[name]]
+        raise AttributeError(name)
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,7 @@ from gearbox_monitor.estimation.sample_loop import (
     DescribedLoad, LoopSettings, LoopState, Output, SECOND, Stream)
 from gearbox_monitor.estimation.step_record import predicted, record_size, sensitivities
 from gearbox_monitor.estimation.torque_model import LEARNT
+from gearbox_monitor.kernels.array_input import table
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.parameters import (
     AT_ONCE, ESTIMATOR, EstimatorParameters, PAYLOAD, resolve, with_model_values)
@@ -462,8 +463,12 @@ class Estimator:
         observe: see Estimator.
         """
         stream, output = self._one, self._output_one
-        stream.stamps[0] = sample.stamp_ns
-        stream.inputs[0], stream.outputs[0] = sample.u, sample.y
+        try:
+            stream.stamps[0] = sample.stamp_ns
+            stream.inputs[0], stream.outputs[0] = sample.u, sample.y
+        except (AttributeError, TypeError, ValueError, OverflowError):
+            raise InputError(f'sample: {str(sample)[:80]}, expected a Sample: stamp_ns a whole '
+                             'number, u and y two numbers each') from None
         if self._arm_load is None and self.parameters.effort_is == COMPENSATED:
             stream.inputs[0, 0] = np.nan  # without the description it is not known
         if self._arm_load is not None:
@@ -521,9 +526,7 @@ class Estimator:
         """Take `samples`; return their Estimates, the same bits as by step; observe: see step."""
         if observe is not None and (self._n_pending or self._pending_smoothed):
             self._hand_over(self.stamp_ns, sample_loop.ESTIMATE, observe)
-        stamps = np.ascontiguousarray(samples.stamp_ns, np.int64)
-        u = np.ascontiguousarray(samples.u, float)
-        y = np.ascontiguousarray(samples.y, float)
+        stamps, u, y = checked(samples)
         if self._arm_load is not None and len(stamps):
             if samples.joints is None:
                 raise InputError('samples without the positions of the robot, expected them with '
@@ -618,6 +621,21 @@ class Estimator:
                 if np.isfinite(predicted_P).all():
                     smallest = float(np.linalg.eigvalsh(predicted_P).min())
         return Divergence(step, stamp_ns, reason, smallest)
+
+
+def checked(samples: Samples) -> tuple[Integers, Array, Array]:
+    """Return (stamps [N], u [N, 2], y [N, 2]) of `samples`. Raises InputError for others."""
+    if not isinstance(samples, Samples):
+        raise InputError(f'samples: {type(samples).__name__} {str(samples)[:40]!r}, expected '
+                         'Samples')
+    stamps = np.asarray(samples.stamp_ns)
+    if stamps.ndim != 1 or stamps.dtype.kind not in 'iu':
+        raise InputError(f'stamp_ns: {stamps.dtype} of shape {stamps.shape}, expected whole '
+                         'numbers of ns [N]')
+    n = len(stamps)
+    return (np.ascontiguousarray(stamps, np.int64), np.ascontiguousarray(table(
+        samples.u, 'u', 'torque of the motor and load on the arm, N m', n)),
+        np.ascontiguousarray(table(samples.y, 'y', 'motor and arm position, rad', n)))
 
 
 def _part(stream: Stream, start: int, end: int) -> Stream:

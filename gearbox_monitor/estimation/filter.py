@@ -147,7 +147,14 @@ class Filter:
             start() restarts it.
 
         """
-        return bool(self._kernel(self._states, self._room, dt, u, load, y1, y2))
+        try:
+            return bool(self._kernel(self._states, self._room, dt, u, load, y1, y2))
+        except Exception:
+            for name, value in (('dt', dt), ('u', u), ('y1', y1), ('y2', y2), ('load', load)):
+                if not isinstance(value, (int, float, np.number)):
+                    raise InputError(f'{name}: {type(value).__name__} {str(value)[:40]!r}, '
+                                     'expected one number') from None
+            raise
 
     @property
     def tau_k(self) -> float:

@@ -12,12 +12,14 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Open a file of a user: a pipe or device is refused, never waited for."""
+"""Open a file of a user: a pipe or device is refused, never waited for; write a new one."""
 import errno
 import os
 from pathlib import Path
 import stat
 from typing import BinaryIO
+
+from gearbox_monitor.errors import InputError
 
 
 def open_file(path: str | Path) -> BinaryIO:
@@ -52,3 +54,13 @@ def read_text(path: str | Path, limit: int) -> str:
     Raises OSError, and ValueError for a larger file or one that is not a text.
     """
     return read_bytes(path, limit).decode('utf-8')
+
+
+def write_new(path: str | Path, text: str) -> Path:
+    """Write `text` to the new file `path`, and return that. Raises InputError."""
+    try:
+        with open(path, 'x', encoding='utf-8') as file:
+            file.write(text)
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+    return Path(path)

@@ -53,6 +53,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import Drawn
 from gearbox_monitor.quality.recording import concatenated, UniformRecording
 
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
@@ -64,7 +65,7 @@ READINGS = 2       # of the torque between the stamps of a slow log
 LEFT = 0.5         # of the torque, that a regression leaves at most
 
 
-@dataclass
+@dataclass(frozen=True)
 class FittedValue:
     """One fitted value: `value` and its standard `error` in `unit`, `start` in the model file."""
 
@@ -76,8 +77,8 @@ class FittedValue:
     determined: bool
 
 
-@dataclass
-class NominalFit:
+@dataclass(frozen=True, repr=False)
+class NominalFit(Drawn):
     """
     Result: model, a DriveModel with the values; values; correlated: [(name, name, r)].
 

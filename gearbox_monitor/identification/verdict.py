@@ -37,6 +37,7 @@ from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE, GRAVITY
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
+from gearbox_monitor.presentation import Paged
 from gearbox_monitor.quality.recording import UniformRecording
 
 # In the order of the encoders.
@@ -94,8 +95,8 @@ class Explained:
         return int(np.argmax([misfit_of([run]) for run in self.published]))
 
 
-@dataclass(frozen=True)
-class Verdict:
+@dataclass(frozen=True, repr=False)
+class Verdict(Paged):
     """
     The verdict of a diagnosis; docs/diagnose.md explains each field.
 

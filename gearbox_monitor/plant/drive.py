@@ -52,6 +52,7 @@ from gearbox_monitor.plant.friction_law import (
     side_slope, TANH, TWO_OVER_PI)
 from gearbox_monitor.plant.transmission import KINDS, RIGID
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import Saved
 
 # An explicit RK4 step is stable up to 2.785 on the negative real axis.
 RK4_STABILITY = 2.7
@@ -130,7 +131,7 @@ class Controller:
 
 
 @dataclass(frozen=True)
-class DriveModel:
+class DriveModel(Saved):
     """A drive's parameters in SI units, reflected to the arm side (see the module's equations)."""
 
     motor_inertia: float = 0.006442
@@ -164,6 +165,16 @@ class DriveModel:
     encoder_delay_tolerance: float = 0.002
     timestep: float | None = None
     integrator: str = INTEGRATORS[0]
+
+    def __post_init__(self) -> None:
+        for name, kind in _KINDS:
+            value = getattr(self, name)
+            if not isinstance(value, kind):
+                expected = 'a number' if kind is _NUMBER else kind.__name__
+                hint = ("; load_model('drive.yaml') reads a file"
+                        if isinstance(value, str) or hasattr(value, '__fspath__') else '')
+                raise InputError(f'DriveModel: {name}: {str(value)[:40]!r}, expected {expected}'
+                                 f'{hint}')
 
     @property
     def effort_scale(self) -> float:
@@ -342,6 +353,10 @@ class DriveModel:
         return model_from_dict(data, 'model')
 
 
+_NUMBER = (int, float, np.number)
+_KINDS: tuple[tuple[str, Any], ...] = (
+    *((f.name, _NUMBER) for f in fields(DriveModel) if f.type is float),
+    ('transmission', Transmission), ('friction_law', FrictionLaw))
 _OF_TRANSMISSION = {f.name for f in fields(Transmission)}
 _OF_CONTROLLER = {'kp', 'kd', 'ki', 'feedforward', 'feedforward_inertia', 'delay', 'torque_limit'}
 _OF_LAW: dict[str, tuple[str, ...]] = {
@@ -393,6 +408,14 @@ _RANGES = {
     'delay': ('s', 0.0, MAX_SERVO_DELAY, False),
     'rate': ('Hz', 20.0, 1e6, False),
 }
+
+
+def expect_model(model: object, name: str = 'model') -> DriveModel:
+    """Return `model`, an argument called `name`. Raises InputError where it is none."""
+    if isinstance(model, DriveModel):
+        return model
+    raise InputError(f'{name}: {type(model).__name__} {str(model)[:40]!r}, expected a DriveModel, '
+                     "as load_model('drive.yaml') returns it")
 
 
 def _number(value: Any, name: str, source: str, axis: str) -> float:

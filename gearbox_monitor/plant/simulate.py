@@ -22,11 +22,13 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.array_input import column
 from gearbox_monitor.kernels.jit import jit, jit_anew, jit_inline
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import (
-    ALPHA, arm_acceleration, arm_constraint, arm_load, braked, CC, CV, DriveModel,
+    ALPHA, arm_acceleration, arm_constraint, arm_load, braked, CC, CV, DriveModel, expect_model,
     fastest_eigenvalue, HALF_GAP, K_S, KIND, LAW, motor_acceleration_by_law, rigid_torque,
     steps_of, STIFFNESS, WIDTH)
 from gearbox_monitor.plant.effects import (
@@ -514,5 +516,20 @@ def simulate(model: DriveModel, u: Array, dt: float, noise: Noise | None = None,
 
     Returns:
         The Trajectory.
+
+    Raises:
+        InputError: an argument is of another type or shape, or the torque is not finite.
+
+    >>> import numpy as np
+    >>> run = simulate(DriveModel(), np.ones(100), 1e-3)
+    >>> run.y.shape, bool(run.y[-1, 0] > 0.0)
+    ((100, 2), True)
     """
-    return Plant(model, noise, seed).run(u, dt)
+    u = column(u, 'u', 'torque in N m, or setpoint in rad')
+    bad = np.flatnonzero(~np.isfinite(u))
+    if len(bad):
+        raise InputError(f'u: {u[bad[0]]:g} in sample {bad[0]} ({len(bad)} of {len(u)} are not '
+                         'finite), expected a torque in N m')
+    if isinstance(dt, bool) or not isinstance(dt, (int, float, np.number)) or not 0.0 < dt < 1e3:
+        raise InputError(f'dt: {dt!r}, expected the length of a sample in s, > 0')
+    return Plant(expect_model(model), noise, seed).run(u, float(dt))

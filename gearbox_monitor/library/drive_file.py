@@ -1,0 +1,125 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The model of a drive from a model file, or from one joint of a simulator's file."""
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.mjcf_file import MjcfDrive, model_of, NO_LIMIT, read_mjcf
+from gearbox_monitor.files import yaml_files
+from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.plant.drive import DriveModel
+
+SIMULATORS = ('.xml', '.urdf', '.sdf')
+_ORIGIN = '_origin'  # attribute of a model, no field: what is compared and written stays the same
+
+
+class FileLimits(NamedTuple):
+    """What a simulator's file says of a recording: ranges (rad) of setpoints and positions."""
+
+    notes: tuple[str, ...] = ()
+    setpoints: tuple[float, float] = NO_LIMIT
+    travel: tuple[float, float] = NO_LIMIT
+
+
+NO_LIMITS = FileLimits()
+
+
+class ModelOrigin(NamedTuple):
+    """Where a model is from: what messages call its file, and the limits in it."""
+
+    name: str = 'the model'
+    limits: FileLimits = NO_LIMITS
+
+
+def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | None = None,
+               keyframe: str | None = None, actuator: str | None = None,
+               root: str | Path | None = None,
+               values: str | Path | Mapping[str, Any] | None = None) -> DriveModel:
+    """
+    Return the model of a drive in a model file, or of one joint in a simulator's file.
+
+    Args:
+        path: of a model file (YAML), or an MJCF, URDF or SDF file.
+        joint: joint of the simulator's file that the motor drives; None for a model file.
+        arm_joint: joint of the arm in the simulator's file, None where it is the same.
+        keyframe: posture in which inertia and weight are taken, a key of an MJCF file.
+        actuator: actuator of the joint, where several act on it.
+        root: folder below which the files lie that the simulator's file includes, None for its
+            own folder.
+        values: values that the simulator's file lacks, or a YAML file of them.
+
+    Returns:
+        The model; what it has no key for (ranges of setpoints and of the joint) goes with it to
+        `load_recording`.
+
+    Raises:
+        InputError: naming file, key, value and what was expected.
+
+    >>> from gearbox_monitor.files.resources import config_path
+    >>> load_model(config_path('drive.yaml')).transmission.kind
+    'dead_zone'
+    """
+    path = expect_path(path, 'path', 'a model file, or an MJCF, URDF or SDF file')
+    if joint is None:
+        if path.suffix.lower() in SIMULATORS:
+            raise InputError(f'{path}: the file of a simulator, expected joint (--joint): '
+                             'the joint of the drive in it')
+        if values is not None:
+            raise InputError(f'values: without joint (--joint), expected the file of a simulator, '
+                             f'not {path}')
+        return _with_origin(yaml_files.load_model(path), ModelOrigin(path.name))
+    drive = read_mjcf(path, joint, arm_joint, keyframe, actuator, root)
+    model = model_of(drive, _given(values))
+    return _with_origin(model, ModelOrigin(path.name, limits_of(drive, model)))
+
+
+def origin_of(model: DriveModel) -> ModelOrigin:
+    """Return where `model` is from, as `load_model` has read it."""
+    origin: ModelOrigin = getattr(model, _ORIGIN, ModelOrigin())
+    return origin
+
+
+def limits_of(drive: MjcfDrive, model: DriveModel) -> FileLimits:
+    """Return the FileLimits of a `drive` in a simulator's file, which makes a `model`."""
+    own, setpoints = drive.actuator, NO_LIMIT
+    if own is not None and own.law is not None and own.law.setpoint and model.controller:
+        low, high = sorted(bound / own.gear for bound in own.law.control)
+        setpoints = low, high
+    return FileLimits(tuple(drive.notes), setpoints, drive.motor.travel)
+
+
+def expect_path(value: object, name: str, what: str) -> Path:
+    """Return `value`, called `name`, as the Path of `what`. Raises InputError for other types."""
+    if isinstance(value, (str, Path)) and str(value):
+        return Path(value)
+    raise InputError(f'{name}: {type(value).__name__} {str(value)[:40]!r}, expected the path of '
+                     f'{what}')
+
+
+def _with_origin(model: DriveModel, origin: ModelOrigin) -> DriveModel:
+    object.__setattr__(model, _ORIGIN, origin)
+    return model
+
+
+def _given(values: str | Path | Mapping[str, Any] | None) -> Mapping[str, Any]:
+    """Return the values of a mapping, or of a YAML file."""
+    if values is None or isinstance(values, Mapping):
+        return values or {}
+    content = load_yaml(expect_path(values, 'values', 'a YAML file')).content
+    if not isinstance(content, dict):
+        raise InputError(f'{values}: {str(content)[:40]!r}, expected keys and values')
+    return content

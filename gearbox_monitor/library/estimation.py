@@ -1,0 +1,227 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Estimates of a recording, and its backlash window by window."""
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Estimates
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.files.yaml_files import load_parameters
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.library.recording import Recording, SECOND
+from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
+from gearbox_monitor.monitoring.backlash.recording_windows import (
+    combine, Combined, GAP_ERROR, reason_of, RecordingWindows, separable_of, STIFFNESS_ERROR)
+from gearbox_monitor.monitoring.checks.outcome import Outcome
+from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.parameters import EstimatorParameters, SETTINGS
+from gearbox_monitor.plant.drive import DriveModel, expect_model
+from gearbox_monitor.presentation import Drawn
+
+Parameters = EstimatorParameters | Mapping[str, object] | str | Path | None
+
+
+@dataclass(frozen=True, repr=False)
+class RecordingEstimates(Estimates):
+    """
+    Estimates of a recording, and what a Monitor says of them at its end.
+
+    recording; parameters: in force; outcomes {component: Outcome}; backlash: of each window of
+    drift_window seconds; notes: sentences about the filter.
+    """
+
+    recording: Recording
+    parameters: EstimatorParameters
+    outcomes: Mapping[str, Outcome]
+    backlash: tuple[Backlash, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def t(self) -> Array:
+        """Times [M] of the estimates from the first sample of the recording, s."""
+        return (self.stamp_ns - self.recording.stamp_ns.min()) / SECOND
+
+    @property
+    def smoothed_t(self) -> Array:
+        """Times [L] of the smoothed values, s."""
+        return (self.smoothed_stamp_ns - self.recording.stamp_ns.min()) / SECOND
+
+    @property
+    def levels(self) -> dict[str, str]:
+        """The level of each component at the end of the recording: OK, WARN or ERROR."""
+        return {name: outcome.level.name for name, outcome in self.outcomes.items()}
+
+
+@dataclass(frozen=True, repr=False)
+class BacklashWindows(Drawn):
+    """
+    The backlash of a recording: `fits` of its windows, each alone.
+
+    recording: that was cut into windows; model: of its drive, as the estimator had it.
+    """
+
+    recording: Recording
+    model: DriveModel
+    fits: tuple[Backlash | NotExcited, ...] = field(repr=False)
+
+    @cached_property
+    def _used(self) -> tuple[list[Backlash], bool]:
+        return separable_of(self.fits)  # type: ignore[arg-type]
+
+    @property
+    def ends(self) -> Array:
+        """End [W] of each window from the first sample of the recording, s."""
+        stamps = np.array([one.stamp_ns for one in self.fits], np.int64)
+        return (stamps - self.recording.stamp_ns.min()) / SECOND
+
+    @property
+    def separable(self) -> bool:
+        """Whether the motion tells gap and compliance apart; if not, the lost motion counts."""
+        return self._used[1]
+
+    @property
+    def gap(self) -> Combined | None:
+        """Gap of all windows with its standard deviation, rad; None where none shows it."""
+        return combine(self._used[0], 'gap', GAP_ERROR)
+
+    @property
+    def stiffness(self) -> Combined | None:
+        """Stiffness in contact, N m/rad."""
+        return combine(self._used[0], 'stiffness', STIFFNESS_ERROR)
+
+    @property
+    def lost_motion(self) -> Combined | None:
+        """Lost motion, rad, which needs no torque."""
+        return combine(self._used[0] or self.fits, 'lost_motion', GAP_ERROR)
+
+    @property
+    def reason(self) -> str:
+        """What the motion lacks, '' where some window shows the gap."""
+        return '' if self._used[0] else reason_of(
+            [one for one in self.fits if isinstance(one, NotExcited)])
+
+
+def estimate(recording: Recording, model: DriveModel | None = None, *,
+             parameters: Parameters = None, **changes: object) -> RecordingEstimates:
+    """
+    Return torque and twist of the gearbox over a recording, with trust and backlash.
+
+    The same Estimator and Monitor as in the live node: same samples in, same bits out.
+
+    Args:
+        recording: of `load_recording`, with torque and at least the motor.
+        model: of the drive, None for the one of the recording.
+        parameters: of the estimator: EstimatorParameters, {name: value}, or a parameter file.
+        changes: single parameters by name (docs/parameters.md), such as tau_k_model='mixed'.
+
+    Returns:
+        The estimates: columns by name (tau_k, tau_k_std, twist, nis ...; smoothed_tau_k ...).
+
+    Raises:
+        InputError: a parameter is unknown or out of range, or no filter takes the recording.
+
+    >>> import numpy as np, gearbox_monitor as gm
+    >>> model, t = gm.DriveModel(), np.arange(3000) * 1e-3
+    >>> run = gm.load_recording(gm.simulate(model, 4 * np.cos(8 * t), 1e-3), model)
+    >>> est = gm.estimate(run)
+    >>> est.tau_k.shape == est.tau_k_std.shape == est.t.shape
+    True
+    >>> bool(np.abs(est.smoothed_tau_k[1000:]).max() < 4)
+    True
+    """
+    monitor = Monitor(*_inputs(recording, model, parameters, changes))
+    recording = recording.with_model(monitor.model)
+    result = monitor.run(recording.samples())
+    estimator = monitor.estimator
+    return RecordingEstimates(
+        **{name: getattr(result, name) for name in Estimates.__dataclass_fields__},
+        recording=recording, parameters=monitor.parameters, outcomes=dict(monitor.outcomes),
+        backlash=tuple(monitor.windows),
+        notes=(*recording.notes, *estimator.warnings, *estimator.divergence_notes()))
+
+
+def backlash(recording: Recording, model: DriveModel | None = None, *, window: float | None = None,
+             parameters: Parameters = None, **changes: object) -> BacklashWindows:
+    """
+    Return the backlash of a recording, from torque over twist in windows that stand alone.
+
+    Args:
+        recording: of `load_recording`; the motion must load both flanks.
+        model: of the drive, None for the one of the recording.
+        window: length of a window, s; None: the parameter drift_window.
+        parameters: of the estimator, as `estimate` takes them.
+        changes: single parameters by name.
+
+    Returns:
+        The windows; `gap`, `stiffness` and `lost_motion` of all of them.
+
+    Raises:
+        InputError: as of `estimate`; or no smoother.
+    """
+    if window is not None:
+        changes = {**changes, 'drift_window': window}
+    estimator = Estimator(*_inputs(recording, model, parameters, changes))
+    recording = recording.with_model(estimator.model)
+    windows = RecordingWindows(estimator)
+    windows.add(estimator.run(recording.samples()))
+    return BacklashWindows(recording, estimator.model, tuple(windows.finish()))
+
+
+def estimator_values(parameters: Parameters, changes: Mapping[str, object]) -> dict[str, object]:
+    """
+    Return {name: value} of the parameters of an estimator. Raises InputError.
+
+    Args:
+        parameters: complete, a mapping, a parameter file, or None.
+        changes: that replace them.
+    """
+    if isinstance(parameters, EstimatorParameters):
+        return {**parameters.to_dict(), **changes}
+    if isinstance(parameters, (str, Path)):
+        parameters = load_parameters(parameters, 'estimator', SETTINGS)
+        parameters.pop('model', None)
+    if not isinstance(parameters, (Mapping, type(None))):
+        raise InputError(f'parameters: {type(parameters).__name__} {str(parameters)[:40]!r}, '
+                         'expected EstimatorParameters, names with values, or a parameter file')
+    return {**(parameters or {}), **changes}
+
+
+def expect_recording(recording: Any) -> Recording:
+    """Return `recording` if `load_recording` gave it. Raises InputError."""
+    if isinstance(recording, Recording):
+        return recording
+    raise InputError(f'recording: {type(recording).__name__} {str(recording)[:40]!r}, expected '
+                     'one recording, as load_recording returns it')
+
+
+def _inputs(recording: Any, model: DriveModel | None, parameters: Parameters,
+            changes: Mapping[str, object]) -> tuple[DriveModel, dict[str, Any]]:
+    """Return (model, parameters) of an Estimator, without arm where none is measured."""
+    recording = expect_recording(recording)
+    drive = recording.model if model is None else expect_model(model)
+    values = estimator_values(parameters, changes)
+    readings = recording.with_model(drive)
+    if np.isnan(readings.motor).all():
+        raise InputError(f'{recording.name}: motor: never measured, expected its encoder: an '
+                         'estimator needs it')
+    if np.isnan(readings.arm).all():
+        values.setdefault('arm_joint', '')
+    return drive, values

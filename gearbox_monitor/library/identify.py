@@ -1,0 +1,139 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Diagnose, fit, tune and adapt: recordings of one drive and its model, in one call."""
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.identification import diagnose as identification
+from gearbox_monitor.identification.nominal import fit_nominal, NominalFit
+from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.library.recording import all_of, Recording
+from gearbox_monitor.plant.drive import DriveModel, expect_model
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
+
+Recorded = Recording | UniformRecording
+Progress = Callable[..., object]
+
+
+def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
+             validate: Recorded | None = None, only: Sequence[str] | None = None,
+             exclude: Sequence[str] = (), seed: int = 0, jobs: int = 1,
+             progress: Progress | None = None) -> Verdict:
+    """
+    Return the verdict on recordings of one drive: the effects that its model lacks.
+
+    Every effect of the library is fitted; the likelihood of the recordings decides which of them
+    count (docs/diagnosis_method.md).
+
+    Args:
+        recordings: of `load_recording`, one or several of one drive; each is evaluated with the
+            encoders that it has.
+        model: of the drive.
+        validate: recording that is used for validation only.
+        only: ids of the effects to try, None for all.
+        exclude: ids of effects that are not tried.
+        seed: of the intervals; same seed, same answer.
+        jobs: number of threads; does not change the answer.
+        progress: called with (done, total, text).
+
+    Returns:
+        The verdict; its `model` closes the gap as far as is known.
+
+    Raises:
+        InputError: unknown ids, recordings that suit no diagnosis or differ in their rate.
+        Undecided: free runs of the model are not finite.
+    """
+    expect_model(model)
+    for option, ids in (('only', only), ('exclude', exclude)):
+        _expect_ids(option, ids)
+    _expect_jobs(jobs)
+    parts, notes = _uniform(recordings, model, weigh=True)
+    last, more = _uniform(validate, model, weigh=True) if validate is not None else ([], [])
+    parts = at_one_rate(parts) if len(parts) > 1 else parts
+    verdict = identification.diagnose(
+        parts, model, validate=last[0] if last else None, only=only, exclude=exclude, seed=seed,
+        jobs=jobs, progress=progress)
+    return replace(verdict, warnings=[*notes, *more, *verdict.warnings])
+
+
+def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
+        free: Sequence[str] | None = None, *, validate: Recorded | None = None,
+        seconds: float | None = None, jobs: int = 1, progress: Progress | None = None
+        ) -> NominalFit:
+    """
+    Return the values of a model fitted to recordings, and which of them these determine.
+
+    A regression of the torque, then least squares of runs of the model (docs/real_drives.md).
+
+    Args:
+        recordings: of `load_recording`, one or several of one drive.
+        model: of the drive, right within a factor of about ten.
+        free: names of values to fit (m1 m2 D Cv Cc K b kt u0 zero, gains of a servo, ids of
+            effects of the model), None for all of this drive but kt.
+        validate: recording that is used for validation only.
+        seconds: length of the runs that are fitted, s; None: 1 s.
+        jobs: number of threads.
+        progress: called with (done, total, text).
+
+    Returns:
+        The fit; its `model` has the values.
+
+    Raises:
+        InputError: names that this drive does not have, or recordings that suit no fit.
+        Undecided: no solution.
+    """
+    expect_model(model)
+    if isinstance(free, str):
+        raise InputError(f'free: {free!r}, expected a list of names')
+    if seconds is not None and not (isinstance(seconds, (int, float)) and seconds >= 1.0):
+        raise InputError(f'seconds: {seconds!r}, expected at least 1 s')
+    _expect_jobs(jobs)
+    parts, _ = _uniform(recordings, model)
+    last = _uniform(validate, model)[0][0] if validate is not None else None
+    return fit_nominal(at_one_rate(parts), model, free, validate=last, seconds=seconds, jobs=jobs,
+                       progress=progress)
+
+
+def _uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel, weigh: bool = False
+             ) -> tuple[list[UniformRecording], list[str]]:
+    """Return (recordings on even times, checked, notes about them); weigh: see Recording."""
+    parts: list[UniformRecording] = []
+    notes: list[str] = []
+    for one in all_of(recordings, model):
+        if isinstance(one, UniformRecording):
+            parts.append(one)
+            continue
+        part, remarks = one.uniform(weigh)
+        parts.append(part)
+        notes += remarks
+    return parts, list(dict.fromkeys(notes))
+
+
+def _expect_ids(option: str, ids: object) -> None:
+    """Raise InputError unless `ids`, an argument `option`, are those of effects."""
+    if isinstance(ids, str) or not isinstance(ids, (Sequence, Mapping, set, type(None))):
+        raise InputError(f'{option}: {ids!r}, expected a list of ids of effects')
+    effects = library()
+    for name in ids or ():
+        if name not in effects:
+            raise InputError(f'{option}: unknown effect {name!r}, {unknown(name, effects)}')
+
+
+def _expect_jobs(jobs: Any) -> None:
+    if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
+        raise InputError(f'jobs: {jobs!r}, expected a whole number >= 1')

@@ -1,0 +1,277 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What results show: a line, words, a table, a picture, a page, a file; one entry per result."""
+from collections.abc import Mapping
+from functools import singledispatch
+from html import escape
+from pathlib import Path
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from gearbox_monitor import __version__
+from gearbox_monitor.bag.stamp_matching import match_stamps
+from gearbox_monitor.errors import expect_matplotlib, InputError
+from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
+from gearbox_monitor.files.opening import write_new
+from gearbox_monitor.files.plain_data import plain
+from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.identification.nominal import NominalFit
+from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
+from gearbox_monitor.library.recording import Recording
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.report.diagnosis_evidence import gather
+from gearbox_monitor.report.diagnosis_page import diagnosis_page
+from gearbox_monitor.report.words import headline, number, value_rows, value_text, width_and_std
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+ROWS = 10  # of a long table in a notebook
+Columns = Mapping[str, Any]  # {name: values [N]}
+
+
+# ---------------------------------------------------------------------- a line, and words
+
+@singledispatch
+def brief(result: Any) -> str:
+    """Return the `result` in one line, as repr shows it."""
+    raise NotImplementedError(type(result))
+
+
+@singledispatch
+def words(result: Any) -> str:
+    """Return the `result` in some lines, as print shows it."""
+    return brief(result)
+
+
+@brief.register
+def _(recording: Recording) -> str:
+    driving = 'torque' if recording.model.controller is None else 'setpoint'
+    seen = [name for name in (driving, 'motor', 'arm', 'arm_torque')
+            if not np.isnan(getattr(recording, name)).all()]
+    return (f'Recording({recording.name!r}: {len(recording)} samples, '
+            f'{recording.duration:.2f} s, {recording.rate:.4g} Hz; {", ".join(seen)})')
+
+
+@words.register
+def _(recording: Recording) -> str:
+    return '\n'.join([brief(recording), *(f'note: {note}' for note in recording.notes)])
+
+
+@brief.register
+def _(estimates: Estimates) -> str:
+    n = len(estimates.stamp_ns)
+    span = (estimates.stamp_ns.max() - estimates.stamp_ns.min()) * 1e-9 if n else 0.0
+    rms = f'; tau_k {_rms(estimates.tau_k):.3g} N m rms' if n else ''
+    return f'{type(estimates).__name__}({n} in {span:.2f} s{rms})'
+
+
+@words.register
+def _(estimates: RecordingEstimates) -> str:
+    lines = [f'{estimates.recording.name}: {brief(estimates)}']
+    if estimates.backlash:
+        newest = estimates.backlash[-1]
+        unit = on_axis('rad', estimates.recording.model.axis)
+        lines.append(f'gap {width_and_std(newest.gap, newest.gap_std, unit)} in the newest of '
+                     f'{len(estimates.backlash)} windows')
+    lines += [f'{name}: {outcome.level.name}: {outcome.message}'
+              for name, outcome in estimates.outcomes.items()]
+    return '\n'.join([*lines, *(f'note: {note}' for note in estimates.notes)])
+
+
+@brief.register
+def _(windows: BacklashWindows) -> str:
+    unit, gap, lost = on_axis('rad', windows.model.axis), windows.gap, windows.lost_motion
+    if gap is None:
+        said = windows.reason
+    elif windows.separable or lost is None:
+        said = f'gap {width_and_std(gap.value, gap.std, unit)}'
+    else:
+        said = (f'lost motion {width_and_std(lost.value, lost.std, unit)}, gap and compliance '
+                'are not separable')
+    return f'BacklashWindows({windows.recording.name!r}: {len(windows.fits)} windows; {said})'
+
+
+@brief.register
+def _(verdict: Verdict) -> str:
+    said = verdict.effect or verdict.location
+    closed = verdict.closed_fraction
+    return (f'Verdict({verdict.verdict!r}' + ('' if verdict.verdict == 'none' else f': {said}')
+            + f'; gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after'
+            + ('' if closed is None else f', {100 * closed:.1f} % closed') + ')')
+
+
+@words.register
+def _(verdict: Verdict) -> str:
+    data = plain(verdict.to_dict())
+    return '\n'.join([headline(data), *(
+        f'{row[0]} {value_text(row)}' for row in value_rows(data, verdict.basis.model.axis)),
+        f'gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after, in standard '
+        'deviations of the noise; 1 is the floor', *(f'note: {w}' for w in verdict.warnings)])
+
+
+@brief.register
+def _(fit: NominalFit) -> str:
+    before = '' if fit.gap_before is None else f'{fit.gap_before:.4g} -> '
+    values = ', '.join(f'{v.name} {v.value:.4g}' for v in fit.values if v.determined)
+    return f'NominalFit({values or "no value determined"}; gap {before}{fit.gap_after:.4g})'
+
+
+# ---------------------------------------------------------------------- tables
+
+@singledispatch
+def columns(result: Any) -> Columns:
+    """Return the `result` as a table, {name: values [N]}."""
+    raise NotImplementedError(type(result))
+
+
+@columns.register
+def _(recording: Recording) -> Columns:
+    names = ['t', 'torque' if recording.model.controller is None else 'setpoint', 'motor', 'arm']
+    if not np.isnan(recording.arm_torque).all():
+        names.append('arm_torque')
+    return {name: getattr(recording, name) for name in names}
+
+
+@columns.register
+def _(estimates: Estimates) -> Columns:
+    table = {'stamp_ns': estimates.stamp_ns, **{name: getattr(estimates, name)
+                                                for name in COLUMNS}}
+    i, j = match_stamps(estimates.stamp_ns, estimates.smoothed_stamp_ns)
+    for name in SMOOTHED_COLUMNS:
+        table[name] = np.full(len(estimates.stamp_ns), np.nan)
+        table[name][i] = getattr(estimates, name)[j]
+    return table
+
+
+@columns.register
+def _(estimates: RecordingEstimates) -> Columns:
+    return {'t': estimates.t, **columns.dispatch(Estimates)(estimates)}
+
+
+@columns.register
+def _(windows: BacklashWindows) -> Columns:
+    names = ('gap', 'gap_std', 'stiffness', 'stiffness_std', 'hysteresis', 'hysteresis_std',
+             'lost_motion', 'lost_motion_std', 'separable', 'reason')
+    usual = dict.fromkeys(names, np.nan) | {'separable': False, 'reason': ''}
+    return {'end': windows.ends, **{
+        name: [getattr(one, name, usual[name]) for one in windows.fits] for name in names}}
+
+
+@columns.register
+def _(verdict: Verdict) -> Columns:
+    rows = [(f.effect, f.place, name, value, f.deviations.get(name), f.share)
+            for f in verdict.findings for name, value in f.values.items()]
+    return _by_name(rows, ('effect', 'place', 'parameter', 'value', 'deviation', 'share'))
+
+
+@columns.register
+def _(fit: NominalFit) -> Columns:
+    names = ('name', 'unit', 'start', 'value', 'error', 'determined')
+    return {name: [getattr(v, name) for v in fit.values] for name in names}
+
+
+def frame(result: Any) -> Any:
+    """Return the table of the `result` as a pandas DataFrame. Raises InputError without pandas."""
+    try:
+        import pandas as pd
+    except ImportError:
+        raise InputError('to_frame: pandas is not installed, expected '
+                         "pip install 'gearbox_monitor[frames]'") from None
+    return pd.DataFrame(dict(columns(result)))
+
+
+def html(result: Any) -> str:
+    """Return words and table of the `result` as HTML, for a notebook."""
+    table = columns(result)
+    names = [name for name in table if not isinstance(result, Estimates) or name in (
+        't', 'stamp_ns', 'tau_k', 'tau_k_std', 'twist', 'nis')]
+    count = len(next(iter(table.values()), ()))
+    rows = [''.join(f'<td>{escape(_cell(table[name][k]))}</td>' for name in names)
+            for k in range(min(count, ROWS))]
+    body = ''.join(f'<tr>{row}</tr>' for row in rows)
+    head = ''.join(f'<th>{escape(name)}</th>' for name in names)
+    more = f'<p>{count} rows</p>' if count > ROWS else ''
+    said = '<br>'.join(escape(line) for line in words(result).splitlines())
+    return f'<p>{said}</p><table><tr>{head}</tr>{body}</table>{more}'
+
+
+def _cell(value: Any) -> str:
+    if value is None or isinstance(value, (float, np.floating)):
+        return number(None if value is None else float(value))
+    return str(value)
+
+
+def _by_name(rows: list[tuple[Any, ...]], names: tuple[str, ...]) -> Columns:
+    return {name: [row[k] for row in rows] for k, name in enumerate(names)}
+
+
+def _rms(value: Any) -> float:
+    return float(np.sqrt(np.nanmean(np.square(value))))
+
+
+# ---------------------------------------------------------------------- pictures
+
+def figure(result: Any) -> 'Figure':
+    """Return the picture of the `result`. Raises InputError without matplotlib."""
+    expect_matplotlib('plot')
+    from gearbox_monitor.library import pictures
+    return pictures.picture(result)
+
+
+# ---------------------------------------------------------------------- pages and files
+
+@singledispatch
+def page(result: Any) -> str:
+    """Return the page of the `result` as HTML."""
+    raise NotImplementedError(type(result))
+
+
+@page.register
+def _(verdict: Verdict) -> str:
+    return diagnosis_page(plain(verdict.to_dict()), gather(verdict, verdict.basis.model),
+                          verdict.basis.recordings)
+
+
+def write_page(result: Any, path: str | Path) -> Path:
+    """
+    Write the page of a result to a new file. Raises InputError.
+
+    Args:
+        result: that has a page.
+        path: of the file.
+    """
+    return write_new(path, page(result))
+
+
+@singledispatch
+def save(result: Any, path: str | Path) -> Path:
+    """
+    Write what the `result` is to a new file. Raises InputError.
+
+    Args:
+        result: that a file can hold.
+        path: of the file.
+    """
+    raise NotImplementedError(type(result))
+
+
+@save.register
+def _(model: DriveModel, path: str | Path) -> Path:
+    save_model(path, model, [f'Written by gearbox_monitor {__version__}.'])
+    return Path(path)

@@ -1,0 +1,80 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Results that show themselves: as a line, as a table in a notebook, as a picture, as a page.
+
+What they show is made in `library.views`, which knows words, pictures and pages. It is imported
+when a result is first shown: the core computes and draws nothing.
+"""
+from importlib import import_module
+from pathlib import Path
+from typing import Any, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    import pandas as pd
+
+
+def _views() -> Any:
+    return import_module('gearbox_monitor.library.views')
+
+
+class Shown:
+    """A result with a short repr, more words in print, and a table."""
+
+    def __repr__(self) -> str:
+        return str(_views().brief(self))
+
+    def __str__(self) -> str:
+        return str(_views().words(self))
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        return str(_views().html(self))
+
+    def to_frame(self) -> 'pd.DataFrame':
+        """Return the result as a pandas DataFrame. Raises InputError without pandas."""
+        return _views().frame(self)
+
+
+class Saved:
+    """What a file can hold."""
+
+    def save(self, path: str | Path) -> Path:
+        """Write it to the new file `path`, and return that. Raises InputError."""
+        written: Path = _views().save(self, path)
+        return written
+
+
+class Drawn(Shown):
+    """A result with a picture."""
+
+    def plot(self) -> 'Figure':
+        """Return a matplotlib Figure of the result. Raises InputError without matplotlib."""
+        figure: Figure = _views().figure(self)
+        return figure
+
+
+class Paged(Drawn):
+    """A result with a page of its own."""
+
+    def to_html(self, path: str | Path) -> Path:
+        """
+        Write the page of the result to the new file `path`, and return it.
+
+        The page is one file that loads nothing. Raises InputError.
+        """
+        written: Path = _views().write_page(self, path)
+        return written

@@ -1,0 +1,191 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The library as a user imports it: from a file or arrays to results, and bad input in words."""
+import numpy as np
+import pytest
+
+import gearbox_monitor as gm
+from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
+from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.plant.simulate import Noise
+
+pytestmark = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
+DT = 2e-3
+MODEL = gm.DriveModel().with_(gear_ratio=-3.0, torque_constant=0.5)
+TRUE = MODEL.with_(effects=[{'id': 'gravity', 'G': 1.5, 'phi': 0.0}])
+
+
+@pytest.fixture(scope='module')
+def trajectory():
+    """Return 10 s of a drive with a weight that MODEL lacks."""
+    t = np.arange(5000) * DT
+    return gm.simulate(TRUE, 5 * np.cos(5.7 * t) + 2 * np.cos(14.5 * t), DT,
+                       Noise(measurement=(2e-3, 1e-3)), 1)
+
+
+def table(run, **changes):
+    """Return the columns of a run, the torque as the current that makes it."""
+    return {'t': run.t, 'torque': run.u / MODEL.torque_constant, 'motor': run.y[:, 0],
+            'arm': run.y[:, 1], **changes}
+
+
+@pytest.fixture(scope='module')
+def verdict(trajectory):
+    """Return the verdict on the recording."""
+    whole = gm.load_recording(table(trajectory), MODEL, name='whole')
+    return gm.diagnose(whole, MODEL, only=['gravity', 'arm_viscous'])
+
+
+def test_every_source_gives_the_same_recording(trajectory, tmp_path):
+    pd = pytest.importorskip('pandas')
+    pytest.importorskip('pyarrow')
+    columns = table(trajectory)
+    frame = pd.DataFrame(columns)
+    frame.rename(columns={'torque': 'u'}).to_csv(tmp_path / 'a.csv', index=False)
+    frame.to_parquet(tmp_path / 'a.parquet')
+    for source in (columns, frame, tmp_path / 'a.csv', str(tmp_path / 'a.parquet')):
+        run = gm.load_recording(source, MODEL)
+        for name in ('motor', 'arm', 't'):
+            np.testing.assert_allclose(getattr(run, name), columns[name], atol=1e-12)
+        np.testing.assert_allclose(run.torque, trajectory.u)  # N m, not A
+        np.testing.assert_array_equal(run.with_model(gm.DriveModel()).torque,
+                                      columns['torque'])
+    assert gm.load_recording(tmp_path / 'a.csv', MODEL).name == str(tmp_path / 'a.csv')
+
+
+def test_a_bag_is_read_again_for_another_gear_ratio(tmp_path):
+    write_example_bag(tmp_path / 'bag', MODEL, ExampleMotion(5.0, 200.0, rest=0.5), 1)
+    run = gm.load_recording(tmp_path / 'bag', MODEL)
+    other = run.with_model(MODEL.with_(gear_ratio=6.0))
+    np.testing.assert_allclose(other.motor, -0.5 * run.motor)
+    np.testing.assert_allclose(other.torque, -2.0 * run.torque)
+    np.testing.assert_array_equal(other.arm, run.arm)
+    assert len(gm.estimate(run).stamp_ns) == len(run) - 1
+    renamed = gm.load_recording(tmp_path / 'bag', MODEL, joints={'arm': ''})
+    assert np.isnan(renamed.arm).all()
+    assert np.isnan(gm.estimate(renamed).twist).all()
+
+
+def test_verdict_shows_itself(verdict, tmp_path):
+    finding, = verdict.findings
+    assert finding.effect == 'gravity' and abs(finding.values['G'] - 1.5) < 0.01
+    assert repr(verdict).startswith("Verdict('effect': gravity; gap ")
+    assert str(verdict).startswith('Effect: gravity (arm side).')
+    assert '<td>gravity</td><td>arm_side</td><td>G</td>' in verdict._repr_html_()
+    page = verdict.to_html(tmp_path / 'page.html')
+    assert 'gravity' in page.read_text() and page == tmp_path / 'page.html'
+    with pytest.raises(gm.InputError, match='File exists, expected a new, writable file'):
+        verdict.to_html(page)
+    closed = verdict.model.save(tmp_path / 'closed.yaml')
+    assert gm.load_model(closed) == verdict.model != MODEL
+
+
+def test_tables_have_the_values(verdict, trajectory):
+    pytest.importorskip('pandas')
+    rows = verdict.to_frame().set_index('parameter')
+    assert rows.value['G'] == verdict.findings[0].values['G']
+    run = gm.load_recording(trajectory, gm.DriveModel())
+    est = gm.estimate(run)
+    frame = est.to_frame()
+    np.testing.assert_array_equal(frame.tau_k, est.tau_k)
+    np.testing.assert_allclose(frame.t, est.t)
+    late = frame.smoothed_tau_k.notna()  # all but the start, which has no estimate
+    np.testing.assert_array_equal(frame.smoothed_tau_k[late], est.smoothed_tau_k[1:])
+    assert list(run.to_frame()) == ['t', 'torque', 'motor', 'arm']
+
+
+def test_backlash_stands_alone_in_each_window(trajectory):
+    run = gm.load_recording(trajectory, TRUE.with_(gear_ratio=1.0, torque_constant=1.0))
+    windows = gm.backlash(run, window=3.0)
+    gap = 2.0 * TRUE.transmission.half_gap
+    assert len(windows.fits) == 3 and windows.separable
+    assert abs(windows.gap.value - gap) < 4.0 * windows.gap.std < 0.1 * gap
+    np.testing.assert_allclose(windows.ends, [5.0, 8.0, 10.0], atol=0.5)
+
+
+def test_pictures_are_drawn_of_all_results(verdict, trajectory):
+    pytest.importorskip('matplotlib')
+    run = gm.load_recording(trajectory, gm.DriveModel())
+    for result in (run, gm.estimate(run), gm.backlash(run, window=3.0), verdict):
+        assert result.plot().axes[0].has_data()
+
+
+def test_a_recording_for_validation_is_read_for_the_model(verdict, trajectory):
+    run = gm.load_recording(table(trajectory), gm.DriveModel(), name='twice the torque')
+    again = gm.fit([run], verdict.model, ['Cv', 'Cc'], validate=run)
+    assert again.gap_after < 1.2 and again.validation['gap_after'] < 1.2
+    assert [v.name for v in again.values] == ['Cv', 'Cc']
+    with pytest.raises(AttributeError):
+        again.gap_after = 0.0
+
+
+N = 600
+T = np.arange(N) * 0.01
+GOOD = {'t': T, 'torque': np.sin(T), 'motor': np.cos(T), 'arm': np.cos(T)}
+
+
+@pytest.mark.parametrize('changes, message', [
+    ({'torque': np.sin(T)[:-1]}, r'torque: 599 values, expected 600 as of t'),
+    ({'motor': np.column_stack([T, T])}, r'motor: shape \(600, 2\), expected one dimension'),
+    ({'arm': ['a'] * N}, r"arm: list with 'a', expected numbers: position of the arm in rad"),
+    ({'torque': np.full(N, np.nan)}, r'torque: nan in all 600 samples, expected torque in N m'),
+    ({'motor': T * np.nan, 'arm': T * np.nan}, r'motor: nan in all 600 samples'),
+    ({'t': np.where(T == 0.0, np.nan, T)}, r't: row 0: nan, expected a finite time in s'),
+    ({'t': 3.0}, r't: one number \(3\), expected one dimension'),
+    ({'torque': 1j * T}, r"torque: ndarray with '0j', expected numbers"),
+    ({'u': T}, r'torque: beside u, expected one of them')])
+def test_bad_columns_are_named(changes, message):
+    with pytest.raises(gm.InputError, match=message):
+        gm.load_recording({**GOOD, **changes}, gm.DriveModel())
+
+
+RUN = gm.load_recording(GOOD, gm.DriveModel())
+
+
+@pytest.mark.parametrize('call, message', [
+    (lambda: gm.DriveModel('drive.yaml'), "motor_inertia: 'drive.yaml', expected a number; lo"),
+    (lambda: gm.DriveModel(transmission='rigid'), "transmission: 'rigid', expected Transmission"),
+    (lambda: gm.load_model('no.yaml'), 'no.yaml: No such file'),
+    (lambda: gm.load_model(3), "path: int '3', expected the path of a model file"),
+    (lambda: gm.load_model('robot.xml'), r'robot.xml: the file of a simulator, expected joint'),
+    (lambda: gm.load_recording('no.csv', gm.DriveModel()), 'no.csv: no such file'),
+    (lambda: gm.load_recording('no.csv', 'drive.yaml'), "model: str 'drive.yaml', expected a Dri"),
+    (lambda: gm.load_recording(T, gm.DriveModel()), 'source: ndarray'),
+    (lambda: gm.load_recording({'t': T, 'q': T}, gm.DriveModel()), 'no column torque, motor or a'),
+    (lambda: gm.load_recording(GOOD, gm.DriveModel(), joints={'art': 'b'}), "did you mean 'arm'"),
+    (lambda: gm.estimate('run1'), "recording: str 'run1', expected one recording"),
+    (lambda: gm.estimate(RUN, tau_k_modell='mixed'), 'tau_k_modell'),
+    (lambda: gm.estimate(RUN, parameters=3), "parameters: int '3', expected EstimatorParameters"),
+    (lambda: gm.diagnose(['run1'], gm.DriveModel()), "recordings: 0: str 'run1', expected a rec"),
+    (lambda: gm.diagnose([], gm.DriveModel()), 'recordings: none'),
+    (lambda: gm.diagnose(RUN, gm.DriveModel(), only='gravity'), "only: 'gravity', expected a li"),
+    (lambda: gm.diagnose(RUN, gm.DriveModel(), only=['gravty']), "did you mean 'gravity'"),
+    (lambda: gm.diagnose(RUN, gm.DriveModel(), jobs=0), 'jobs: 0, expected a whole nu'),
+    (lambda: gm.fit(RUN, gm.DriveModel(), 'Cv'), "free: 'Cv', expected a list of names"),
+    (lambda: gm.simulate(gm.DriveModel(), [[1.0]], DT), r'u: shape \(1, 1\), expected one dim'),
+    (lambda: gm.simulate(gm.DriveModel(), T * np.nan, DT), 'u: nan in sample 0'),
+    (lambda: gm.simulate(gm.DriveModel(), T, '1 ms'), "dt: '1 ms', expected the length"),
+    (lambda: gm.simulate('drive.yaml', T, DT), "model: str 'drive.yaml'"),
+    (lambda: gm.Estimator('drive.yaml'), "model: str 'drive.yaml'"),
+    (lambda: gm.Estimator(gm.DriveModel()).run(gm.Samples(np.arange(3), np.zeros(3),
+                                                          np.zeros((3, 2)))),
+     r'u: shape \(3,\), expected shape \(3, 2\)'),
+    (lambda: gm.Estimator(gm.DriveModel()).run(GOOD), 'samples: dict'),
+    (lambda: gm.Estimator(gm.DriveModel()).step(gm.Sample(1, ('a', 0.0), (0.0, 0.0))), 'sample: '),
+    (lambda: gm.Filter(gm.DriveModel()).step(DT, 'a', 0.0, 0.0), "u: str 'a', expected one num"),
+])
+def test_bad_arguments_are_named(call, message):
+    with pytest.raises(gm.InputError, match=message):
+        call()

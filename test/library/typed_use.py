@@ -1,0 +1,39 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The types of results, for mypy (setup.cfg), which fails where one is another or Any."""
+from typing import assert_type
+
+from gearbox_monitor.estimation.estimates import Estimates
+from gearbox_monitor.identification.nominal import NominalFit
+from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.library.drive_file import load_model
+from gearbox_monitor.library.estimation import (
+    backlash, BacklashWindows, estimate, RecordingEstimates)
+from gearbox_monitor.library.identify import diagnose, fit
+from gearbox_monitor.library.recording import load_recording, Recording
+from gearbox_monitor.plant.drive import DriveModel
+
+
+def results(path: str) -> None:
+    """Use the public functions as a user does, on the files below `path`."""
+    model = assert_type(load_model(path), DriveModel)
+    run = assert_type(load_recording(path, model), Recording)
+    estimates: Estimates = assert_type(estimate(run, tau_k_model='mixed'), RecordingEstimates)
+    assert_type(estimates.codes.size, int)
+    assert_type(backlash(run), BacklashWindows)
+    verdict = assert_type(diagnose([run], model), Verdict)
+    assert_type(verdict.findings[0].effect, str)
+    assert_type(verdict.model, DriveModel)
+    assert_type(fit(run, verdict.model, ['Cv']), NominalFit)
