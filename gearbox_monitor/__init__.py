@@ -24,6 +24,9 @@ of the package alone is cheap. docs/python.md shows them at work:
     backlash              gap and stiffness of a recording, window by window
     diagnose              the effects that the model of a drive lacks in recordings
     fit                   the values of a model, fitted to recordings
+    tune                  R and Q of a filter, from a recording
+    adapt                 model and parameters of one unit, from its motion
+    export_model          a model in the file of a simulator
 
     DriveModel            the drive: inertias, friction, transmission, effects
     simulate              its motion under a torque, with noise and effects
@@ -32,6 +35,9 @@ of the package alone is cheap. docs/python.md shows them at work:
     BacklashWindows       what backlash returns
     Verdict               what diagnose returns
     NominalFit            what fit returns
+    TunedParameters       what tune returns
+    Adapted               what adapt returns
+    SimulatorFile         what export_model returns
     InputError            the one exception that bad input raises
 
     Estimator             one sample in, one estimate out: stamp checks, filter, smoother
@@ -59,6 +65,9 @@ _PUBLIC = {
     'RecordingEstimates': 'library.estimation', 'BacklashWindows': 'library.estimation',
     'estimate': 'library.estimation', 'backlash': 'library.estimation',
     'diagnose': 'library.identify', 'fit': 'library.identify',
+    'tune': 'library.tuning', 'adapt': 'library.tuning', 'TunedParameters': 'library.tuning',
+    'Adapted': 'identification.unit_adaptation', 'export_model': 'library.simulator_file',
+    'SimulatorFile': 'library.simulator_file',
 }
 __all__ = list(_PUBLIC)
 

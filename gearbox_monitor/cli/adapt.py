@@ -27,8 +27,6 @@ usage examples:
   gearbox_monitor replay BAG3 --model unit7/drive.yaml --params unit7/params.yaml
 """
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
-from dataclasses import replace
 import json
 from pathlib import Path
 from typing import Any
@@ -38,14 +36,11 @@ from gearbox_monitor.cli.drive_recordings import (
 from gearbox_monitor.cli.exit_codes import UNDECIDED
 from gearbox_monitor.cli.options import check_jobs, plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
-from gearbox_monitor.cli.tune import write
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.score import run_score
-from gearbox_monitor.files.yaml_files import load_parameters, save_model
-from gearbox_monitor.identification.unit_adaptation import adapt, Adapted, samples_of
+from gearbox_monitor.files.yaml_files import load_parameters
+from gearbox_monitor.identification.unit_adaptation import Adapted
+from gearbox_monitor.library.tuning import adapt, write_adapted
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED
-from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.ros.child_processes import cores
 
 
@@ -74,20 +69,10 @@ def run(args: Namespace) -> int:
         **values})
     loaded = [load_recording(path, model, args) for path in args.bag]
     with percent_bar('adapt') as bar:
-        result = adapt([recording for recording, _ in loaded], model, parameters, args.jobs,
-                       progress_of(bar))
-    kept = _kept(result, model, parameters, [recording for recording, _ in loaded])
-    if kept:
-        result = replace(result, model=model.with_(**{
-            name: max(now) for name, now in result.tolerances.items()}), parameters={},
-            open=[kept, *result.open])
-    folder.mkdir()
+        result = adapt([recording for recording, _ in loaded], model, parameters=parameters,
+                       jobs=args.jobs, progress=progress_of(bar))
     names = ', '.join(Path(path).name for path in args.bag)
-    save_model(folder / 'drive.yaml', result.model,
-               [f'Adapted with gearbox_monitor adapt to {names}', *result.open])
-    data = {'smoother': False, 'after': None, 'relative_error': {}, 'filter': parameters.filter,
-            **result.tuning, 'parameters': result.parameters, 'bag': names, 'command': 'adapt'}
-    write(folder / 'params.yaml', parameters, (str(folder / 'drive.yaml'), {}), data)
+    write_adapted(folder, result, names)
     summary = plain({
         'values': {v.name: {k: x for k, x in vars(v).items() if k != 'name'}
                    for v in (result.fit.values if result.fit else ())},
@@ -97,23 +82,7 @@ def run(args: Namespace) -> int:
     print(json.dumps(summary, indent=2) if args.json else text(result, summary, folder))
     if result.fit is None:
         return UNDECIDED
-    return int(bool(kept) or bool(result.tuning.get('kept')))
-
-
-def _kept(result: Adapted, model: DriveModel, parameters: EstimatorParameters,
-          recordings: Sequence[UniformRecording]) -> str:
-    """Return why model and parameters stay as they were, '' if those of `result` are as likely."""
-    if result.fit is None:
-        return ''
-    samples = [samples_of(recording) for recording in recordings]
-    before, after = (sum(run_score(drive, values, part).criterion for part in samples)
-                     for drive, values in ((model, parameters), (
-                         result.model, parameters.replace(**result.parameters))))
-    if after >= before:
-        return ''
-    return (f'the adapted values are less likely than model file and parameters before '
-            f'(log-likelihood {after:.1f}, {before:.1f} before): these are kept, with wider '
-            'tolerances')
+    return int(bool(result.kept) or bool(result.tuning.get('kept')))
 
 
 def text(result: Adapted, summary: dict[str, Any], folder: Path) -> str:

@@ -45,7 +45,6 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
-import math
 from pathlib import Path
 import sys
 import textwrap
@@ -56,18 +55,17 @@ from gearbox_monitor.cli.drive_recordings import (
 from gearbox_monitor.cli.options import expect_new, write_new
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.mjcf import refused, values_of
-from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive, read_file, read_mjcf
-from gearbox_monitor.export.mjcf_patch import Patch, patched
-from gearbox_monitor.export.mjcf_standalone import standalone
+from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive
+from gearbox_monitor.export.mjcf_patch import Patch
 from gearbox_monitor.export.mujoco_run import misfit, rig_of
-from gearbox_monitor.export.parameter_list import parameter_list, TARGETS as LISTS
-from gearbox_monitor.export.robot_patch import patched_robot, ROOTS
+from gearbox_monitor.export.parameter_list import TARGETS as LISTS
+from gearbox_monitor.export.robot_patch import ROOTS
 from gearbox_monitor.export.xml_edit import difference
-from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
+from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.identification.model_overlay import overlay
+from gearbox_monitor.library.drive_file import load_model
+from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.quality.recording import REPEATED
 from gearbox_monitor.report.words import number
 
@@ -112,59 +110,44 @@ def run(args: Namespace) -> int:
                                  + ('' if args.to not in ROOTS or option == 'check'
                                     else ' and without --into')
                                  + ', expected it with --to mjcf')
-        return _robot(args, model) if args.into else _listed(args, model)
-    if not args.into:
-        return _alone(args, model)
-    if not args.joint:
-        raise InputError('--joint: missing, expected it with --into')
-    values, exported = values_of(model)
-    drive = read_mjcf(args.into, args.joint, args.model_arm_joint, args.keyframe, args.actuator,
-                      args.root)
-    patch = patched(drive, values, exported)
-    ending = _written(args, drive.document.data, patch)
-    if args.check:
-        ending += ['', *checked(drive, patch, model, args)]
-    print('\n'.join([*described(patch, args.into), *_of_effort(drive, model), *_of_law(model),
-                     *_beyond(drive), *ending]))
-    return 1 if refused(exported) else 0
-
-
-def _alone(args: Namespace, model: DriveModel) -> int:
-    """Write a file with the drive alone; return the exit code."""
-    for option in ('keyframe', 'actuator', 'check', 'root'):
-        if getattr(args, option):
-            raise InputError(f'--{option}: without --into, expected it with --into FILE')
-    values, exported = values_of(model)
-    patch = standalone(model, values, exported, args.joint, args.model_arm_joint)
-    text = patch.data.decode('utf-8')
-    lines = [line for row in exported
-             for line in _wrapped(f'{row.id}: {row.kind}: {row.words}')] + list(_of_law(model))
-    if args.out:
-        write_new(args.out, text)
-        print('\n'.join([*lines, f'written {args.out}']))
+    elif not args.into:
+        for option in ('keyframe', 'actuator', 'check', 'root'):
+            if getattr(args, option):
+                raise InputError(f'--{option}: without --into, expected it with --into FILE')
+    file = export_model(model, args.to, args.into, joint=args.joint,
+                        arm_joint=args.model_arm_joint, keyframe=args.keyframe,
+                        actuator=args.actuator, root=args.root)
+    if args.into:
+        print('\n'.join(_patched(args, file, model)))
     else:
-        print(text, end='')
+        _print_alone(args, file)
+    return 1 if file.lacking else 0
+
+
+def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[str]:
+    """Write or show a patched file; return the lines of output."""
+    patch, notes = file.patch, [line for note in file.notes for line in _wrapped(note)]
+    if patch is None:
+        return []
+    ending = _written(args, file.before, patch)
+    if args.check and file.drive is not None:
+        ending += ['', *checked(file.drive, patch, model, args)]
+    return [*described(patch, args.into), *notes, *ending]
+
+
+def _print_alone(args: Namespace, file: SimulatorFile) -> None:
+    """Write or print a file with the drive alone, or a list of its parameters."""
+    lines = [line for row in file.exported
+             for line in _wrapped(f'{row.id}: {row.kind}: {row.words}')]
+    lines += [line for note in file.notes for line in _wrapped(note)]
+    if args.out:
+        file.save(args.out)
+        print('\n'.join([*lines, f'written {args.out}']))
+    elif file.patch is None:
+        print('\n'.join([*file.text.splitlines(), *lines]))
+    else:
+        print(file.text, end='')
         print('\n'.join(lines), file=sys.stderr)
-    return 1 if refused(exported) else 0
-
-
-def _listed(args: Namespace, model: DriveModel) -> int:
-    """Print the parameters of a model in the target; return the exit code."""
-    entries, lacking = parameter_list(model, args.to)
-    print('\n'.join([*(f'{e.name:<48s}{e.value:>12.6g} {e.unit}' for e in entries),
-                     *(line for row in lacking
-                       for line in _wrapped(f'{row.id}: {row.kind}: {row.words}'))]))
-    return 1 if lacking else 0
-
-
-def _robot(args: Namespace, model: DriveModel) -> int:
-    """Patch a URDF or SDF file; return the exit code."""
-    if not args.joint:
-        raise InputError('--joint: missing, expected it with --into')
-    data = read_file(Path(args.into))
-    patch = patched_robot(data, Path(args.into), args.joint, model, args.to)
-    print('\n'.join([*described(patch, args.into), *_written(args, data, patch)]))
-    return 1 if refused(patch.exported) else 0
 
 
 def _written(args: Namespace, before: bytes, patch: Patch) -> list[str]:
@@ -186,41 +169,6 @@ def described(patch: Patch, path: str) -> list[str]:
     for row in patch.exported:
         lines += _wrapped(f'{row.id}: {row.kind}: {row.words}')
     return lines
-
-
-def _of_effort(drive: MjcfDrive, model: DriveModel) -> list[str]:
-    """Return a note where one unit of effort in `model` is another torque than one of control."""
-    a = drive.actuator
-    if a is None or a.setpoint or math.isclose(a.gear * a.gain, model.effort_scale, rel_tol=1e-6):
-        return []
-    factor = model.effort_scale / (a.gear * a.gain)
-    return [*_wrapped(f'note: one unit of effort makes {model.effort_scale:g} N m on the arm side '
-                      f'in the model (gear_ratio, torque_constant), one of control '
-                      f'{a.gear * a.gain:g} N m in {drive.path.name} before the patch. Multiply '
-                      f'recorded efforts by {factor:g} to make controls of them, or set the '
-                      f'gear of actuator {a.name or drive.motor.name} to '
-                      f'{a.gear * factor:g}')]
-
-
-def _of_law(model: DriveModel) -> Sequence[str]:
-    """Return a note where MuJoCo has no friction with the law of the model."""
-    law, friction = model.friction_law, any(
-        e['id'] == ARM_COULOMB.id for e in model.effects) or model.coulomb_friction > 0.0
-    if law.constraint or not friction:
-        return []
-    return _wrapped(
-        f'note: friction follows an {"arctangent" if law.kind == "atan" else law.kind} of the '
-        'speed in the model, which a soft constraint of MuJoCo comes close to, but for 1 to 2 '
-        'standard deviations of a usual encoder. For a file that fits to the noise, fit with '
-        "MuJoCo's own law: friction_law: {kind: mujoco}, timestep and integrator of your file, in "
-        'the model file, then fit-nominal or diagnose')
-
-
-def _beyond(drive: MjcfDrive) -> Sequence[str]:
-    """Return notes about what acts on the joints in the file and in no model."""
-    return [line for row in drive.refusals() for line in _wrapped(
-        f'note: joint {row.joint}: {row}: it goes on acting in {drive.path.name}, and no model '
-        'here has it')]
 
 
 def _wrapped(words: str) -> Sequence[str]:

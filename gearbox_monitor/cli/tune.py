@@ -41,28 +41,25 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 import json
 import math
-from pathlib import Path
 import sys
 from typing import Any
 
 import numpy as np
 
-from gearbox_monitor import __version__
 from gearbox_monitor.bag.read import BagReader, JOINT_STATE, open_bag
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new, warn, write_new)
+    add_estimator_arguments, check_filter, expect_new, warn)
 from gearbox_monitor.cli.progress import percent_bar
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.tune import tune
+from gearbox_monitor.files.parameter_file import error_words, write_parameters
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, SETTINGS
+from gearbox_monitor.parameters import ESTIMATOR, MIXED
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.admission import require_samples
-from gearbox_monitor.quality.unphysical import is_uninitialised, physical_columns
+from gearbox_monitor.quality.admission import measured_samples
 
 SAME = 1.0  # of log-likelihood: parameters as good as tuned ones
 
@@ -91,7 +88,7 @@ def run(args: Namespace) -> int:
             args, reader, args.filter,
             {} if args.reference or args.smoother else {'tau_k_model': MIXED})
         reference = _reference(reader, args.reference) if args.reference else None
-    samples, notes = measured(inputs.samples, args.bag)
+    samples, notes = measured_samples(inputs.samples, args.bag)
     if not COMPILED:
         print('tune: without numba this takes about a hundred times longer', file=sys.stderr)
     with percent_bar('tune') as bar:
@@ -103,29 +100,10 @@ def run(args: Namespace) -> int:
             raise InputError(f'{args.bag}: {error}') from None
     data.update(bag=args.bag, out=args.out)
     data['notes'] += [*inputs.notes, *notes]
-    write(args.out, inputs.parameters, (inputs.model_file, inputs.model_values), data)
+    write_parameters(args.out, inputs.parameters, (inputs.model_file, inputs.model_values), data)
     warn(args, data['notes'])
     print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
     return int(data['kept_by'] > SAME or data['worse_than_static'])
-
-
-def measured(samples: Samples, bag: str) -> tuple[Samples, list[str]]:
-    """
-    Return the samples of a bag without unphysical numbers, and notes about them.
-
-    Raises InputError where they are no samples of one drive.
-    """
-    require_samples(bag, samples.stamp_ns, samples.y)
-    u, of_efforts = physical_columns(samples.u)
-    y, of_positions = physical_columns(samples.y)
-    if is_uninitialised(samples.u[:, 0]):
-        raise InputError(f'{bag}: effort of the motor: uninitialised memory, the largest amount '
-                         f'is {np.nanmax(np.abs(samples.u[:, 0])):.2g}, expected a torque')
-    if not of_efforts + of_positions:
-        return samples, []
-    return Samples(samples.stamp_ns, u, y, samples.joints), [
-        f'{of_efforts} efforts and {of_positions} positions are infinite, beyond 1e9 or '
-        'uninitialised memory: they count as not measured']
 
 
 def _reference(reader: BagReader, topic: str) -> tuple[Integers, Array]:
@@ -137,55 +115,6 @@ def _reference(reader: BagReader, topic: str) -> tuple[Integers, Array]:
     if not names or not np.isfinite(states.effort).any():
         raise InputError(f'{reader.path}: topic {topic}: no effort, expected a measured torque')
     return states.stamp_ns, states.effort[:, 0]
-
-
-def write(path: str | Path, parameters: EstimatorParameters, model: tuple[str, dict[str, Any]],
-          data: Mapping[str, Any]) -> None:
-    """
-    Write the parameter file that node and replay load.
-
-    Args:
-        path: of the new file.
-        parameters: before.
-        model: its file, '' for none, and values that replace those in it.
-        data: result of the tuning.
-
-    Raises:
-        InputError: the file cannot be written.
-
-    """
-    rows = {row.name: row for row in SETTINGS}
-    values = parameters.changes()
-    values.update(model[1], **data['parameters'], filter=data['filter'])
-    if model[0]:
-        values['model'] = str(Path(model[0]).resolve())
-    lines = [
-        f'# Written by gearbox_monitor {__version__} {data.get("command", "tune")} from '
-        f'{data["bag"]}.']
-    if data['after']:
-        lines.append(f'# Mean NIS {data["after"]["nis"]:.3f}, '
-                     f'log-likelihood {data["after"]["loglik"]:.1f}.')
-    if data['smoother']:
-        lines.append('# For the smoothed torque: q_std_tau_k is that of the filter / sqrt(5).')
-    lines += ['estimator:', '  ros__parameters:']
-    for name in rows:
-        if name in values:
-            comment = [rows[name].unit] if rows[name].unit not in ('', '-') else []
-            if name in data['parameters']:
-                error = data['relative_error'].get(name)
-                comment.append('tuned' + _error(error))
-            entry = f'    {name}: {_yaml(values[name])}'
-            lines.append(f'{entry:40s} # {", ".join(comment)}' if comment else entry)
-    write_new(path, '\n'.join(lines) + '\n')
-
-
-def _yaml(value: object) -> str:
-    """Return `value` as YAML 1.1 reads it back: 1e-05 would be a string."""
-    if isinstance(value, float):
-        digits = repr(value)
-        mantissa, e, exponent = digits.partition('e')
-        return f'{mantissa if "." in mantissa else mantissa + ".0"}e{exponent}' if e else digits
-    return json.dumps(value)
 
 
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
@@ -227,7 +156,7 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     for name, value in data['parameters'].items():
         error = data['relative_error'].get(name)
         row(name, [data['before_parameters'][name], value],
-            on_axis(units[name], axis) + _error(error))
+            on_axis(units[name], axis) + error_words(error))
     lines.append('')
     lines += [f'open         {data["unidentifiable"]}']
     lines += [f'note         {note}' for note in data['notes']]
@@ -235,12 +164,6 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
         ' for the smoothed torque' if data['smoother'] else ' (--smoother: '
         'values best for the smoothed torque)'))
     return '\n'.join(lines)
-
-
-def _error(error: float | None) -> str:
-    if not error:
-        return ''
-    return f' +- {100 * error:.2g} %' if error < 1.0 else ', undetermined'
 
 
 def _number(value: Any) -> str:

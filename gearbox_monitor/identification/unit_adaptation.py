@@ -24,7 +24,7 @@ constant describes shows there. Where nothing is determined, nothing is tuned ei
 of a model that does not follow the drive say how wrong it is, not how noisy.
 """
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 import math
 from typing import Any
 
@@ -41,6 +41,7 @@ from gearbox_monitor.identification.nominal import fit_nominal, NominalFit
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
 from gearbox_monitor.plant.drive import DriveModel, TOLERANCES
+from gearbox_monitor.presentation import Saved, Shown
 from gearbox_monitor.quality.recording import UniformRecording
 
 # Tolerance of the model -> the fitted values that it is of.
@@ -53,14 +54,15 @@ OPEN = ('torque constant: not identifiable without a known load; tau_K, stiffnes
         'delay of the torque: not fitted (delay_tolerance)')
 
 
-@dataclass(frozen=True)
-class Adapted:
+@dataclass(frozen=True, repr=False)
+class Adapted(Shown, Saved):
     """
     A model of one unit.
 
     model: the DriveModel; fit: of its values, None if the recordings determine none; tolerances
     {name: (in the file, now)}; parameters {name: value} tuned, tuning: what tune says of them,
-    both empty without a fit; open: what the recordings do not tell, in sentences.
+    both empty without a fit; open: what the recordings do not tell, in sentences. estimator: the
+    parameters that were in force; kept: why model and parameters stay as they were, '' else.
     """
 
     model: DriveModel
@@ -69,6 +71,8 @@ class Adapted:
     parameters: dict[str, Any]
     tuning: dict[str, Any]
     open: list[str]
+    estimator: EstimatorParameters = field(default_factory=EstimatorParameters)
+    kept: str = ''
 
 
 def adapt(recordings: Sequence[UniformRecording], model: DriveModel,

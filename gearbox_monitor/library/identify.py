@@ -61,9 +61,9 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     expect_model(model)
     for option, ids in (('only', only), ('exclude', exclude)):
         _expect_ids(option, ids)
-    _expect_jobs(jobs)
-    parts, notes = _uniform(recordings, model, weigh=True)
-    last, more = _uniform(validate, model, weigh=True) if validate is not None else ([], [])
+    expect_jobs(jobs)
+    parts, notes = uniform(recordings, model, weigh=True)
+    last, more = uniform(validate, model, weigh=True) if validate is not None else ([], [])
     parts = at_one_rate(parts) if len(parts) > 1 else parts
     verdict = identification.diagnose(
         parts, model, validate=last[0] if last else None, only=only, exclude=exclude, seed=seed,
@@ -102,16 +102,23 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
         raise InputError(f'free: {free!r}, expected a list of names')
     if seconds is not None and not (isinstance(seconds, (int, float)) and seconds >= 1.0):
         raise InputError(f'seconds: {seconds!r}, expected at least 1 s')
-    _expect_jobs(jobs)
-    parts, _ = _uniform(recordings, model)
-    last = _uniform(validate, model)[0][0] if validate is not None else None
+    expect_jobs(jobs)
+    parts, _ = uniform(recordings, model)
+    last = uniform(validate, model)[0][0] if validate is not None else None
     return fit_nominal(at_one_rate(parts), model, free, validate=last, seconds=seconds, jobs=jobs,
                        progress=progress)
 
 
-def _uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel, weigh: bool = False
+def uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel, weigh: bool = False
              ) -> tuple[list[UniformRecording], list[str]]:
-    """Return (recordings on even times, checked, notes about them); weigh: see Recording."""
+    """
+    Return (recordings on even times, checked, notes about them). Raises InputError.
+
+    Args:
+        recordings: one or several.
+        model: of the drive.
+        weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
+    """
     parts: list[UniformRecording] = []
     notes: list[str] = []
     for one in all_of(recordings, model):
@@ -134,6 +141,7 @@ def _expect_ids(option: str, ids: object) -> None:
             raise InputError(f'{option}: unknown effect {name!r}, {unknown(name, effects)}')
 
 
-def _expect_jobs(jobs: Any) -> None:
+def expect_jobs(jobs: Any) -> None:
+    """Raise InputError unless `jobs` is a number of threads."""
     if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
         raise InputError(f'jobs: {jobs!r}, expected a whole number >= 1')

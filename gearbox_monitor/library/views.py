@@ -26,12 +26,16 @@ from gearbox_monitor.bag.stamp_matching import match_stamps
 from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
 from gearbox_monitor.files.opening import write_new
+from gearbox_monitor.files.parameter_file import write_parameters
 from gearbox_monitor.files.plain_data import plain
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.identification.nominal import NominalFit
+from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.recording import Recording
+from gearbox_monitor.library.simulator_file import SimulatorFile
+from gearbox_monitor.library.tuning import TunedParameters, write_adapted
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.diagnosis_evidence import gather
@@ -132,6 +136,45 @@ def _(fit: NominalFit) -> str:
     return f'NominalFit({values or "no value determined"}; gap {before}{fit.gap_after:.4g})'
 
 
+@brief.register
+def _(tuned: TunedParameters) -> str:
+    values = ', '.join(f'{name} {value:.4g}' for name, value in tuned.values.items()
+                       if not isinstance(value, str))
+    kept = '; nothing is more likely than those before' if tuned.kept else ''
+    return f'TunedParameters({tuned.parameters.filter}: {values}{kept})'
+
+
+@words.register
+def _(tuned: TunedParameters) -> str:
+    return '\n'.join([brief(tuned), *(f'note: {note}' for note in tuned.notes)])
+
+
+@brief.register
+def _(adapted: Adapted) -> str:
+    fitted = brief(adapted.fit) if adapted.fit else 'no value identified'
+    return f'Adapted({"values before kept" if adapted.kept else fitted})'
+
+
+@words.register
+def _(adapted: Adapted) -> str:
+    return '\n'.join([brief(adapted), *(f'open: {sentence}' for sentence in adapted.open)])
+
+
+@brief.register
+def _(file: SimulatorFile) -> str:
+    what = 'the drive alone' if file.into is None else f'changes in {file.into}'
+    if file.patch is None:
+        what = f'{len(file.entries)} parameters'
+    lacking = ', '.join(row.id for row in file.lacking)
+    return f'SimulatorFile({file.to}: {what}' + (f'; lacking {lacking}' if lacking else '') + ')'
+
+
+@words.register
+def _(file: SimulatorFile) -> str:
+    return '\n'.join([brief(file), *(f'{row.id}: {row.kind}: {row.words}'
+                                     for row in file.exported), *file.notes])
+
+
 # ---------------------------------------------------------------------- tables
 
 @singledispatch
@@ -184,6 +227,31 @@ def _(verdict: Verdict) -> Columns:
 def _(fit: NominalFit) -> Columns:
     names = ('name', 'unit', 'start', 'value', 'error', 'determined')
     return {name: [getattr(v, name) for v in fit.values] for name in names}
+
+
+@columns.register
+def _(tuned: TunedParameters) -> Columns:
+    rows = [(name, getattr(tuned.before, name), value, tuned.errors[name])
+            for name, value in tuned.values.items()]
+    return _by_name(rows, ('parameter', 'before', 'value', 'relative_error'))
+
+
+@columns.register
+def _(adapted: Adapted) -> Columns:
+    fitted = adapted.fit.values if adapted.fit else ()
+    rows: list[tuple[Any, ...]] = [(v.name, v.start, v.value, v.error) for v in fitted]
+    rows += [(name, *pair, None) for name, pair in adapted.tolerances.items()]
+    rows += [(name, getattr(adapted.estimator, name), value, None)
+             for name, value in adapted.parameters.items()]
+    return _by_name(rows, ('name', 'before', 'value', 'error'))
+
+
+@columns.register
+def _(file: SimulatorFile) -> Columns:
+    if file.patch is None:
+        return _by_name([tuple(e) for e in file.entries], ('name', 'value', 'unit'))
+    rows = [(c.element, c.attribute, c.before, c.after) for c in file.patch.changes]
+    return _by_name(rows, ('element', 'attribute', 'before', 'after'))
 
 
 def frame(result: Any) -> Any:
@@ -275,3 +343,19 @@ def save(result: Any, path: str | Path) -> Path:
 def _(model: DriveModel, path: str | Path) -> Path:
     save_model(path, model, [f'Written by gearbox_monitor {__version__}.'])
     return Path(path)
+
+
+@save.register
+def _(tuned: TunedParameters, path: str | Path) -> Path:
+    write_parameters(path, tuned.before, ('', {}), tuned.figures)
+    return Path(path)
+
+
+@save.register
+def _(adapted: Adapted, path: str | Path) -> Path:
+    return write_adapted(path, adapted, 'recordings')
+
+
+@save.register
+def _(file: SimulatorFile, path: str | Path) -> Path:
+    return write_new(path, file.text)

@@ -19,12 +19,14 @@ from dataclasses import replace
 import numpy as np
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.input_checks import check
 from gearbox_monitor.quality.recording import (
     Doubt, prepare, RecordingKind, UniformRecording)
+from gearbox_monitor.quality.unphysical import is_uninitialised, physical_columns
 
 # Faults of channels, signs and units, which say how the data would have to be read.
 READ_OTHERWISE = ('sign', 'swapped', 'units')
@@ -53,6 +55,30 @@ def require_samples(name: str, stamp_ns: Integers, y: Array) -> None:
         raise InputError(f'{name}: motor and arm are never in one message: two publishers on one '
                          'topic, expected arm_topic (docs/ros.md), or for this recording '
                          'gearbox_monitor import BAG --arm-topic joint_states NEW')
+
+
+def measured_samples(samples: Samples, name: str) -> tuple[Samples, list[str]]:
+    """
+    Return the samples of a recording without unphysical numbers, and notes about them.
+
+    Args:
+        samples: of one drive.
+        name: name of the recording in messages.
+
+    Raises:
+        InputError: they are no samples of one drive.
+    """
+    require_samples(name, samples.stamp_ns, samples.y)
+    u, of_efforts = physical_columns(samples.u)
+    y, of_positions = physical_columns(samples.y)
+    if is_uninitialised(samples.u[:, 0]):
+        raise InputError(f'{name}: effort of the motor: uninitialised memory, the largest amount '
+                         f'is {np.nanmax(np.abs(samples.u[:, 0])):.2g}, expected a torque')
+    if not of_efforts + of_positions:
+        return samples, []
+    return Samples(samples.stamp_ns, u, y, samples.joints), [
+        f'{of_efforts} efforts and {of_positions} positions are infinite, beyond 1e9 or '
+        'uninitialised memory: they count as not measured']
 
 
 def unstamped(count: int) -> str:

@@ -1,0 +1,163 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Write a model into the file of a simulator: MJCF, URDF, SDF, or a list of parameters."""
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+from pathlib import Path
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.mjcf import Exported, refused, values_of
+from gearbox_monitor.export.mjcf_file import MjcfDrive, read_file, read_mjcf
+from gearbox_monitor.export.mjcf_patch import Patch, patched
+from gearbox_monitor.export.mjcf_standalone import standalone
+from gearbox_monitor.export.parameter_list import Entry, parameter_list, TARGETS as LISTS
+from gearbox_monitor.export.robot_patch import patched_robot, ROOTS
+from gearbox_monitor.export.xml_edit import difference
+from gearbox_monitor.library.drive_file import expect_path
+from gearbox_monitor.plant.drive import DriveModel, expect_model
+from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
+from gearbox_monitor.presentation import Saved, Shown
+
+TARGETS = ('mjcf', *LISTS)
+
+
+@dataclass(frozen=True, repr=False)
+class SimulatorFile(Shown, Saved):
+    """
+    A model in the terms of a simulator.
+
+    to: one of TARGETS. into: the file that was patched, None for one with the drive alone. before:
+    its bytes. patch: what became of it, None for a list. drive: in the MJCF file, None without.
+    entries: parameters of a list. exported: what each effect and value of the model became. notes:
+    what acts in the file otherwise.
+    """
+
+    to: str
+    into: Path | None
+    before: bytes
+    patch: Patch | None
+    drive: MjcfDrive | None
+    entries: tuple[Entry, ...]
+    exported: tuple[Exported, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """The file, or the list with a line per parameter."""
+        if self.patch is not None:
+            return self.patch.data.decode('utf-8')
+        return ''.join(f'{e.name:<48s}{e.value:>12.6g} {e.unit}\n' for e in self.entries)
+
+    @property
+    def lacking(self) -> tuple[Exported, ...]:
+        """What the simulator cannot express."""
+        return self.exported if self.patch is None else tuple(refused(self.exported))
+
+    @property
+    def diff(self) -> str:
+        """The difference to the file that was patched, as `diff -u` shows it."""
+        if self.patch is None or self.into is None:
+            return ''
+        return '\n'.join(difference(str(self.into), self.before, self.patch.data))
+
+
+def export_model(model: DriveModel, to: str, into: str | Path | None = None, *,
+                 joint: str | None = None, arm_joint: str | None = None,
+                 keyframe: str | None = None, actuator: str | None = None,
+                 root: str | Path | None = None) -> SimulatorFile:
+    """
+    Return a model, such as `verdict.model`, in the terms of a simulator.
+
+    Args:
+        model: of the drive.
+        to: mjcf, urdf, sdf, isaac, drake or bam.
+        into: MJCF, URDF or SDF file that is patched; None for a file with the drive alone (mjcf)
+            or a list of parameters.
+        joint: joint of the motor in that file.
+        arm_joint: joint of the arm in an MJCF file, None where it is the same.
+        keyframe: posture in which inertia and weight are taken.
+        actuator: actuator of the joint, where several act on it.
+        root: folder below which the files lie that the file includes.
+
+    Returns:
+        The file: `text`, `diff`, `lacking`; `save` writes it.
+
+    Raises:
+        InputError: naming what the file lacks, or has and no model can have.
+    """
+    expect_model(model)
+    if to not in TARGETS:
+        raise InputError(f'to: {to!r}, expected one of {", ".join(TARGETS)}')
+    if into is None:
+        return _alone(model, to, joint, arm_joint)
+    path = expect_path(into, 'into', 'an MJCF, URDF or SDF file')
+    if joint is None:
+        raise InputError('--joint: missing, expected it with --into')
+    if to == 'mjcf':
+        values, exported = values_of(model)
+        drive = read_mjcf(path, joint, arm_joint, keyframe, actuator, root)
+        patch = patched(drive, values, exported)
+        return SimulatorFile(to, path, drive.document.data, patch, drive, (), patch.exported, (
+            *_of_effort(drive, model), *_of_law(model), *_beyond(drive)))
+    if to not in ROOTS:
+        raise InputError(f'into: with {to}, expected it with mjcf, {", ".join(ROOTS)}')
+    data = read_file(path)
+    patch = patched_robot(data, path, joint, model, to)
+    return SimulatorFile(to, path, data, patch, None, (), patch.exported, ())
+
+
+def _alone(model: DriveModel, to: str, joint: str | None, arm_joint: str | None) -> SimulatorFile:
+    """Return a file with the drive alone, or a list of its parameters."""
+    if to != 'mjcf':
+        entries, lacking = parameter_list(model, to)
+        return SimulatorFile(to, None, b'', None, None, tuple(entries), tuple(lacking), ())
+    values, exported = values_of(model)
+    patch = standalone(model, values, exported, joint, arm_joint)
+    return SimulatorFile(to, None, b'', patch, None, (), tuple(exported), tuple(_of_law(model)))
+
+
+def _of_effort(drive: MjcfDrive, model: DriveModel) -> Sequence[str]:
+    """Return a note where one unit of effort in `model` is another torque than one of control."""
+    a = drive.actuator
+    if a is None or a.setpoint or math.isclose(a.gear * a.gain, model.effort_scale, rel_tol=1e-6):
+        return []
+    factor = model.effort_scale / (a.gear * a.gain)
+    return [f'note: one unit of effort makes {model.effort_scale:g} N m on the arm side '
+                      f'in the model (gear_ratio, torque_constant), one of control '
+                      f'{a.gear * a.gain:g} N m in {drive.path.name} before the patch. Multiply '
+                      f'recorded efforts by {factor:g} to make controls of them, or set the '
+                      f'gear of actuator {a.name or drive.motor.name} to '
+                      f'{a.gear * factor:g}']
+
+
+def _of_law(model: DriveModel) -> Sequence[str]:
+    """Return a note where MuJoCo has no friction with the law of the model."""
+    law, friction = model.friction_law, any(
+        e['id'] == ARM_COULOMB.id for e in model.effects) or model.coulomb_friction > 0.0
+    if law.constraint or not friction:
+        return []
+    return [
+        f'note: friction follows an {"arctangent" if law.kind == "atan" else law.kind} of the '
+        'speed in the model, which a soft constraint of MuJoCo comes close to, but for 1 to 2 '
+        'standard deviations of a usual encoder. For a file that fits to the noise, fit with '
+        "MuJoCo's own law: friction_law: {kind: mujoco}, timestep and integrator of your file, in "
+        'the model file, then fit-nominal or diagnose']
+
+
+def _beyond(drive: MjcfDrive) -> Sequence[str]:
+    """Return notes about what acts on the joints in the file and in no model."""
+    return [f'note: joint {row.joint}: {row}: it goes on acting in {drive.path.name}, and no '
+            'model here has it' for row in drive.refusals()]
