@@ -26,7 +26,13 @@ of the package alone is cheap. docs/python.md shows them at work:
     fit                   the values of a model, fitted to recordings
     tune                  R and Q of a filter, from a recording
     adapt                 model and parameters of one unit, from its motion
+    write_report          the page of a bag
     export_model          a model in the file of a simulator
+
+    load_robot            a whole robot, from an MJCF or URDF file
+    diagnose_robot        what is different about it, beside its file or a healthy reference
+    learn_robot           a healthy robot as a reference
+    load_robot_logs       logs of all joints, checked
 
     DriveModel            the drive: inertias, friction, transmission, effects
     simulate              its motion under a torque, with noise and effects
@@ -37,6 +43,9 @@ of the package alone is cheap. docs/python.md shows them at work:
     NominalFit            what fit returns
     TunedParameters       what tune returns
     Adapted               what adapt returns
+    ReportPages           what write_report returns
+    Robot                 what load_robot returns
+    RobotDiagnosis        what diagnose_robot returns
     SimulatorFile         what export_model returns
     InputError            the one exception that bad input raises
 
@@ -67,7 +76,11 @@ _PUBLIC = {
     'diagnose': 'library.identify', 'fit': 'library.identify',
     'tune': 'library.tuning', 'adapt': 'library.tuning', 'TunedParameters': 'library.tuning',
     'Adapted': 'identification.unit_adaptation', 'export_model': 'library.simulator_file',
-    'SimulatorFile': 'library.simulator_file',
+    'SimulatorFile': 'library.simulator_file', 'write_report': 'library.recording_report',
+    'ReportPages': 'library.recording_report', 'load_robot': 'library.robot',
+    'load_robot_logs': 'library.robot', 'learn_robot': 'library.robot',
+    'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
+    'RobotDiagnosis': 'library.robot',
 }
 __all__ = list(_PUBLIC)
 

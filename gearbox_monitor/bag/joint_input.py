@@ -16,6 +16,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 import json
+from pathlib import Path
+import shlex
 
 from gearbox_monitor.bag.read import BagReader, JOINT_STATE
 from gearbox_monitor.errors import InputError
@@ -51,6 +53,12 @@ class JointInput:
     def name(self, topic: str) -> str:
         """Return the name in the bag of the estimator's `topic`."""
         return self.names.get(topic, f'{self.namespace}/{topic}')
+
+
+def bag_arguments(bag: str | Path, topic: str) -> str:
+    """Return the recording `bag` with its `topic` of inputs as arguments of a command."""
+    return shlex.quote(str(bag)) + (
+        '' if topic == JOINT_STATES else f' --topic {shlex.quote(topic)}')
 
 
 def find_input(reader: BagReader, name: str = JOINT_STATES) -> JointInput:

@@ -21,24 +21,14 @@ from argparse import ArgumentParser, Namespace
 import os
 from pathlib import Path
 import time
-from typing import Any
 
-import numpy as np
-
-from gearbox_monitor import __version__
-from gearbox_monitor.bag.robot_values import load_values, robot_model
-from gearbox_monitor.balance.knowledge import Knowledge
-from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
-from gearbox_monitor.balance.verdict import diagnose, RobotVerdict, verdict_data
-from gearbox_monitor.cli.options import dump, expect_new, plain, write_new
-from gearbox_monitor.cli.robot_inputs import (
-    add_robot_arguments, load_logs, load_model, reference_knowledge)
+from gearbox_monitor.cli.options import dump, expect_new, write_new
+from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.robot_inputs import add_robot_arguments, recorded_names, robot_of
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.export.robot_closed import closed_file, title_of
-from gearbox_monitor.export.robot_model import ChainFile, SUFFIXES
-from gearbox_monitor.export.robot_rollout import rollouts
+from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDiagnosis
 from gearbox_monitor.quality.recording import REPEATED
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
@@ -86,41 +76,14 @@ def run(args: Namespace) -> int:
         expect_new(path)
         expect_folder_of(path)
     began = time.process_time()
-    file = load_model(args)
-    values = load_values(args.values, file)
-    knowledge: Knowledge | None = None
-    notes: list[str] = []
-    if args.reference:
-        knowledge, notes = reference_knowledge(args.reference, file, values, args)
-    robot = robot_model(file, values, knowledge is not None)
-    logs = load_logs(args.bag, file, robot, values, args)
-    notes += [f'{log.name}: {note}' for log in logs for note in log.notes]
-    if knowledge is not None:
-        if knowledge.kind != logs[0].kind:
-            raise InputError(f'--reference: learnt from {knowledge.kind}, but {logs[0].name} has '
-                             f'{logs[0].kind}, expected one kind of input')
-        if not 0.5 < knowledge.rate / logs[0].rate < 2.0:
-            notes.append(f'the reference has {knowledge.rate:.0f} samples/s, this log '
-                         f'{logs[0].rate:.0f}')
-    elif values.tolerance is None:
-        notes.append(f'beside the model file, tolerances of {100 * robot.tolerance.max():.0f} %: '
-                     'state others with tolerance in --values')
-    verdict = diagnose(robot, logs, knowledge, effects)
-    data = plain(verdict_data(verdict)) | {
-        'logs': list(args.bag), 'model': args.model, 'model_digest': file.digest,
-        'references': list(knowledge.references) if knowledge else [],
-        'warnings': notes, 'rollouts': None, 'closed': None}
-    torque = not verdict.evidence.recordings[0].setpoint
-    if file.compiled is not None and verdict.findings and torque:
-        runs = data['rollouts'] = plain(rollouts(file, verdict))
-        for finding in data['findings']:
-            name = title_of(finding)
-            finding['confirmed'] = None if name in runs['without'] else name not in runs['vetoed']
-        data['cautions'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
-                             for name in runs['vetoed']]
+    with percent_bar('diagnose') as bar:
+        diagnosis = diagnose_robot(
+            args.bag, robot_of(args), reference=args.reference or None, effects=effects,
+            recorded=recorded_names(args.recorded), topic=args.topic, progress=progress_of(bar))
+    data = diagnosis.data
     data['cpu_s'] = round(time.process_time() - began, 2)
     if args.out:
-        _write(args, data, file, verdict)
+        _write(args, diagnosis)
     if args.json and args.json != '-':
         write_new(args.json, dump(data) + '\n')
     print(dump(data) if args.json == '-' else robot_text(data))
@@ -129,7 +92,7 @@ def run(args: Namespace) -> int:
 
 def _effects(args: Namespace) -> list[str] | None:
     """Return the ids of --only without those of --exclude, None for all. Raises InputError."""
-    ids = {e.id for e in EFFECTS.values() if e.column is not None} | {e.id for e in ROBOT_EFFECTS}
+    ids = robot_effects()
     words = {option: [w for part in getattr(args, option) or () for w in part.split(',') if w]
              for option in ('only', 'exclude')}
     for option, listed in words.items():
@@ -141,21 +104,20 @@ def _effects(args: Namespace) -> list[str] | None:
     return [i for i in sorted(words['only'] or ids) if i not in words['exclude']]
 
 
-def _write(args: Namespace, data: dict[str, Any], file: ChainFile, verdict: RobotVerdict) -> None:
+def _write(args: Namespace, diagnosis: RobotDiagnosis) -> None:
     """Write verdict, page and the model with the findings into the new folder --out."""
-    folder = Path(args.out)
-    text, left = closed_file(file, data['findings'], f'gearbox_monitor {__version__} diagnose')
-    if text is not None:
-        data['closed'] = f'{args.out}/{file.path.stem}.closed{file.path.suffix}'
-    if left:
-        data['warnings'].append(f'not in the file that closes the gap: {", ".join(left)}')
-    posture = np.median(np.concatenate([r.motion.q for r in verdict.evidence.recordings]), axis=0)
-    page = robot_gap_page(data, file.chain, posture)
+    folder, data, path = Path(args.out), diagnosis.data, diagnosis.robot.file.path
+    if diagnosis.closed is not None:
+        data['closed'] = f'{args.out}/{path.stem}.closed{path.suffix}'
+    if diagnosis.lacking:
+        data['warnings'].append('not in the file that closes the gap: '
+                                + ', '.join(diagnosis.lacking))
+    page = robot_gap_page(data, diagnosis.robot.file.chain, diagnosis.posture)
     try:
         os.mkdir(folder)
     except OSError as error:
         raise InputError(f'{folder}: {error.strerror}, expected a new folder') from None
     write_new(folder / 'verdict.json', dump(data) + '\n')
     write_new(folder / 'report.html', page)
-    if text is not None:
-        write_new(data['closed'], text)
+    if diagnosis.closed is not None:
+        diagnosis.save(data['closed'])

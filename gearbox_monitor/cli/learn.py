@@ -25,14 +25,14 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 
-from gearbox_monitor.bag.robot_values import load_values
 from gearbox_monitor.cli.drive_recordings import add_root_argument
 from gearbox_monitor.cli.options import dump, expect_new
-from gearbox_monitor.cli.robot_inputs import (
-    add_robot_arguments, load_model, reference_knowledge)
+from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.robot_inputs import add_robot_arguments, recorded_names, robot_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.library.robot import learn_robot
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -59,8 +59,10 @@ def run(args: Namespace) -> int:
         raise InputError(f'{", ".join(learnt)}: written by learn, expected logs')
     expect_new(args.out)
     expect_folder_of(args.out)
-    file = load_model(args)
-    knowledge, notes = reference_knowledge(args.log, file, load_values(args.values, file), args)
+    with percent_bar('learn') as bar:
+        knowledge, notes = learn_robot(args.log, robot_of(args), topic=args.topic,
+                                       recorded=recorded_names(args.recorded),
+                                       progress=progress_of(bar))
     save_knowledge(args.out, knowledge)
     rows = {joint: (float(d), [name for j, name in knowledge.shapes if j == i])
             for i, (joint, d) in enumerate(zip(knowledge.joints, knowledge.dispersion))}

@@ -16,10 +16,10 @@
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-import shlex
 import sys
 from typing import Any
 
+from gearbox_monitor.bag.joint_input import bag_arguments as bag_arguments
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new as write_new
@@ -46,12 +46,6 @@ def estimator_options(args: Namespace, topic: str = '') -> tuple[dict[str, Any],
                   if args.params else {})
     recorded_file = parameters.pop('model', '')
     return parameters, args.model or recorded_file
-
-
-def bag_arguments(bag: str | Path, topic: str) -> str:
-    """Return the recording `bag` with its `topic` of inputs as arguments of a command."""
-    return shlex.quote(str(bag)) + (
-        '' if topic == JOINT_STATES else f' --topic {shlex.quote(topic)}')
 
 
 def warn(args: Namespace, notes: Iterable[str]) -> None:

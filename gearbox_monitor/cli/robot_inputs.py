@@ -12,19 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Logs and the model of a whole robot, as the commands of robots read them."""
+"""Options of commands about whole robots, and the robot that they name."""
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
-from pathlib import Path
 
-from gearbox_monitor.bag.robot_values import load_log, robot_model, RobotValues
-from gearbox_monitor.balance.knowledge import Knowledge, learn
-from gearbox_monitor.balance.robot_log import RobotLog
-from gearbox_monitor.balance.rows import RobotModel
-from gearbox_monitor.cli.progress import percent_bar, progress_of
-from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.export.robot_model import ChainFile, read_robot, SUFFIXES
-from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.library.robot import load_robot, Robot
 
 
 def add_robot_arguments(parser: ArgumentParser) -> None:
@@ -33,67 +26,17 @@ def add_robot_arguments(parser: ArgumentParser) -> None:
                         help='of a whole robot: joints of the model that the log calls otherwise')
 
 
-def recorded_names(words: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
+def recorded_names(words: Sequence[str]) -> dict[str, str]:
     """Return {joint: name in the log} of NAME=LOGNAME `words`. Raises InputError."""
     names = {}
     for word in words:
         joint, equals, name = word.partition('=')
         if not equals or not name:
             raise InputError(f'--recorded: {word!r}, expected NAME=LOGNAME')
-        if joint not in joints:
-            raise InputError(f'--recorded: {unknown(joint, joints)}')
         names[joint] = name
     return names
 
 
-def load_model(args: Namespace) -> ChainFile:
-    """Return the robot that --model names. Raises InputError."""
-    if Path(args.model).suffix.lower() not in SUFFIXES:
-        raise InputError(f'{args.model}: expected an MJCF (.xml) or URDF file of the whole robot; '
-                         'with --joint one joint of it, or a model file of a drive')
-    return read_robot(args.model, args.root)
-
-
-def reference_knowledge(paths: Sequence[str], file: ChainFile, values: RobotValues,
-                        args: Namespace) -> tuple[Knowledge, list[str]]:
-    """
-    Return what references teach, and notes: a file of learn, or logs to learn from now.
-
-    Args:
-        paths: of --reference.
-        file: of the robot.
-        values: of the user.
-        args: options of the command.
-    """
-    if len(paths) == 1 and paths[0].endswith(SUFFIX):
-        return load_knowledge(paths[0], file.digest), []
-    learnt = [path for path in paths if path.endswith(SUFFIX)]
-    if learnt:
-        raise InputError(f'--reference: {", ".join(learnt)} beside others, expected logs, or one '
-                         'file of learn')
-    robot = robot_model(file, values, True)
-    logs = load_logs(paths, file, robot, values, args)
-    with percent_bar('learn') as bar:
-        knowledge = learn(robot, logs, file.digest, progress=progress_of(bar))
-    return knowledge, [f'{log.name}: {note}' for log in logs for note in log.notes]
-
-
-def load_logs(paths: Sequence[str], file: ChainFile, robot: RobotModel, values: RobotValues,
-              args: Namespace) -> list[RobotLog]:
-    """
-    Return the checked logs in some files, with inputs of one kind. Raises InputError.
-
-    Args:
-        paths: of bags or tables.
-        file: of the robot.
-        robot: its model.
-        values: of the user.
-        args: options --recorded and --topic.
-    """
-    recorded = recorded_names(args.recorded, file.chain.joints)
-    logs = [load_log(path, file, robot, values, recorded, args.topic) for path in paths]
-    for log in logs:
-        if log.kind != logs[0].kind:
-            raise InputError(f'{log.name}: {log.kind}, but {logs[0].name}: {logs[0].kind}; '
-                             'expected one kind of input')
-    return logs
+def robot_of(args: Namespace) -> Robot:
+    """Return the robot that --model, --values and --root of `args` name. Raises InputError."""
+    return load_robot(args.model, values=args.values, root=args.root)

@@ -24,6 +24,7 @@ from gearbox_monitor.identification.nominal import NominalFit
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.recording import Recording, SECOND
+from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import plots
@@ -122,4 +123,20 @@ def _(fit: NominalFit) -> Figure:
     axes.set_yticks(range(len(fit.values)), [v.name for v in fit.values])
     axes.set_xlabel('fitted value over that of the model, 2 standard errors; grey: not identified')
     axes.invert_yaxis()
+    return sketch
+
+
+@picture.register
+def _(diagnosis: RobotDiagnosis) -> Figure:
+    gaps = diagnosis.verdict.ranked
+    sketch = Figure(figsize=(8, 0.5 * len(gaps) + 1.5), layout='constrained')
+    axes = sketch.subplots()
+    places = np.arange(len(gaps))
+    for offset, words, color in ((-0.2, 'before', plots.RED), (0.2, 'after', plots.BLUE)):
+        axes.barh(places + offset, [getattr(gap, words) for gap in gaps], 0.4, color=color,
+                  label=words)
+    axes.set_yticks(places, [gap.joint for gap in gaps])
+    axes.set_xlabel('gap of the torque (N m rms)')
+    axes.invert_yaxis()
+    axes.legend(fontsize=8)
     return sketch

@@ -34,12 +34,16 @@ from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.recording import Recording
+from gearbox_monitor.library.recording_report import ReportPages
+from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.library.simulator_file import SimulatorFile
 from gearbox_monitor.library.tuning import TunedParameters, write_adapted
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
+from gearbox_monitor.report.robot_gap_page import robot_gap_page
+from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.words import headline, number, value_rows, value_text, width_and_std
 
 if TYPE_CHECKING:
@@ -175,6 +179,27 @@ def _(file: SimulatorFile) -> str:
                                      for row in file.exported), *file.notes])
 
 
+@brief.register
+def _(diagnosis: RobotDiagnosis) -> str:
+    found = ', '.join(f'{f.effect} at {f.joint or f.link}' for f in diagnosis.findings)
+    return f'RobotDiagnosis({diagnosis.kind!r}' + (f': {found})' if found else ')')
+
+
+@words.register
+def _(diagnosis: RobotDiagnosis) -> str:
+    return robot_text(diagnosis.data)
+
+
+@brief.register
+def _(pages: ReportPages) -> str:
+    return f'ReportPages({pages.page}: {pages.extent})'
+
+
+@words.register
+def _(pages: ReportPages) -> str:
+    return f'{pages.headline}\n{pages.page}: {pages.extent}'
+
+
 # ---------------------------------------------------------------------- tables
 
 @singledispatch
@@ -254,6 +279,19 @@ def _(file: SimulatorFile) -> Columns:
     return _by_name(rows, ('element', 'attribute', 'before', 'after'))
 
 
+@columns.register
+def _(diagnosis: RobotDiagnosis) -> Columns:
+    rows = [(f.effect, f.joint or f.link, name, value, f.deviations.get(name))
+            for f in diagnosis.findings for name, value in f.values.items()]
+    return _by_name(rows, ('effect', 'at', 'parameter', 'value', 'deviation'))
+
+
+@columns.register
+def _(pages: ReportPages) -> Columns:
+    rows = list(pages.pages.items()) or [('', pages.page)]
+    return _by_name(rows, ('gearbox', 'page'))
+
+
 def frame(result: Any) -> Any:
     """Return the table of the `result` as a pandas DataFrame. Raises InputError without pandas."""
     try:
@@ -316,6 +354,11 @@ def _(verdict: Verdict) -> str:
                           verdict.basis.recordings)
 
 
+@page.register
+def _(diagnosis: RobotDiagnosis) -> str:
+    return robot_gap_page(diagnosis.data, diagnosis.robot.file.chain, diagnosis.posture)
+
+
 def write_page(result: Any, path: str | Path) -> Path:
     """
     Write the page of a result to a new file. Raises InputError.
@@ -359,3 +402,10 @@ def _(adapted: Adapted, path: str | Path) -> Path:
 @save.register
 def _(file: SimulatorFile, path: str | Path) -> Path:
     return write_new(path, file.text)
+
+
+@save.register
+def _(diagnosis: RobotDiagnosis, path: str | Path) -> Path:
+    if diagnosis.closed is None:
+        raise InputError(f'{path}: no finding can stand in the file of the robot, expected one')
+    return write_new(path, diagnosis.closed)

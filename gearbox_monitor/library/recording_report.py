@@ -1,0 +1,154 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The page of a bag, and of each gearbox in it."""
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gearbox_monitor.bag.joint_input import bag_arguments, recorded_inputs, topics_called
+from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import write_new
+from gearbox_monitor.files.plain_data import plain
+from gearbox_monitor.files.yaml_files import expect_folder_of, gearboxes_of, load_parameters
+from gearbox_monitor.interfaces.signals import JOINT_STATES
+from gearbox_monitor.library.drive_file import expect_path, load_model
+from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+from gearbox_monitor.presentation import Shown
+from gearbox_monitor.report.recording_page import figures, headline, recording_page
+from gearbox_monitor.report.robot_page import robot_page
+from gearbox_monitor.report.timeline import Timeline
+from gearbox_monitor.report.timeline_source import (
+    EstimatorChoice, RecordingFacts, TimelineSource)
+
+Progress = Callable[[str, float], object]  # (task, share that is done)
+
+
+@dataclass(frozen=True, repr=False)
+class ReportPages(Shown):
+    """
+    The pages of a recording.
+
+    page: file of the first one; headline: its sentence; figures: of it, as `report --json` prints
+    them; pages {gearbox: file}, empty for one gearbox; extent: how much is on them; notes.
+    """
+
+    page: Path
+    headline: str
+    figures: Mapping[str, Any]
+    pages: Mapping[str, Path]
+    extent: str
+    notes: tuple[str, ...]
+
+
+def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str = JOINT_STATES,
+                 model: str | Path | None = None, parameters: str | Path | None = None,
+                 filter: str | None = None,  # noqa: A002
+                 replay: bool = False, progress: Progress | None = None) -> ReportPages:
+    """
+    Write the page of a bag: the state of the gearbox, and the trust in its estimates.
+
+    Estimates in the bag are shown as they were published; without any, or with a model,
+    parameters, a filter or replay, the estimator is run on the recorded samples.
+
+    Args:
+        bag: bag folder or MCAP file.
+        out: file of the page, None: the name of the bag with .html, in the working directory.
+        topic: of the inputs, or the name of a gearbox.
+        model: model file that replaces the recorded model.
+        parameters: parameter file of the estimator.
+        filter: to run.
+        replay: whether to run the estimator although the bag holds estimates.
+        progress: called with (task, share that is done).
+
+    Returns:
+        The pages; of several gearboxes one of all, and one of each beside it.
+
+    Raises:
+        InputError: the bag, or a file, is unusable, or a page exists.
+    """
+    path = expect_path(bag, 'bag', 'a bag folder or an MCAP file')
+    page = Path(out or f'{path.resolve().stem}.html')
+    if filter is not None and filter not in FILTER_NAMES:
+        raise InputError(f'filter: {filter!r}, expected one of {", ".join(FILTER_NAMES)}')
+    _expect_new(page)
+    with open_bag(path) as reader:
+        estimators = sorted(recorded_inputs(reader, topic))
+        if parameters and not estimators and topics_called(reader, topic):
+            estimators = [f'{topic}/{gearbox}'
+                          for gearbox in gearboxes_of(parameters, 'estimator')]
+
+    def recorded(node: str, task: str) -> tuple[Timeline, RecordingFacts]:
+        """Return what the recording shows of the estimator of a node."""
+        values = load_parameters(parameters, 'estimator', SETTINGS, node) if parameters else {}
+        file = model or values.pop('model', '')
+        values.pop('model', None)
+        if filter:
+            values['filter'] = filter
+        drive = load_model(file) if file else None
+        with open_bag(path) as opened:
+            source = TimelineSource(
+                opened, node, EstimatorChoice(drive, values, replay),
+                lambda share: progress(task, share) if progress else None)
+            timeline, facts = source.run()
+        if not timeline.samples:
+            raise InputError(f'{path}: topic {source.topic} holds no sample, expected some')
+        return timeline, facts
+    if len(estimators) > 1:
+        return _of_robot(str(bag), page, estimators, recorded)
+    timeline, facts = recorded(topic, 'report')
+    write_new(page, recording_page(timeline, facts, _name(bag), bag_arguments(bag, topic)))
+    said = headline(timeline)[0]
+    return ReportPages(page, said, plain({
+        'bag': str(bag), 'page': str(page), 'headline': said, **figures(timeline, facts)}), {}, (
+            f'{timeline.last:.1f} s, {timeline.samples} samples, '
+            f'{"live" if facts.live else "replayed"} estimates'), tuple(facts.notes))
+
+
+def _of_robot(bag: str, page: Path, estimators: Sequence[str],
+              recorded: Callable[[str, str], tuple[Timeline, RecordingFacts]]) -> ReportPages:
+    """Write the page of all `estimators`, and one of each beside it."""
+    names = [node.rsplit('/', 1)[1] for node in estimators]
+    if len(set(names)) < len(names):
+        names = [node.strip('/').replace('/', '_') for node in estimators]
+    pages = {name: page.with_name(f'{page.stem}.{name}.html') for name in names}
+    for one in pages.values():
+        _expect_new(one)
+    joints, bags = {}, {name: bag_arguments(bag, node) for name, node in zip(names, estimators)}
+    for name, node in zip(names, estimators):
+        joints[name] = recorded(node, name)
+        write_new(pages[name], recording_page(
+            *joints[name], f'{_name(bag)}, {name}', bags[name]))
+    overview = robot_page(
+        joints, {name: path.name for name, path in pages.items()}, _name(bag), bags)
+    write_new(page, overview.html)
+    rows = {name: {'page': str(pages[name]), 'headline': headline(timeline)[0],
+                   **figures(timeline, facts)} for name, (timeline, facts) in joints.items()}
+    notes = dict.fromkeys(note for _, facts in joints.values() for note in facts.notes)
+    return ReportPages(page, overview.headline, plain({
+        'bag': bag, 'page': str(page), 'headline': overview.headline, 'joints': rows}), pages, (
+            f'{len(joints)} joints, each with its page: {page.stem}.JOINT.html'), tuple(notes))
+
+
+def _expect_new(path: Path) -> None:
+    if path.exists():
+        raise InputError(f'{path}: exists, expected a new file')
+    expect_folder_of(path)
+
+
+def _name(bag: str | Path) -> str:
+    """Return what pages call the recording."""
+    return '/'.join(Path(bag).parts[-2:])

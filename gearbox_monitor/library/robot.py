@@ -1,0 +1,258 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A whole robot: its file, its logs, a healthy reference, and the diagnosis of all joints."""
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor import __version__
+from gearbox_monitor.bag.robot_values import load_log, load_values, robot_model, RobotValues
+from gearbox_monitor.balance import knowledge, verdict as balance
+from gearbox_monitor.balance.knowledge import Knowledge
+from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
+from gearbox_monitor.balance.robot_log import RobotLog
+from gearbox_monitor.balance.verdict import RobotVerdict, verdict_data
+from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.export.robot_closed import closed_file, title_of
+from gearbox_monitor.export.robot_model import ChainFile, read_robot, SUFFIXES
+from gearbox_monitor.export.robot_rollout import rollouts
+from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
+from gearbox_monitor.files.plain_data import plain
+from gearbox_monitor.identification.findings import Finding, Remainder
+from gearbox_monitor.interfaces.signals import JOINT_STATES
+from gearbox_monitor.library.drive_file import expect_path
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.presentation import Paged, Saved
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Robot:
+    """A robot: its file in a simulator, and what a user states beside it."""
+
+    file: ChainFile
+    values: RobotValues
+
+    def __repr__(self) -> str:
+        return f'Robot({self.file.path.name}: {", ".join(self.joints)})'
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints that move."""
+        return tuple(self.file.chain.joints)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RobotDiagnosis(Paged, Saved):
+    """
+    The diagnosis of a whole robot.
+
+    verdict: of all joints; robot: that it is about; data: the verdict as plain data, with what
+    MuJoCo's free runs confirm (rollouts); closed: the robot's file with the findings, None where
+    none can stand in it; lacking: findings that it lacks.
+    """
+
+    verdict: RobotVerdict
+    robot: Robot
+    data: dict[str, Any]
+    closed: str | None
+    lacking: tuple[str, ...]
+
+    @property
+    def kind(self) -> str:
+        """None, effect, incomplete or unknown, in lower case."""
+        return self.verdict.kind
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """The effects, each with its joint or link."""
+        return self.verdict.findings
+
+    @property
+    def remainders(self) -> tuple[Remainder, ...]:
+        """What no finding explains."""
+        return self.verdict.remainders
+
+    @property
+    def posture(self) -> Any:
+        """The posture of the page, the median of each joint: rad or m [J]."""
+        recordings = self.verdict.evidence.recordings
+        return np.median(np.concatenate([r.motion.q for r in recordings]), axis=0)
+
+
+def load_robot(path: str | Path, *, values: str | Path | None = None,
+               root: str | Path | None = None) -> Robot:
+    """
+    Return the robot in an MJCF or URDF file.
+
+    Args:
+        path: of the file.
+        values: YAML file of what is known beside it (docs/robot_gap.md), None for nothing.
+        root: folder below which the files lie that it includes, None for its own folder.
+
+    Raises:
+        InputError: naming what the file holds and what was expected.
+    """
+    path = expect_path(path, 'path', 'an MJCF or URDF file')
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f'{path}: expected an MJCF (.xml) or URDF file of the whole robot; '
+                         'with --joint one joint of it, or a model file of a drive')
+    file = read_robot(path, root)
+    return Robot(file, load_values(None if values is None else str(values), file))
+
+
+def load_robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
+                    recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
+                    learnt: bool = False) -> list[RobotLog]:
+    """
+    Return the checked logs of a robot, with inputs of one kind.
+
+    Args:
+        paths: bags, CSV or Parquet files: t, q_NAME and tau_NAME, i_NAME or setpoint_NAME of each
+            joint; one or several.
+        robot: of `load_robot`.
+        recorded: {joint: its name in the log}, where they differ.
+        topic: of the joints, in bags.
+        learnt: whether a reference teaches the friction.
+
+    Raises:
+        InputError: a log cannot be read, lacks a joint, or has another kind of input.
+    """
+    expect_robot(robot)
+    for joint in recorded or {}:
+        if joint not in robot.joints:
+            raise InputError(f'--recorded: {unknown(joint, robot.joints)}')
+    listed = [paths] if isinstance(paths, (str, Path)) else paths
+    model = robot_model(robot.file, robot.values, learnt)
+    logs = [load_log(str(expect_path(path, 'paths', 'a log')), robot.file, model, robot.values,
+                     recorded or {}, topic) for path in listed]
+    if not logs:
+        raise InputError('paths: none, expected at least one log')
+    for log in logs:
+        if log.kind != logs[0].kind:
+            raise InputError(f'{log.name}: {log.kind}, but {logs[0].name}: {logs[0].kind}; '
+                             'expected one kind of input')
+    return logs
+
+
+def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
+                recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
+                progress: Progress | None = None) -> tuple[Knowledge, list[str]]:
+    """
+    Return what logs of the healthy robot teach, as a reference, and notes about them.
+
+    Args:
+        logs: as `load_robot_logs` takes them; or one file of the command learn.
+        robot: of `load_robot`.
+        recorded: {joint: its name in the log}.
+        topic: of the joints, in bags.
+        progress: called with (done, total).
+
+    Raises:
+        InputError: as of `load_robot_logs`; or the file is of another robot.
+    """
+    expect_robot(robot)
+    paths = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
+    if len(paths) == 1 and paths[0].endswith(SUFFIX):
+        return load_knowledge(paths[0], robot.file.digest), []
+    learnt = [path for path in paths if path.endswith(SUFFIX)]
+    if learnt:
+        raise InputError(f'--reference: {", ".join(learnt)} beside others, expected logs, or one '
+                         'file of learn')
+    read = load_robot_logs(paths, robot, recorded=recorded, topic=topic, learnt=True)
+    result = knowledge.learn(robot_model(robot.file, robot.values, True), read, robot.file.digest,
+                             progress=progress or (lambda done, total: None))
+    return result, [f'{log.name}: {note}' for log in read for note in log.notes]
+
+
+def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
+                   reference: str | Path | Sequence[str | Path] | None = None,
+                   effects: Sequence[str] | None = None,
+                   recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
+                   progress: Progress | None = None) -> RobotDiagnosis:
+    """
+    Return the diagnosis of a whole robot: beside its file, or against a healthy reference.
+
+    Args:
+        logs: to judge, as `load_robot_logs` takes them.
+        robot: of `load_robot`.
+        reference: logs from before or of the healthy twin, or one file of the command learn; None:
+            the file of the robot with its tolerances.
+        effects: ids to try, None for all.
+        recorded: {joint: its name in the log}, where they differ.
+        topic: of the joints, in bags.
+        progress: called with (done, total) while the reference is learnt.
+
+    Returns:
+        The diagnosis; `save` writes the robot's file with the findings.
+
+    Raises:
+        InputError: as of `load_robot_logs`; or the reference has another kind of input.
+    """
+    file, values = expect_robot(robot).file, robot.values
+    for name in effects or ():
+        if name not in robot_effects():
+            raise InputError(f'effects: {unknown(name, robot_effects())}')
+    known: Knowledge | None = None
+    notes: list[str] = []
+    if reference is not None:
+        known, notes = learn_robot(reference, robot, recorded=recorded, topic=topic,
+                                   progress=progress)
+    model = robot_model(file, values, known is not None)
+    read = load_robot_logs(logs, robot, recorded=recorded, topic=topic, learnt=known is not None)
+    notes += [f'{log.name}: {note}' for log in read for note in log.notes]
+    if known is not None:
+        if known.kind != read[0].kind:
+            raise InputError(f'--reference: learnt from {known.kind}, but {read[0].name} has '
+                             f'{read[0].kind}, expected one kind of input')
+        if not 0.5 < known.rate / read[0].rate < 2.0:
+            notes.append(f'the reference has {known.rate:.0f} samples/s, this log '
+                         f'{read[0].rate:.0f}')
+    elif values.tolerance is None:
+        notes.append(f'beside the model file, tolerances of {100 * model.tolerance.max():.0f} %: '
+                     'state others with tolerance in --values')
+    verdict = balance.diagnose(model, read, known, effects)
+    names = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
+    data = plain(verdict_data(verdict)) | {
+        'logs': names, 'model': str(file.path), 'model_digest': file.digest,
+        'references': list(known.references) if known else [],
+        'warnings': notes, 'rollouts': None, 'closed': None}
+    torque = not verdict.evidence.recordings[0].setpoint
+    if file.compiled is not None and verdict.findings and torque:
+        runs = data['rollouts'] = plain(rollouts(file, verdict))
+        for finding in data['findings']:
+            name = title_of(finding)
+            finding['confirmed'] = None if name in runs['without'] else name not in runs['vetoed']
+        data['cautions'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
+                             for name in runs['vetoed']]
+    text, left = closed_file(file, data['findings'], f'gearbox_monitor {__version__} diagnose')
+    return RobotDiagnosis(verdict, robot, data, text, tuple(left))
+
+
+def robot_effects() -> set[str]:
+    """Return the ids of all effects that a robot may have."""
+    return {e.id for e in EFFECTS.values() if e.column is not None} | {e.id for e in ROBOT_EFFECTS}
+
+
+def expect_robot(robot: object) -> Robot:
+    """Return `robot` if `load_robot` gave it. Raises InputError."""
+    if isinstance(robot, Robot):
+        return robot
+    raise InputError(f'robot: {type(robot).__name__} {str(robot)[:40]!r}, expected a Robot, as '
+                     "load_robot('robot.xml') returns it")
