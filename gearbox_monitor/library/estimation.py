@@ -140,11 +140,12 @@ def estimate(recording: Recording, model: DriveModel | None = None, *,
 
     >>> import numpy as np, gearbox_monitor as gm
     >>> model, t = gm.DriveModel(), np.arange(3000) * 1e-3
-    >>> run = gm.load_recording(gm.simulate(model, 4 * np.cos(8 * t), 1e-3), model)
-    >>> est = gm.estimate(run)
+    >>> drive = gm.simulate(model, 4 * np.cos(8 * t), 1e-3)
+    >>> est = gm.estimate(gm.load_recording(drive, model))
     >>> est.tau_k.shape == est.tau_k_std.shape == est.t.shape
     True
-    >>> bool(np.abs(est.smoothed_tau_k[1000:]).max() < 4)
+    >>> error = np.interp(est.smoothed_t, drive.t, drive.tau_k) - est.smoothed_tau_k
+    >>> bool(error.std() < 0.1 * drive.tau_k.std())
     True
     """
     monitor = Monitor(*_inputs(recording, model, parameters, changes))
@@ -175,6 +176,13 @@ def backlash(recording: Recording, model: DriveModel | None = None, *, window: f
 
     Raises:
         InputError: as of `estimate`; or no smoother.
+
+    >>> import numpy as np, gearbox_monitor as gm
+    >>> model, t = gm.DriveModel(), np.arange(3000) * 2e-3
+    >>> u = 5 * np.cos(5.7 * t) + 2 * np.cos(14.5 * t)
+    >>> windows = gm.backlash(gm.load_recording(gm.simulate(model, u, 2e-3), model), window=3.0)
+    >>> bool(abs(windows.gap.value - 2 * model.transmission.half_gap) < 0.005)
+    True
     """
     if window is not None:
         changes = {**changes, 'drift_window': window}

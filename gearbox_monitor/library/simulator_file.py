@@ -97,6 +97,9 @@ def export_model(model: DriveModel, to: str, into: str | Path | None = None, *,
 
     Raises:
         InputError: naming what the file lacks, or has and no model can have.
+
+    >>> export_model(DriveModel().with_(kind='rigid', position_gain=0.0), 'isaac')
+    SimulatorFile(isaac: 5 parameters)
     """
     expect_model(model)
     if to not in TARGETS:

@@ -1,0 +1,100 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The page and the notebook about Python run, and so do the doctests of the public functions."""
+import doctest
+from importlib import import_module
+import json
+from pathlib import Path
+import re
+import runpy
+
+import pytest
+
+import gearbox_monitor as gm
+from gearbox_monitor.bag.robot_example import write_robot_pair
+from gearbox_monitor.kernels.jit import COMPILED
+
+DOCS = Path(__file__).parents[2] / 'docs'
+PAGE = (DOCS / 'python.md').read_text(encoding='utf-8')
+NOTEBOOK = (DOCS / 'python.ipynb').read_text(encoding='utf-8')
+MODULES = sorted({f'gearbox_monitor.{module}' for module in gm._PUBLIC.values()})
+pytestmark = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in an empty folder, where pandas and matplotlib are installed."""
+    pytest.importorskip('pandas')
+    pytest.importorskip('matplotlib')
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(blocks):
+    """Execute blocks of code one after the other; return their names."""
+    names = {}
+    for block in blocks:
+        exec(compile(block, 'block', 'exec'), names)
+    return names
+
+
+def blocks_of(*sections):
+    """Return the Python blocks of sections of the page, of all without any."""
+    parts = [part for part in re.split(r'^## ', PAGE, flags=re.MULTILINE)
+             if not sections or part.partition('\n')[0] in sections]
+    return [block for part in parts
+            for block in re.findall(r'```python\n(.*?)```', part, re.DOTALL)]
+
+
+def test_notebook_is_made_of_the_page():
+    made = runpy.run_path(str(DOCS / 'make_notebook.py'))['notebook'](PAGE)
+    assert made == NOTEBOOK, 'run python docs/make_notebook.py'
+    data = json.loads(NOTEBOOK)
+    assert (data['nbformat'], sum(c['cell_type'] == 'code' for c in data['cells'])) == (4, 8)
+
+
+def test_a_file_is_read_and_a_mistake_is_named(folder, capsys):
+    names = run(blocks_of('A recording', 'Errors'))
+    read, said = capsys.readouterr().out.splitlines()
+    assert f'print(run1)               # {read}\n' in PAGE
+    assert f'print(error)                  # {said}\n' in PAGE
+    assert names['run1'].name == 'run1.csv'
+
+
+@pytest.mark.system
+def test_whole_page(folder, capsys):
+    write_robot_pair(folder / 'arm', 20.0, 1)
+    names = run(blocks_of())
+    assert (folder / 'page.html').is_file() and (folder / 'params.yaml').is_file()
+    assert names['change'].findings[0].effect == 'payload'
+    assert 'kg more at flange' in capsys.readouterr().out
+
+
+@pytest.mark.system
+def test_cells_of_the_notebook(folder):
+    names = run(''.join(cell['source']) for cell in json.loads(NOTEBOOK)['cells']
+                if cell['cell_type'] == 'code')
+    assert names['verdict'].effect == 'gravity'
+
+
+@pytest.mark.parametrize('module', MODULES)
+def test_doctests(module):
+    failed, _ = doctest.testmod(import_module(module))
+    assert not failed
+
+
+def test_public_functions_have_doctests():
+    quick = ('simulate', 'load_model', 'load_recording', 'estimate', 'backlash', 'export_model')
+    assert [name for name in quick if '>>>' not in getattr(gm, name).__doc__] == []
