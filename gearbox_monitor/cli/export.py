@@ -114,6 +114,8 @@ def run(args: Namespace) -> int:
         for option in ('keyframe', 'actuator', 'check', 'root'):
             if getattr(args, option):
                 raise InputError(f'--{option}: without --into, expected it with --into FILE')
+    if args.into and not args.joint:
+        raise InputError('--joint: missing, expected it with --into')
     file = export_model(model, args.to, args.into, joint=args.joint,
                         arm_joint=args.model_arm_joint, keyframe=args.keyframe,
                         actuator=args.actuator, root=args.root)

@@ -76,7 +76,7 @@ class RobotDiagnosis(Paged, Saved):
 
     @property
     def kind(self) -> str:
-        """None, effect, incomplete or unknown, in lower case."""
+        """One of findings.KINDS."""
         return self.verdict.kind
 
     @property
@@ -111,8 +111,8 @@ def load_robot(path: str | Path, *, values: str | Path | None = None,
     """
     path = expect_path(path, 'path', 'an MJCF or URDF file')
     if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f'{path}: expected an MJCF (.xml) or URDF file of the whole robot; '
-                         'with --joint one joint of it, or a model file of a drive')
+        raise InputError(f'{path}: expected an MJCF (.xml) or URDF file of the whole robot; one '
+                         'joint of it, or a model file of a drive, goes to load_model (--joint)')
     file = read_robot(path, root)
     return Robot(file, load_values(None if values is None else str(values), file))
 
@@ -137,7 +137,7 @@ def load_robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
     expect_robot(robot)
     for joint in recorded or {}:
         if joint not in robot.joints:
-            raise InputError(f'--recorded: {unknown(joint, robot.joints)}')
+            raise InputError(f'recorded: {unknown(joint, robot.joints)}')
     listed = [paths] if isinstance(paths, (str, Path)) else paths
     model = robot_model(robot.file, robot.values, learnt)
     logs = [load_log(str(expect_path(path, 'paths', 'a log')), robot.file, model, robot.values,
@@ -173,7 +173,7 @@ def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         return load_knowledge(paths[0], robot.file.digest), []
     learnt = [path for path in paths if path.endswith(SUFFIX)]
     if learnt:
-        raise InputError(f'--reference: {", ".join(learnt)} beside others, expected logs, or one '
+        raise InputError(f'reference: {", ".join(learnt)} beside others, expected logs, or one '
                          'file of learn')
     read = load_robot_logs(paths, robot, recorded=recorded, topic=topic, learnt=True)
     result = knowledge.learn(robot_model(robot.file, robot.values, True), read, robot.file.digest,
@@ -219,14 +219,14 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     notes += [f'{log.name}: {note}' for log in read for note in log.notes]
     if known is not None:
         if known.kind != read[0].kind:
-            raise InputError(f'--reference: learnt from {known.kind}, but {read[0].name} has '
+            raise InputError(f'reference: learnt from {known.kind}, but {read[0].name} has '
                              f'{read[0].kind}, expected one kind of input')
         if not 0.5 < known.rate / read[0].rate < 2.0:
             notes.append(f'the reference has {known.rate:.0f} samples/s, this log '
                          f'{read[0].rate:.0f}')
     elif values.tolerance is None:
         notes.append(f'beside the model file, tolerances of {100 * model.tolerance.max():.0f} %: '
-                     'state others with tolerance in --values')
+                     'state others with tolerance in values (--values)')
     verdict = balance.diagnose(model, read, known, effects)
     names = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     data = plain(verdict_data(verdict)) | {

@@ -68,7 +68,7 @@ def test_notebook_is_made_of_the_page():
 def test_a_file_is_read_and_a_mistake_is_named(folder, capsys):
     names = run(blocks_of('A recording', 'Errors'))
     read, said = capsys.readouterr().out.splitlines()
-    assert f'print(run1)               # {read}\n' in PAGE
+    assert f'print(run1)       # {read}\n' in PAGE
     assert f'print(error)                  # {said}\n' in PAGE
     assert names['run1'].name == 'run1.csv'
 
@@ -79,7 +79,11 @@ def test_whole_page(folder, capsys):
     names = run(blocks_of())
     assert (folder / 'page.html').is_file() and (folder / 'params.yaml').is_file()
     assert names['change'].findings[0].effect == 'payload'
-    assert 'kg more at flange' in capsys.readouterr().out
+    output = capsys.readouterr().out
+    shown = re.findall(r'^print\([\w.]+\) +# (.*)$', '\n'.join(blocks_of()), re.MULTILINE)
+    assert len(shown) == 7
+    for words in shown:  # what stands beside a print is what it prints, up to the dots
+        assert words.partition('...')[0].strip() in output, words
 
 
 @pytest.mark.system

@@ -18,6 +18,7 @@ import pytest
 
 import gearbox_monitor as gm
 from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
+from gearbox_monitor.bag.robot_example import write_robot_pair
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.simulate import Noise
 
@@ -189,3 +190,50 @@ RUN = gm.load_recording(GOOD, gm.DriveModel())
 def test_bad_arguments_are_named(call, message):
     with pytest.raises(gm.InputError, match=message):
         call()
+
+
+def test_a_page_of_a_bag_is_written_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_example_bag('bag', MODEL, ExampleMotion(3.0, 200.0, rest=0.5), 1)
+    MODEL.save('drive.yaml')
+    pages = gm.write_report('bag', model='drive.yaml')
+    assert str(pages.page) == 'bag.html' and pages.headline in pages.page.read_text()
+    assert pages.figures['headline'] == pages.headline and not pages.pages
+    for wrong, message in (({}, 'bag.html: exists'), ({'filter': 'kalman'}, "filter: 'kalman'"),
+                           ({'out': 'no/p.html'}, 'no such folder')):
+        with pytest.raises(gm.InputError, match=message):
+            gm.write_report('bag', model='drive.yaml', **wrong)
+
+
+def test_a_setpoint_beyond_the_range_of_the_file_is_clipped_for_every_model(tmp_path):
+    pytest.importorskip('mujoco')
+    (tmp_path / 'arm.xml').write_text(
+        '<mujoco><worldbody><body><joint name="elbow" axis="0 0 1" armature="0.01"/>'
+        '<geom size=".1" mass="1"/></body></worldbody><actuator><position joint="elbow" kp="9" '
+        'ctrllimited="true" ctrlrange="-0.5 0.5"/></actuator></mujoco>')
+    model = gm.load_model(tmp_path / 'arm.xml', joint='elbow')
+    run = gm.load_recording({'t': T, 'setpoint': np.sin(T), 'motor': 0.1 * T}, model)
+    assert run.setpoint.max() == 0.5 and np.isnan(run.torque).all()
+    assert any('lie beyond ctrlrange' in note for note in run.notes)
+    other = run.with_model(model.with_(damping=0.5))  # no longer the one that was loaded
+    np.testing.assert_array_equal(other.setpoint, run.setpoint)
+    with pytest.raises(gm.InputError, match='no column torque'):
+        gm.load_recording({'t': T, 'setpoint': T, 'motor': T}, gm.DriveModel())
+
+
+def test_robots_and_drives_are_not_confused(tmp_path):
+    write_robot_pair(tmp_path / 'arm', 6.0, 1)
+    robot = gm.load_robot(tmp_path / 'arm/robot.urdf')
+    assert robot.joints == tuple(f'joint{k}' for k in range(1, 7))
+    first, second = gm.load_robot_logs([tmp_path / 'arm/healthy.csv', tmp_path / 'arm/today.csv'],
+                                       robot)
+    assert (first.name, second.name) == ('healthy.csv', 'today.csv')
+    for call, message in (
+            (lambda: gm.diagnose(RUN, robot), 'model: Robot'),
+            (lambda: gm.diagnose_robot('a.csv', gm.DriveModel()), 'robot: DriveModel'),
+            (lambda: gm.diagnose_robot('a.csv', robot), 'a.csv: no such file'),
+            (lambda: gm.diagnose_robot('a.csv', robot, effects=['paylod']), "'payload'"),
+            (lambda: gm.load_robot_logs('a.csv', robot, recorded={'joint9': 'j'}), 'joint'),
+            (lambda: gm.load_robot(tmp_path / 'a.yaml'), r'expected an MJCF \(.xml\) or URDF')):
+        with pytest.raises(gm.InputError, match=message):
+            call()

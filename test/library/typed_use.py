@@ -17,12 +17,16 @@ from typing import assert_type
 
 from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.identification.nominal import NominalFit
+from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.estimation import (
     backlash, BacklashWindows, estimate, RecordingEstimates)
 from gearbox_monitor.library.identify import diagnose, fit
 from gearbox_monitor.library.recording import load_recording, Recording
+from gearbox_monitor.library.robot import diagnose_robot, load_robot, RobotDiagnosis
+from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
+from gearbox_monitor.library.tuning import adapt, tune, TunedParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 
@@ -37,3 +41,7 @@ def results(path: str) -> None:
     assert_type(verdict.findings[0].effect, str)
     assert_type(verdict.model, DriveModel)
     assert_type(fit(run, verdict.model, ['Cv']), NominalFit)
+    assert_type(tune(run), TunedParameters)
+    assert_type(adapt([run], model), Adapted)
+    assert_type(export_model(verdict.model, 'mjcf'), SimulatorFile)
+    assert_type(diagnose_robot(path, load_robot(path)), RobotDiagnosis)
