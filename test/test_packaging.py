@@ -35,6 +35,7 @@ SETUP = (ROOT / 'setup.py').read_text(encoding='utf-8')
 THIRD_PARTY = {
     'distributed': (None, 'distributed'),  # optional; it and the next have no rosdep key
     'fsspec': (None, 'fsspec'),
+    'pandas': (None, 'pandas'),  # optional: tables of results
     'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
     'bam': (None, 'better-actuator-models'),  # optional: runs beside ours; no rosdep key
     'fmpy': (None, 'fmpy'),  # optional: runs functional mock-up units; no rosdep key

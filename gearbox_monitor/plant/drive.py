@@ -167,9 +167,9 @@ class DriveModel(Saved):
     integrator: str = INTEGRATORS[0]
 
     def __post_init__(self) -> None:
-        for name, kind in _KINDS:
+        for name, usual, kind in _TYPES:  # searches make many: the usual type first
             value = getattr(self, name)
-            if not isinstance(value, kind):
+            if type(value) is not usual and not isinstance(value, kind):
                 expected = 'a number' if kind is _NUMBER else kind.__name__
                 hint = ("; load_model('drive.yaml') reads a file"
                         if isinstance(value, str) or hasattr(value, '__fspath__') else '')
@@ -354,9 +354,9 @@ class DriveModel(Saved):
 
 
 _NUMBER = (int, float, np.number)
-_KINDS: tuple[tuple[str, Any], ...] = (
-    *((f.name, _NUMBER) for f in fields(DriveModel) if f.type is float),
-    ('transmission', Transmission), ('friction_law', FrictionLaw))
+_TYPES: tuple[tuple[str, type, Any], ...] = (
+    *((f.name, float, _NUMBER) for f in fields(DriveModel) if f.type is float),
+    ('transmission', Transmission, Transmission), ('friction_law', FrictionLaw, FrictionLaw))
 _OF_TRANSMISSION = {f.name for f in fields(Transmission)}
 _OF_CONTROLLER = {'kp', 'kd', 'ki', 'feedforward', 'feedforward_inertia', 'delay', 'torque_limit'}
 _OF_LAW: dict[str, tuple[str, ...]] = {
