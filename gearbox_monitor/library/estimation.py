@@ -151,6 +151,9 @@ def estimate(recording: Recording, model: DriveModel | None = None, *,
     monitor = Monitor(*_inputs(recording, model, parameters, changes))
     recording = recording.with_model(monitor.model)
     result = monitor.run(recording.samples())
+    if not len(result.stamp_ns):
+        raise InputError(f'{recording.name}: no estimate of {len(recording)} samples: their times '
+                         'do not increase, or nothing was measured; expected a recording')
     estimator = monitor.estimator
     return RecordingEstimates(
         **{name: getattr(result, name) for name in Estimates.__dataclass_fields__},

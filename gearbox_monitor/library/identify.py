@@ -62,6 +62,8 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     for option, ids in (('only', only), ('exclude', exclude)):
         _expect_ids(option, ids)
     expect_jobs(jobs)
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise InputError(f'seed: {seed!r}, expected a whole number >= 0')
     parts, notes = uniform(recordings, model, weigh=True)
     last, more = uniform(validate, model, weigh=True) if validate is not None else ([], [])
     parts = at_one_rate(parts) if len(parts) > 1 else parts

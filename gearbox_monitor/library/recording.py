@@ -312,6 +312,8 @@ def _times(value: Any, name: str) -> Array:
     if array.dtype.kind == 'M':
         return array.astype('datetime64[ns]').astype(np.int64)
     t = column(value, name, WORDS['t'])
+    if not len(t):
+        raise InputError(f'{name}: no value, expected some seconds of {WORDS["t"]}')
     bad = np.flatnonzero(~np.isfinite(t))
     if len(bad):
         raise InputError(f'{name}: row {bad[0]}: {t[bad[0]]:g}, expected a finite time in s')

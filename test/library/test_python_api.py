@@ -144,6 +144,7 @@ GOOD = {'t': T, 'torque': np.sin(T), 'motor': np.cos(T), 'arm': np.cos(T)}
     ({'torque': np.full(N, np.nan)}, r'torque: nan in all 600 samples, expected torque in N m'),
     ({'motor': T * np.nan, 'arm': T * np.nan}, r'motor: nan in all 600 samples'),
     ({'t': np.where(T == 0.0, np.nan, T)}, r't: row 0: nan, expected a finite time in s'),
+    ({'t': []}, r't: no value, expected some seconds'),
     ({'t': 3.0}, r't: one number \(3\), expected one dimension'),
     ({'torque': 1j * T}, r"torque: ndarray with '0j', expected numbers"),
     ({'u': T}, r'torque: beside u, expected one of them')])
@@ -174,6 +175,9 @@ RUN = gm.load_recording(GOOD, gm.DriveModel())
     (lambda: gm.diagnose(RUN, gm.DriveModel(), only='gravity'), "only: 'gravity', expected a li"),
     (lambda: gm.diagnose(RUN, gm.DriveModel(), only=['gravty']), "did you mean 'gravity'"),
     (lambda: gm.diagnose(RUN, gm.DriveModel(), jobs=0), 'jobs: 0, expected a whole nu'),
+    (lambda: gm.diagnose(RUN, gm.DriveModel(), seed='a'), "seed: 'a', expected a whole number"),
+    (lambda: gm.estimate(gm.load_recording({**GOOD, 't': T[::-1]}, gm.DriveModel())),
+     'recording: no estimate of 600 samples'),
     (lambda: gm.fit(RUN, gm.DriveModel(), 'Cv'), "free: 'Cv', expected a list of names"),
     (lambda: gm.simulate(gm.DriveModel(), [[1.0]], DT), r'u: shape \(1, 1\), expected one dim'),
     (lambda: gm.simulate(gm.DriveModel(), T * np.nan, DT), 'u: nan in sample 0'),
