@@ -32,7 +32,7 @@ from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.balance.verdict import diagnose, RobotVerdict, verdict_data
 from gearbox_monitor.cli.options import dump, expect_new, plain, write_new
 from gearbox_monitor.cli.robot_inputs import (
-    add_robot_arguments, load_logs, load_model, reference_knowledge)
+    add_robot_arguments, load_logs, load_model, reference_knowledge, robot_options)
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.robot_closed import closed_file, title_of
 from gearbox_monitor.export.robot_model import ChainFile, SUFFIXES
@@ -41,7 +41,7 @@ from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.quality.recording import REPEATED
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
-from gearbox_monitor.report.robot_words import robot_text
+from gearbox_monitor.report.robot_words import robot_headline, robot_text
 
 # Options of one joint -> (attribute, its default, why a whole robot has no use for it).
 OF_ONE_JOINT = {
@@ -107,7 +107,8 @@ def run(args: Namespace) -> int:
                      'state others with tolerance in --values')
     verdict = diagnose(robot, logs, knowledge, effects)
     data = plain(verdict_data(verdict)) | {
-        'logs': list(args.bag), 'model': args.model, 'model_digest': file.digest,
+        'logs': list(args.bag), 'model': args.model, 'options': robot_options(args),
+        'model_digest': file.digest,
         'references': list(knowledge.references) if knowledge else [],
         'warnings': notes, 'rollouts': None, 'closed': None}
     torque = not verdict.evidence.recordings[0].setpoint
@@ -118,6 +119,7 @@ def run(args: Namespace) -> int:
             finding['confirmed'] = None if name in runs['without'] else name not in runs['vetoed']
         data['cautions'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
                              for name in runs['vetoed']]
+    data = {'summary': robot_headline(data), **data}
     data['cpu_s'] = round(time.process_time() - began, 2)
     if args.out:
         _write(args, data, file, verdict)

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import math
 from pathlib import Path
+import shlex
 import signal
 import sys
 from typing import Any, NamedTuple
@@ -39,6 +40,11 @@ from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
 FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'setpoint': 'position of the setpoint',
           'motor': 'position of the motor',
           'arm': 'position of the arm', 'arm_torque': 'effort of the arm'}
+
+
+# Options whose attribute has another name.
+OPTIONS = {'motor_joint': 'recorded-motor', 'arm_joint': 'recorded-arm',
+           'setpoint_joint': 'recorded-setpoint'}
 
 
 class Readings(NamedTuple):
@@ -139,6 +145,29 @@ def add_root_argument(parser: ArgumentParser) -> None:
     parser.add_argument('--root', metavar='DIR',
                         help="folder below which the files lie that the simulator's file includes "
                         '(default: its own folder)')
+
+
+def joint_options(args: Namespace) -> str:
+    """Return the options of add_joint_arguments that `args` has, as a command has them."""
+    return _stated(args, {'joint': None, 'model_arm_joint': None, 'keyframe': None,
+                          'actuator': None, 'root': None})
+
+
+def recording_options(args: Namespace) -> str:
+    """Return the options of add_drive_arguments in `args` that say how recordings are read."""
+    return _stated(args, {'topic': 'joint_states', 'motor_joint': 'motor', 'arm_joint': 'arm',
+                          'setpoint_joint': 'setpoint', 'repeated': REPEATED[0]})
+
+
+def _stated(args: Namespace, usual: Mapping[str, str | None]) -> str:
+    """Return the options of `args` that are not as `usual` {attribute: default}."""
+    words = []
+    for name, default in usual.items():
+        value = getattr(args, name)
+        if value != default:
+            option = OPTIONS.get(name, name.replace('_', '-'))
+            words.append(f'--{option} {shlex.quote(value)}')
+    return ' '.join(words)
 
 
 def load_drive(args: Namespace) -> DriveModel:

@@ -167,6 +167,25 @@ def _robot(args: Namespace, model: DriveModel) -> int:
     return 1 if refused(patch.exported) else 0
 
 
+def patch_of(path: Path, model: DriveModel, args: Namespace) -> Patch:
+    """
+    Return the Patch of a simulator's file with the values of a model; nothing is written.
+
+    Args:
+        path: of the file: MJCF, URDF or SDF, by its ending.
+        model: of the drive.
+        args: options of add_joint_arguments.
+
+    Raises:
+        InputError: the file has no such joint, or cannot take the model.
+    """
+    kind = path.suffix.lower()[1:]
+    if kind in ROOTS:
+        return patched_robot(read_file(path), path, args.joint, model, kind)
+    return patched(read_mjcf(str(path), args.joint, args.model_arm_joint, args.keyframe,
+                             args.actuator, args.root), *values_of(model))
+
+
 def _written(args: Namespace, before: bytes, patch: Patch) -> list[str]:
     """Write the patched file, or return the difference: lines of output."""
     if args.out:
@@ -178,11 +197,7 @@ def _written(args: Namespace, before: bytes, patch: Patch) -> list[str]:
 def described(patch: Patch, path: str) -> list[str]:
     """Return lines about what `patch` changed in the file `path`, and what it could not."""
     lines = [f'{path}: {len(patch.changes)} changes']
-    for change in patch.changes:
-        before = f'{change.before} -> ' if change.before else ''
-        lines.append(f'  {change.element}: '
-                     + (f'{change.attribute} ' if change.attribute else '')
-                     + f'{before}{change.after}')
+    lines += [f'  {change.words}' for change in patch.changes]
     for row in patch.exported:
         lines += _wrapped(f'{row.id}: {row.kind}: {row.words}')
     return lines

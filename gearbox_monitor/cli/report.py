@@ -77,6 +77,7 @@ def run(args: Namespace) -> int:
             estimators = [f'{args.topic}/{gearbox}'
                           for gearbox in gearboxes_of(args.params, 'estimator')]
     data, text = _robot(args, out, estimators) if len(estimators) > 1 else _single(args, out)
+    data = {'summary': data['headline'], **data}
     if args.json == '-':
         print(dump(data))
         return 0

@@ -75,7 +75,7 @@ def test_all_of_it_is_written(folder):
     html = (folder / 'out/report.html').read_text(encoding='utf-8')
     assert 1e5 < len(html) < 5e6
     assert '<b>' not in html and 'worn &amp; &lt;b&gt;old.csv' in html
-    assert 'Effect: arm_coulomb (arm side).' in html and 'second recording' in html
+    assert 'The arm&#39;s Coulomb friction is 0.0' in html and 'second recording' in html
     assert '<strong>Cac = ' in html.split('What to do next')[0]  # the size, beside the name
     assert 'Missing torque: arm side' in html and 'nan' not in html.lower().split('<pre>')[0]
     for word in ('http:', 'https:', 'url(', '@import', ' src='):
