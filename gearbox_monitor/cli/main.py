@@ -44,6 +44,7 @@ COMMANDS = {
     'simulate': ('simulate', 'overlay a recording, its model and the closed model'),
     'describe': ('describe', "list the joints of a robot's file: what is read, what is refused"),
     'diagnose': ('diagnose', 'identify the unmodelled effect behind the sim-to-real gap'),
+    'explain': ('explain', 'explain an effect, a condition or a level'),
     'learn': ('learn', 'learn a healthy robot from its logs, as a reference for diagnose'),
     'suggest': ('suggest', 'find the motion that distinguishes confused effects'),
     'fit-nominal': ('fit_nominal', 'identify the values of a model file from recordings'),
