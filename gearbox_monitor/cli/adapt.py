@@ -43,7 +43,7 @@ from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.cli.tune import write
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.score import run_score
-from gearbox_monitor.files.yaml_files import load_parameters, save_model
+from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters, save_model
 from gearbox_monitor.identification.unit_adaptation import adapt, Adapted, samples_of
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED
 from gearbox_monitor.plant.drive import DriveModel
@@ -69,6 +69,7 @@ def run(args: Namespace) -> int:
     folder = Path(args.out)
     if folder.exists() or not folder.parent.is_dir():
         raise InputError(f'--out {folder}: expected a new folder in one that exists')
+    expect_outside_of_bag(folder)
     model = load_drive(args)
     values = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
     values.pop('model', None)

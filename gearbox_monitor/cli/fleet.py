@@ -47,7 +47,7 @@ from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
 from gearbox_monitor.cli.options import estimator_options
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model
 from gearbox_monitor.ros.child_processes import cores, Interrupt
 
 PRINTED = 10  # gearboxes, and bags that failed, on the terminal
@@ -130,10 +130,15 @@ def _check(args: Namespace) -> None:
     if args.only and not args.diagnose:
         raise InputError('--only requires --diagnose')
     try:
-        re.compile(args.gearbox)
+        groups = re.compile(args.gearbox).groups
     except re.error as error:
         raise InputError(f'--gearbox: {args.gearbox!r}: {error}, expected a regular '
                          'expression') from None
+    if args.gearbox and not groups:
+        raise InputError(f'--gearbox: {args.gearbox!r} has no group, expected one around the name '
+                         "of the gearbox: 'archive/([^/]+)/'")
+    if '://' not in args.out:
+        expect_outside_of_bag(args.out)
 
 
 def _engine(args: Namespace, bags: int) -> Any:

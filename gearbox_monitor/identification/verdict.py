@@ -215,7 +215,7 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
     if closure['closed_fraction'] is not None and closure['closed_fraction'] < 0.0:
         closure.update(closed_fraction=None, closed_fraction_ci=None)  # of what is not claimed
     if not np.isfinite([closure['gap_before'], closure['gap_after']]).all():
-        raise Undecided('diagnose: free runs of the model are not finite: no solution; check '
+        raise Undecided('free runs of the model are not finite: no solution; check '
                         'the model file (inertias, stiffness, damping)')
     shares = {name: (channel, share) for name, channel, share in explained_shares(basis)}
     findings = tuple(_finding(basis, name, params.get(name, {}), errors.get(name, {}),
