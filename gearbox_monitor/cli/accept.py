@@ -220,7 +220,8 @@ def write_model(path: str, model: DriveModel, data: Mapping[str, Any], bag: str)
     save_model(path, model.with_(**changes), [
         f'Transmission measured by "gearbox_monitor accept" in {Path(bag).name}, '
         f'{data["windows_used"]} windows:',
-        on_axis(f'gap {gap:.5g} +- {data["gap_rad_std"]:.2g} rad, stiffness {stiffness:.5g} +- '
+        on_axis(f'backlash {gap:.5g} +- {data["gap_rad_std"]:.2g} rad, '
+                f'stiffness {stiffness:.5g} +- '
                 f'{data["stiffness_std"]:.2g} N m/rad' + (
                     f', hysteresis {height:.3g} +- {data["hysteresis_std"]:.2g} N m'
                     if 'hysteresis' in data else '') + '.', model.axis),

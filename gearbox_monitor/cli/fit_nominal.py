@@ -154,7 +154,7 @@ def text(data: Mapping[str, Any], args: Namespace) -> str:
     if data['process_torque_time']:
         lines.append(f'torque that the model lacks lasts {data["process_torque_time"]:g} s '
                      '(likeliest process_torque_time)')
-    gap = f'gap {data["gap_after"]:.4g}'
+    gap = f'misfit {data["gap_after"]:.4g}'
     if data['gap_before'] is not None:
         gap += f' after, {data["gap_before"]:.4g} before'
     lines.append(f'{gap} (in standard deviations of the encoders, runs of '
@@ -162,7 +162,7 @@ def text(data: Mapping[str, Any], args: Namespace) -> str:
     validation = data['validation']
     if validation:
         runs = validation['free_run']
-        lines.append(f'{Path(args.validate).name}: gap {validation["gap_before"]:.4g} before, '
+        lines.append(f'{Path(args.validate).name}: misfit {validation["gap_before"]:.4g} before, '
                      f'{validation["gap_after"]:.4g} after')
         for name in runs['before']:
             start, fitted = runs['before'][name], runs['after'][name]
