@@ -163,7 +163,7 @@ def _where(data: VerdictData, placed: bool) -> list[str]:
         lines.append(f'{"" if lines else "where":<{LABEL}s}{place_text(place):<18s}a free signal '
                      f'there explains {100 * part["explained"]:5.1f} %')
     words = dense_regions(data['where'].get('region') or {})
-    return lines + (_entry('gap sits at', ', '.join(words)) if words else [])
+    return lines + (_entry('largest at', ', '.join(words)) if words else [])
 
 
 def _nominal(data: VerdictData, model: DriveModel) -> list[str]:
