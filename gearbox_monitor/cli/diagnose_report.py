@@ -22,7 +22,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import UniformRecording
-from gearbox_monitor.report.diagnosis_evidence import shows_place
+from gearbox_monitor.report.diagnosis_evidence import measures_twist, shows_place
 from gearbox_monitor.report.summary import PLACES
 from gearbox_monitor.report.words import (
     dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number, percent, place_text,
@@ -62,7 +62,7 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
     lines += _entry('noise', ', '.join(f'{name} {value:.3g} {unit_of(name, unit)}' for name, value
                                        in zip((first, 'arm'), sigma) if value is not None))
     lines += [*_gap(data), *_parameters(data, model), *_ranking(data),
-              *_where(data, any(shows_place(recording, model) for recording in recordings))]
+              *_where(data, recordings, model)]
     lines += _nominal(data, model)
     slow = [name for name, why in data.get('not_tried', {}).items() if 'samples/s' in why]
     if slow:
@@ -153,16 +153,19 @@ def _ranking(data: VerdictData) -> list[str]:
     return lines
 
 
-def _where(data: VerdictData, placed: bool) -> list[str]:
+def _where(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel
+           ) -> list[str]:
     if data['verdict'] == 'none':
         return []
     lines: list[str] = []
+    placed = any(shows_place(recording, model) for recording in recordings)
     if not placed:
         lines = _entry('where', 'one encoder does not show it: record both')
     for place, part in data['where']['places'].items() if placed else ():
         lines.append(f'{"" if lines else "where":<{LABEL}s}{place_text(place):<18s}a free signal '
                      f'there explains {100 * part["explained"]:5.1f} %')
-    words = dense_regions(data['where'].get('region') or {})
+    words = dense_regions(data['where'].get('region') or {}, any(
+        measures_twist(recording, model) for recording in recordings))
     return lines + (_entry('largest at', ', '.join(words)) if words else [])
 
 

@@ -126,6 +126,11 @@ def _both_sides(recording: UniformRecording) -> bool:
     return len(recording.channels) > 1 or recording.readings[0] == 'torque'
 
 
+def measures_twist(recording: UniformRecording, model: DriveModel) -> bool:
+    """Return whether a drive has a twist and the recording measures it."""
+    return model.transmission.kind != 'rigid' and _both_sides(recording)
+
+
 def _label(quantity: str, recording: UniformRecording) -> str:
     """Return what a quantity is and its unit: with one encoder, all is of its side."""
     words = QUANTITIES[quantity]
@@ -139,7 +144,7 @@ def _motion(recording: UniformRecording, model: DriveModel, windows: ShootingWin
             ) -> dict[str, Array]:
     """Return {quantity: [W, L]} of a recording; the twist only where it exists and is measured."""
     index = windows.first[:, None] + np.arange(windows.length)
-    twist = model.transmission.kind != 'rigid' and _both_sides(recording)
+    twist = measures_twist(recording, model)
     return {name: value[index] for name, value in basis_functions.motion(
         recording.positions, recording.dt, recording.cuts).items() if name != 'twist' or twist}
 

@@ -363,7 +363,7 @@ class GapLocation(Section):
                 rows.append(BarRow(place_text(place), '', part['explained'],
                                    percent(part['explained']), role))
         if data['verdict'] != 'none':
-            regions = dense_regions(data['where'].get('region') or {})
+            regions = dense_regions(data['where'].get('region') or {}, 'twist' in evidence.labels)
         charts = []
         for name, maps in evidence.maps.items():
             label = evidence.labels[name]

@@ -173,11 +173,17 @@ def torque_map_of(data: Mapping[str, Any]) -> tuple[str, list[tuple[str, str, st
     return f'{PLACES[table["place"]]}, torque over {table["variable"]}', rows
 
 
-def dense_regions(regions: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return phrases about `regions` of the motion where the gap is much denser than elsewhere."""
+def dense_regions(regions: Mapping[str, Mapping[str, Any]], twist: bool) -> list[str]:
+    """
+    Return phrases about regions of the motion where the gap is much denser than elsewhere.
+
+    Args:
+        regions: {quantity: shares of time and residual}.
+        twist: whether the twist was measured.
+    """
     words = []
     for name, shares in regions.items():
-        if name == 'frequency':
+        if name == 'frequency' or name == 'twist' and not twist:
             continue
         time, residual = shares['time'], shares['residual']
         density = {k: residual[k] / time[k] for k in time if time[k] and residual.get(k)}
