@@ -140,8 +140,8 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     if data['levels']:
         sentences.append(f'Trust at the end: {raised or "all OK"}.')
     if data['nis'] is not None:
-        sentences.append(f'Mean NIS {data["nis"]:.2f}, {data["nis_expected"]:.3g} if the model is '
-                         'right.')
+        sentences.append(f'Mean NIS: {data["nis"]:.2f} ({data["nis_expected"]:.3g} if the model '
+                         'is right).')
     return ' '.join(sentences) or f'{data["estimates"]} estimates.'
 
 
