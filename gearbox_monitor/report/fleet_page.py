@@ -270,7 +270,8 @@ class GearboxTable(Section):
                     f'{gearbox["measured"]} of {gearbox["bags"]}', limit_text(gearbox), pace)),
                 days])
         return cls(
-            PageTable(('gearbox', 'newest backlash', 'growth', 'trust', 'model', 'measured in bags',
+            PageTable(('gearbox', 'newest backlash', 'growth', 'trust', 'model',
+                       'measured in bags',
                        'limit', '% per year', 'recorded'), rows),
             PageTable(('never measured', 'missing in the newest bag'),
                       [(gearbox['gearbox'], gearbox['not_excited']) for gearbox in gearboxes
