@@ -206,6 +206,7 @@ class VisibleSizes(Section):
     """The smallest size of each effect that this motion would have shown."""
 
     heading = 'What would have been seen'
+    folded = True
     template = 'robot_gap/visible.html'
     rows: PageTable
     untried: Sequence[tuple[str, str]]
