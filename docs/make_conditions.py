@@ -21,7 +21,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.monitoring.backlash import change_tests, scan  # noqa: E402
-from gearbox_monitor.monitoring.checks.outcome import Condition, DEBOUNCE  # noqa: E402
+from gearbox_monitor.monitoring.checks.outcome import (  # noqa: E402
+    Condition, DEBOUNCE, LEVELS)
 from gearbox_monitor.monitoring.monitor import CONDITIONS  # noqa: E402
 
 PAGE = ROOT / 'docs/conditions.md'
@@ -37,7 +38,10 @@ in a row and falls after 5, unless the component states otherwise. If several co
 highest level wins, and the message names them all. Before the first evaluation a component is WARN
 (no data yet), never OK.
 
-Each entry: level, message (values), condition, window, *remedy*.
+Each entry: level, message (values), condition, window, *remedy*. `gearbox_monitor explain MESSAGE`
+prints one.
+
+{levels}
 """
 SIGNIFICANT = 'significant (false_alarm_interval) and '
 CHANGES = f"""
@@ -85,7 +89,9 @@ def page() -> str:
     rows = [*CONDITIONS, *(c for c in change_tests.CONDITIONS if not c.says.endswith('%'))]
     lists = [listed(component, [c for c in rows if c.component == component])
              for component in DEBOUNCE if any(c.component == component for c in rows)]
-    return HEAD + '\n' + '\n\n'.join(lists) + '\n' + changes()
+    levels = '\n'.join(f'- {level.name}: {words.means}. *{words.advice}*'
+                       for level, words in LEVELS.items())
+    return HEAD.format(levels=levels) + '\n' + '\n\n'.join(lists) + '\n' + changes()
 
 
 if __name__ == '__main__':

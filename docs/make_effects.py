@@ -13,15 +13,18 @@
 # limitations under the License.
 
 """Write effects.md from the library of effects: python docs/make_effects.py."""
-import math
 from pathlib import Path
+import re
 import sys
 import textwrap
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS  # noqa: E402
 from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS  # noqa: E402
+from gearbox_monitor.report.explanation import (  # noqa: E402
+    explained_effect, explained_robot_effect)
 
 PAGE = ROOT / 'docs/effects.md'
 HEAD = """\
@@ -45,7 +48,7 @@ The plain model, everything on the arm side (SI units, N m, rad, s):
 
 `'` is the time derivative, t the time since the start of the recording. "replaced": the parameter
 replaces the value of the model file. N is the integer number of periods per turn of the motor (on
-the arm side). Each entry: id, meaning, equation, parameters.
+the arm side). `gearbox_monitor explain ID` prints an entry.
 """
 KNOWN = """\
 Simulator and diagnosis support all effects. Filters support those that replace a value of the
@@ -54,32 +57,20 @@ model, and
 TABLE_OF_TORQUE = """\
 `diagnose` fits a torque map to what no effect explains. `place` and `variable` select the
 quantity; `deviations` are the standard errors of `values`. A model has at most one map."""
+OF_ROBOTS = """\
+[`diagnose`](robot_gap.md) names these in logs of a whole robot, beside effects of one joint."""
 OWN = """
 [Plug-ins](plugins.md) add effects from other packages.
 """
 
 
-def default(parameter):
-    """Return the default of a parameter that an effect may omit, as words."""
-    return '' if parameter.default is None else f', default {parameter.default:g}'
-
-
-def bounds(parameter):
-    """Return the bounds of a Parameter as words, '' for none."""
-    if parameter.choices:
-        return f', one of {", ".join(parameter.choices)}'
-    low, high = (f'{bound:g}' if math.isfinite(bound) else ''
-                 for bound in (parameter.low, parameter.high))
-    if low and high:
-        return f', {low} to {high}'
-    return f', >= {low}' if low else f', <= {high}' if high else ''
-
-
-def entry(effect):
-    """Return the entry of the list for an Effect."""
-    parameters = '; '.join(f'`{p.name}` ({p.unit}{bounds(p)}{default(p)})'
-                           for p in effect.parameters)
-    return f'- `{effect.id}`: {effect.meaning}. `{effect.equation}`. {parameters}'
+def entry(explanation, identifier):
+    """Return the lines of an Explanation under the heading `identifier`."""
+    meaning, *more = explanation.parts['What it is']
+    lines = [f'### {identifier}', '', ' '.join([meaning, *(f'`{words}`.' for words in more)]), '']
+    for heading, words in list(explanation.parts.items())[1:]:
+        lines.append(f'- *{heading}*: {"; ".join(words).rstrip(".")}.')
+    return [*lines, '']
 
 
 def page():
@@ -88,10 +79,17 @@ def page():
     lines = [HEAD.rstrip('\n'), '', textwrap.fill(KNOWN.format(names), 99)]
     for location in LOCATIONS:
         lines += ['', f'## {location}', '']
-        lines += [entry(effect) for effect in EFFECTS.values() if effect.location == location]
+        for effect in EFFECTS.values():
+            if effect.location == location:
+                lines += entry(explained_effect(effect), effect.id)
     lines += ['', '## What no law describes', '', TABLE_OF_TORQUE, '']
-    lines += [entry(effect) for effect in EFFECTS.values() if not effect.location]
-    return '\n'.join(lines) + '\n' + OWN
+    for effect in EFFECTS.values():
+        if not effect.location:
+            lines += entry(explained_effect(effect), effect.id)
+    lines += ['', '## whole robot', '', OF_ROBOTS, '']
+    for effect in ROBOT_EFFECTS:
+        lines += entry(explained_robot_effect(effect), f'{effect.id} {effect.over}'.strip())
+    return re.sub('\n{3,}', '\n\n', '\n'.join(lines)).rstrip('\n') + '\n' + OWN
 
 
 if __name__ == '__main__':

@@ -47,7 +47,7 @@ class RobotEffect:
     an effect of one joint; else columns(rows, index, centre) of the joint or link `index`, and
     values(b, centre). low: of the first coefficient, beside a model file. subject: the value by
     which reports state it, and what it is in words. over: what tells it from another one of the
-    same id and place.
+    same id and place. shows: how it shows in data. since: version.
     """
 
     id: str
@@ -60,6 +60,8 @@ class RobotEffect:
     low: float = -math.inf
     subject: tuple[str, str] = ('', '')
     over: str = ''
+    shows: str = ''
+    since: str = '0.2.0'
 
 
 def compact(centre: Array) -> Array:
@@ -112,23 +114,31 @@ INERTIA_NAMES = ('Ixx', 'Iyy', 'Izz', 'Ixy', 'Ixz', 'Iyz')
 PAYLOAD = RobotEffect(
     'payload', 'a mass that the model does not have', MappingProxyType(
         {'m': 'kg', 'cx': 'm', 'cy': 'm', 'cz': 'm'}), LINK, columns=_mass, values=_mass_values,
-    low=0.0)
+    low=0.0, shows='All joints that carry the link need more torque: against gravity in rest, and '
+                   'in proportion to their acceleration.')
 LINK_INERTIA = RobotEffect(
     'link_inertia', 'inertia of a link is not that of the model', MappingProxyType(
         dict.fromkeys(INERTIA_NAMES, 'kg m^2')), LINK, columns=_inertia,
-    values=lambda b, c: dict(zip(INERTIA_NAMES, b.tolist())))
+    values=lambda b, c: dict(zip(INERTIA_NAMES, b.tolist())),
+    shows='The difference follows the angular acceleration of the link, and is absent at rest.')
 BASE_TILT = RobotEffect(
     'base_tilt', 'the base is not level as the model says', MappingProxyType(
-        {'ax': 'rad', 'ay': 'rad'}), BASE, columns=_tilt, values=_tilt_values)
+        {'ax': 'rad', 'ay': 'rad'}), BASE, columns=_tilt, values=_tilt_values,
+    shows='The torque against gravity is off at all joints at once, as if gravity had another '
+          'direction.')
 JOINT_ZERO = RobotEffect(
     'joint_zero', 'the encoder of a joint has another zero', MappingProxyType({'c': 'rad'}),
     JOINT, columns=_zero, values=lambda b, c: {'c': float(b[0])},
-        subject=('c', 'zero of the encoder'))
+        subject=('c', 'zero of the encoder'),
+    shows='The torque against gravity of this joint and those before it belongs to another '
+          'angle.')
 QUADRATIC = RobotEffect(
     'quadratic_friction', 'friction that grows with the square of the speed', MappingProxyType(
         {'Cq': 'N m s^2/rad^2'}), JOINT, BalanceColumn(
             lambda m, _: (m.v * np.abs(m.v))[:, None], one('Cq'), low=not_negative),
-        subject=('Cq', 'friction with the square of the speed'))
+        subject=('Cq', 'friction with the square of the speed'),
+    shows='The friction grows faster than the speed: slow moves fit, fast ones are too fast in '
+          'the model.')
 
 
 def _ends(m: JointMotion, shares: Sequence[float]) -> list[float]:
@@ -142,14 +152,18 @@ UPPER_SPRING = RobotEffect(
         lambda m, q0: np.maximum(m.q - q0, 0.0)[:, None],
         lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': 1.0}, setting='q0', place=True,
         grid=lambda m: _ends(m, (0.5, 0.65, 0.8, 0.9)), low=not_negative),
-        subject=('k', 'spring at the end of the range'), over='upper end')
+        subject=('k', 'spring at the end of the range'), over='upper end',
+    shows='Beyond an angle near the upper end the joint needs a torque that grows with the '
+          'angle.')
 LOWER_SPRING = RobotEffect(
     'end_spring', 'a spring or a cable pulls back at the lower end of the range',
     MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
         lambda m, q0: np.minimum(m.q - q0, 0.0)[:, None],
         lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': -1.0}, setting='q0', place=True,
         grid=lambda m: _ends(m, (0.1, 0.2, 0.35, 0.5)), low=not_negative),
-        subject=('k', 'spring at the end of the range'), over='lower end')
+        subject=('k', 'spring at the end of the range'), over='lower end',
+    shows='Beyond an angle near the lower end the joint needs a torque that grows with the '
+          'angle.')
 COUPLING = RobotEffect(
     'joint_coupling', 'the motion of another joint drags this one', MappingProxyType(
         {'Cc': 'N m', 'Cv': 'N m s/rad'}), JOINT, columns=lambda rows, pair, c: {
@@ -158,6 +172,7 @@ COUPLING = RobotEffect(
                     rows.joints[pair % len(rows.joints)].sign,
                     rows.joints[pair % len(rows.joints)].v], axis=1))},
     values=lambda b, c: {'Cc': float(b[0]), 'Cv': float(b[1])},
-        subject=('Cc', 'drag by another joint'))
+        subject=('Cc', 'drag by another joint'),
+    shows='The joint needs a torque while another one moves, with the sign of that motion.')
 ROBOT_EFFECTS = (PAYLOAD, LINK_INERTIA, BASE_TILT, JOINT_ZERO, QUADRATIC, UPPER_SPRING,
                  LOWER_SPRING, COUPLING)

@@ -51,11 +51,12 @@ from gearbox_monitor.monitoring.backlash.recording_windows import (
     combine, GAP_ERROR, reason_of, RecordingWindows, separable_of, STIFFNESS_ERROR)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.report.summary import sized
 
 UNITS = {'': 1.0, 'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
          'arcmin': math.radians(1.0) / 60.0}
 SIGNIFICANT = 3.0  # standard deviations: a larger hysteresis goes into the model file
-INSEPARABLE = 'the motion does not distinguish gap and compliance'
+INSEPARABLE = 'the motion does not distinguish backlash and compliance'
 EXIT = {'pass': 0, 'fail': 1, 'not excited': 3, 'undecided': 3, 'measured': 0}
 
 
@@ -94,10 +95,11 @@ def run(args: Namespace) -> int:
     data = {'bag': str(args.bag), **limits, 'confidence': args.confidence,
             **judge(windows(result), limits, args.confidence), 'notes': notes}
     model = result.estimator.model
+    data = {'summary': summary(data, model.axis), **data}
     if args.write_model:
         if 'gap_rad' not in data or not data['separable']:
             raise InputError(f'{args.write_model}: not written: {data["reason"]}, expected motion '
-                             'that shows gap and stiffness')
+                             'that shows backlash and stiffness')
         write_model(args.write_model, model, data, args.bag)
         data['model_file'] = args.write_model
     warn(args, notes)
@@ -165,7 +167,7 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
         missed.append(separable and 1.0 - p >= confidence)
         if not met[-1] and not missed[-1]:
             reasons.append(
-                'the gap is too close to its limit for this confidence: record longer'
+                'the backlash is too close to its limit for this confidence: record longer'
                 if separable else f'{INSEPARABLE}, and the lost motion exceeds the limit')
     if limits['min_stiffness'] is not None:
         p = 1.0 - _below(stiffness, limits['min_stiffness'])
@@ -218,37 +220,57 @@ def write_model(path: str, model: DriveModel, data: Mapping[str, Any], bag: str)
     save_model(path, model.with_(**changes), [
         f'Transmission measured by "gearbox_monitor accept" in {Path(bag).name}, '
         f'{data["windows_used"]} windows:',
-        on_axis(f'gap {gap:.5g} +- {data["gap_rad_std"]:.2g} rad, stiffness {stiffness:.5g} +- '
+        on_axis(f'backlash {gap:.5g} +- {data["gap_rad_std"]:.2g} rad, '
+                f'stiffness {stiffness:.5g} +- '
                 f'{data["stiffness_std"]:.2g} N m/rad' + (
                     f', hysteresis {height:.3g} +- {data["hysteresis_std"]:.2g} N m'
                     if 'hysteresis' in data else '') + '.', model.axis),
         'All other values as before.'])
 
 
+def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
+    """Return the verdict `data` on a drive with `axis` in one sentence, with sizes and limits."""
+    backlash, stiffness = 'at most {} is allowed', 'at least {} is required'
+    rows = [('gap_rad', 'the backlash', 'rad', 'max_gap', backlash),
+            ('stiffness', 'the stiffness', 'N m/rad', 'min_stiffness', stiffness)]
+    if not data.get('separable'):
+        rows = [('lost_motion_rad', 'the lost motion, backlash included,', 'rad', 'max_gap',
+                 backlash)]
+    sizes = []
+    for name, noun, unit, limit, words in rows:
+        if name in data:
+            bound = f' ({words.format(f"{data[limit]:.4g} {unit}")})' if data[limit] else ''
+            sizes.append(f'{noun} is {sized(data[name])} +- {data[name + "_std"]:.2g} {unit}'
+                         + bound)
+    reason = f': {data["reason"]}' if data['reason'] else ''
+    return on_axis('; '.join([data['verdict'].capitalize() + reason, *sizes]) + '.', axis)
+
+
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the result `data` of a drive with `axis` as lines for people."""
-    lines = [f'bag          {data["bag"]}',
+    lines = [data['summary'], '', f'bag          {data["bag"]}',
              f'windows      {data["windows_used"]} used of {data["windows"]}']
     results = []
     if 'gap_rad' in data:
         if data['separable']:
             results += [
-                f'gap          {data["gap_rad"]:.4g} +- {data["gap_rad_std"]:.2g} rad'
+                f'backlash     {data["gap_rad"]:.4g} +- {data["gap_rad_std"]:.2g} rad'
                 + _arcmin(data['gap_rad'], data['gap_rad_std'], axis),
                 f'stiffness    {data["stiffness"]:.4g} +- {data["stiffness_std"]:.2g} N m/rad']
             if 'hysteresis' in data:
                 results.append(f'hysteresis   {data["hysteresis"]:.3g} +- '
                                f'{data["hysteresis_std"]:.2g} N m')
         else:
-            results.append('gap          not distinguished from compliance by this motion')
+            results.append('backlash     not distinguished from compliance by this motion')
         if 'lost_motion_rad' in data:
             value, std = data['lost_motion_rad'], data['lost_motion_rad_std']
             results.append(f'lost motion  {value:.4g} +- {std:.2g} rad'
                            + _arcmin(value, std, axis))
-    for name, limit, unit, sign in (('gap', 'max_gap', 'rad', '<='),
-                                    ('stiffness', 'min_stiffness', 'N m/rad', '>=')):
+    for name, noun, limit, unit, sign in (
+            ('gap', 'backlash', 'max_gap', 'rad', '<='),
+            ('stiffness', 'stiffness', 'min_stiffness', 'N m/rad', '>=')):
         if f'probability_{name}' in data:
-            results.append(f'limit        {name} {sign} {data[limit]:.4g} {unit}: holds with '
+            results.append(f'limit        {noun} {sign} {data[limit]:.4g} {unit}: holds with '
                            f'probability {data["probability_" + name]:.3f}')
     lines += [on_axis(line, axis) for line in results]
     lines += [f'note         {note}' for note in data['notes']]

@@ -27,20 +27,24 @@ usage examples:
   gearbox_monitor replay BAG3 --model unit7/drive.yaml --params unit7/params.yaml
 """
 from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping
 import json
 from pathlib import Path
+import textwrap
 from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_drive, load_recording)
 from gearbox_monitor.cli.exit_codes import UNDECIDED
+from gearbox_monitor.cli.fit_nominal import largest_change
 from gearbox_monitor.cli.options import check_jobs, plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_parameters
+from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
 from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.library.tuning import adapt, write_adapted
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED
+from gearbox_monitor.report.words import counted, number
 from gearbox_monitor.ros.child_processes import cores
 
 
@@ -61,6 +65,7 @@ def run(args: Namespace) -> int:
     folder = Path(args.out)
     if folder.exists() or not folder.parent.is_dir():
         raise InputError(f'--out {folder}: expected a new folder in one that exists')
+    expect_outside_of_bag(folder)
     model = load_drive(args)
     values = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
     values.pop('model', None)
@@ -79,15 +84,29 @@ def run(args: Namespace) -> int:
         'gap_after': result.fit.gap_after if result.fit else None,
         'tolerances': result.tolerances, 'parameters': result.parameters, 'open': result.open,
         'notes': [note for _, notes in loaded for note in notes]})
+    summary = {'summary': answer(result, summary, bool(result.kept)), **summary}
     print(json.dumps(summary, indent=2) if args.json else text(result, summary, folder))
     if result.fit is None:
         return UNDECIDED
     return int(bool(result.kept) or bool(result.tuning.get('kept')))
 
 
+def answer(result: Adapted, summary: Mapping[str, Any], kept: bool) -> str:
+    """Return the `result` with its figures in `summary` in words; kept: values of before stay."""
+    if result.fit is None:
+        return f'Nothing was adapted: {"; ".join(result.open)}.'
+    if kept:
+        return 'Model file and parameters stay as they are: the adapted values are less likely.'
+    sure = {name: v for name, v in summary['values'].items() if v['determined']}
+    return ' '.join([f'{len(sure)} of {counted(len(summary["values"]), "value")} of the model are '
+                     'now those of this unit.', *largest_change(sure),
+                     f'Misfit {number(summary["gap_after"])}, where 1 is noise alone.'])
+
+
 def text(result: Adapted, summary: dict[str, Any], folder: Path) -> str:
     """Return the `result`, of which `summary` holds the figures, written to `folder`, as lines."""
-    lines = [f'{"":22s}{"model file":>12s}{"this unit":>12s}{"+-":>10s}  unit']
+    lines = [*textwrap.wrap(summary['summary'], 80), '',
+             f'{"":22s}{"model file":>12s}{"this unit":>12s}{"+-":>10s}  unit']
     for v in result.fit.values if result.fit else ():
         lines.append(f'{v.name:22s}{v.start:12.5g}{v.value:12.5g}{v.error:10.2g}  {v.unit:10s}'
                      + ('' if v.determined else 'not identified'))

@@ -106,6 +106,7 @@ def run(args: Namespace) -> int:
     data['suits'] = {purpose: {'verdict': SUITS[verdict], 'because': list(names)}
                      for purpose, (verdict, names) in examined.suits.items()
                      if purpose in args.purposes}
+    data = {'summary': summary(data), **data}
     if args.json == '-':
         print(dump(data))
     else:
@@ -181,10 +182,23 @@ def _topics(reader: BagReader) -> list[dict[str, Any]]:
             for topic, (kind, count) in sorted(reader.topics.items())]
 
 
+def summary(data: Mapping[str, Any]) -> str:
+    """Return what the recording of the findings `data` suits, in one sentence."""
+    of: dict[str, list[str]] = {words: [] for words in SUITS.values()}
+    for purpose, part in data['suits'].items():
+        because = f' ({", ".join(part["because"])})' if part['because'] else ''
+        of[part['verdict']].append(purpose + because)
+    good, doubtful, bad = (', '.join(names) for names in of.values())
+    parts = [*([f'suits {good}'] if good else []),
+             *([f'suits {doubtful} with care'] if doubtful else []),
+             *([f'does not suit {bad}'] if bad else [])]
+    return f'{data["bag"]} {"; ".join(parts)}.'
+
+
 def text(data: Mapping[str, Any], colours: bool = False) -> str:
     """Return the findings `data` as lines of at most 80 columns, with `colours` or without."""
     joints = data['joints']
-    lines = [*_wrapped(data['bag']), '', *_table(data['topics']), '',
+    lines = [*_wrapped(data['summary']), '', *_table(data['topics']), '',
              *_wrapped(f'evaluated: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
                        f'{joints["arm"] or "none"}, {"with" if data["model"] else "without"} a '
                        'model file')]

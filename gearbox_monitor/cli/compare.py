@@ -142,6 +142,7 @@ def run(args: Namespace) -> int:
     notes += [f'{result.name}: {note}' for result in results for note in result.notes]
     data = {'bag': args.bag, 'samples': len(samples.stamp_ns), 'white_limit': WHITE_LIMIT,
             'rows': [row(result, results, torque) for result in results], 'notes': notes}
+    data = {'summary': summary(data, inputs.model.axis), **data}
     if args.png:
         _draw(args, results, torque, twist, inputs.model.axis)
     warn(args, notes)
@@ -221,9 +222,26 @@ def row(result: FilterResult, results: Sequence[FilterResult],
             for name, value in data.items()}
 
 
+def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
+    """Return the comparison `data` on a drive with `axis` in one sentence."""
+    known = [r for r in data['rows'] if r['rmse'] is not None]
+    if known:
+        nearest, farthest = (choose(known, key=lambda r: r['rmse']) for choose in (min, max))
+        words = f'{nearest["filter"]} comes nearest to the torque: {nearest["rmse"]:.4g} N m rms'
+        last = f'{farthest["filter"]}, the farthest: {farthest["rmse"]:.4g}'
+    else:
+        rows = [r for r in data['rows'] if r['loglik'] is not None]
+        if not rows:
+            return 'No filter has estimates to compare.'
+        nearest, farthest = (choose(rows, key=lambda r: r['loglik']) for choose in (max, min))
+        words = f'{nearest["filter"]} is the likeliest: log-likelihood {nearest["loglik"]:.1f}'
+        last = f'{farthest["filter"]}, the least: {farthest["loglik"]:.1f}'
+    return on_axis(words, axis) + (f' ({last}).' if nearest is not farthest else '.')
+
+
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the table `data` of a drive with `axis` as lines of at most 80 columns."""
-    lines = [f'bag  {data["bag"]}, {data["samples"]} samples', '',
+    lines = [data['summary'], '', f'bag  {data["bag"]}, {data["samples"]} samples', '',
              f'{"":12s}{"tau_K":>8s}{"smooth":>8s}{"in 1 s.":>8s}{"log-lik.":>11s}{"NIS":>7s}'
              f'{"white":>8s}{"us/step":>9s}{"/ EKF":>7s}']
     notes = list(data['notes'])

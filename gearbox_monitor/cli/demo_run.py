@@ -346,4 +346,4 @@ class DemoStatus:
         if 'gap_rad' not in backlash:
             return ''
         growth = f' {100 * float(backlash["growth"]):+.0f} %' if 'growth' in backlash else ''
-        return f'gap {float(backlash["gap_rad"]):.3f} rad{growth}  '
+        return f'backlash {float(backlash["gap_rad"]):.3f} rad{growth}  '

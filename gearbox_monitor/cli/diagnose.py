@@ -49,16 +49,19 @@ from gearbox_monitor import __version__
 from gearbox_monitor.cli import diagnose_robot
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recording)
+    add_recording_arguments, joint_options, load_drive, load_recording, recording_options)
 from gearbox_monitor.cli.options import check_jobs, dump, expect_new, JSON_FILE_HELP, plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import has_matplotlib, InputError
+from gearbox_monitor.export.mjcf import refused
+from gearbox_monitor.export.robot_patch import ROOTS
 from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.findings import NONE
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.library.identify import diagnose
+from gearbox_monitor.library.simulator_file import export_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
@@ -66,7 +69,8 @@ from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.suggestion import suggestion
-from gearbox_monitor.report.words import headline
+from gearbox_monitor.report.summary import summary
+from gearbox_monitor.report.words import UserFiles
 from gearbox_monitor.ros.child_processes import cores
 
 if TYPE_CHECKING:
@@ -128,6 +132,7 @@ def run(args: Namespace) -> int:
                            seed=args.seed, jobs=args.jobs, progress=progress_of(bar))
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
+    data = {'summary': summary(data, model.axis), **data}
     closed = verdict.model
     if simulator is not None:
         sigma = np.array([1.0 if s is None else s for s in data['sigma']])
@@ -142,15 +147,17 @@ def run(args: Namespace) -> int:
     # Motions of a torque are found, for model files.
     command = [] if args.joint or model.controller else suggestion(
         data, recordings, args.model, args.out)
+    changes = _changes(args, closed, data) if verdict.findings else []
+    files = user_files(args)
     drawn: Drawn = {}
     if args.out:
-        drawn = draw(verdict, data, recordings, model,
-                     PageContext(closed is not None, args.validate, command), args.jobs)
+        drawn = draw(verdict, data, recordings, model, PageContext(files, command, changes),
+                     args.jobs)
     written = write(targets, data, closed, drawn, args)
     if args.json == '-':
         print(dump(data))
     else:
-        print(text(data, recordings, model, written, args.validate, command))
+        print(text(data, recordings, model, written, files, command, changes))
     return 0 if verdict.verdict == NONE else 1
 
 
@@ -163,6 +170,35 @@ def _simulator(name: str, recordings: Sequence[UniformRecording], model: DriveMo
     simulator = user_simulator(name)
     simulator.probe(recordings[0], model)
     return simulator
+
+
+def user_files(args: Namespace) -> UserFiles:
+    """Return the UserFiles of the options `args`, as further commands have them."""
+    closed = str(Path(args.out) / 'drive.closed.yaml') if args.out else ''
+    return UserFiles(args.model, args.bag, recording_options(args), closed, args.validate,
+                     args.model if args.joint else '', joint_options(args))
+
+
+def _changes(args: Namespace, closed: DriveModel, data: dict[str, Any]) -> list[str]:
+    """
+    Return what the closed model changes in the simulator's file --model, in words.
+
+    It goes into `data` as well, as `file_changes`; a file that cannot take it leaves a warning.
+    """
+    if args.joint is None:
+        return []
+    try:
+        kind = Path(args.model).suffix.lower()[1:]
+        patch = export_model(closed, kind if kind in ROOTS else 'mjcf', args.model,
+                             joint=args.joint, arm_joint=args.model_arm_joint,
+                             keyframe=args.keyframe, actuator=args.actuator, root=args.root).patch
+    except InputError as error:
+        data['warnings'].append(f'not in the file of the simulator: {error}')
+        return []
+    assert patch is not None  # of a file that is patched
+    data['file_changes'] = [change._asdict() for change in patch.changes]
+    return [*(f'{Path(args.model).name}: {change.words}' for change in patch.changes),
+            *(f'not in it: {row.id}: {row.words}' for row in refused(patch.exported))]
 
 
 def _ids(option: str, words: Sequence[str]) -> tuple[str, ...]:
@@ -195,7 +231,7 @@ def draw(verdict: Verdict, data: Mapping[str, Any],
 
     """
     evidence = gather(verdict, model, jobs)
-    title = headline(data)
+    title = data['summary']
     drawn: dict[str, str | Figure] = {
         'report.html': diagnosis_page(data, evidence, recordings, context)}
     if not has_matplotlib():
@@ -250,7 +286,7 @@ def write(targets: Mapping[str, Path], data: Mapping[str, Any], closed: DriveMod
 
     """
     comment = [f'Written by gearbox_monitor {__version__} diagnose from '
-               f'{", ".join(args.bag)} and {args.model}.', headline(data)]
+               f'{", ".join(args.bag)} and {args.model}.', data['summary']]
     parts: list[tuple[Path, Path]] = []
     new_folder = None
     try:

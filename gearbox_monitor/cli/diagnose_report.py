@@ -22,9 +22,11 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.report.diagnosis_evidence import measures_twist, shows_place
+from gearbox_monitor.report.summary import PLACES
 from gearbox_monitor.report.words import (
-    dense_regions, headline, ids_of, meaning, NAMING, next_steps, number, percent, place_text,
-    SUGGESTED, torque_map_of, undefined, unit_of, value_rows, value_text)
+    dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number, percent, place_text,
+    SUGGESTED, torque_map_of, undefined, unit_of, UserFiles, value_rows, value_text)
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 WIDTH = 80
@@ -33,8 +35,8 @@ RANKED = 8  # lines of the ranking
 
 
 def text(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel,
-         written: Sequence[Path] = (), validated: str | None = None,
-         command: Sequence[str] = ()) -> str:
+         written: Sequence[Path] = (), files: UserFiles = NO_FILES,
+         command: Sequence[str] = (), changes: Sequence[str] = ()) -> str:
     """
     Return a verdict as lines for people, at most 80 columns.
 
@@ -43,11 +45,14 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
         recordings: those it is about.
         model: the nominal model.
         written: files.
-        validated: name of the second recording, or None.
+        files: of the user.
         command: parts of the command that finds a more informative motion.
+        changes: of the simulator's file, in words.
 
     """
-    lines = []
+    lines = textwrap.wrap(data['summary'], WIDTH)
+    lines += [line for name in ids_of(data) for line in _meaning(name, model.axis)]
+    lines.append('')
     for recording in recordings:
         lines += _entry('recording', f'{recording.name}: {recording.duration:.1f} s, '
                         f'{1.0 / recording.dt:.0f} samples/s')
@@ -56,18 +61,18 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
     first = 'torque' if model.driven_by == 'position' else 'motor'
     lines += _entry('noise', ', '.join(f'{name} {value:.3g} {unit_of(name, unit)}' for name, value
                                        in zip((first, 'arm'), sigma) if value is not None))
-    lines += ['', *textwrap.wrap(headline(data), WIDTH)]
-    lines += [line for name in ids_of(data) for line in _meaning(name, model.axis)]
-    lines += ['', *_gap(data), *_parameters(data, model), *_ranking(data), *_where(data)]
+    lines += [*_gap(data), *_parameters(data, model), *_ranking(data),
+              *_where(data, recordings, model)]
     lines += _nominal(data, model)
     slow = [name for name, why in data.get('not_tried', {}).items() if 'samples/s' in why]
     if slow:
         lines += _entry('not tried', f'{", ".join(slow)}: {data["not_tried"][slow[0]]}')
     lines += _simulator(data)
-    lines += _validation(data, validated, unit)
+    lines += _validation(data, files.validated, unit)
     lines += [line for warning in data.get('warnings', ()) for line in _entry('note', warning)]
-    closed = any(path.name == 'drive.closed.yaml' for path in written)
-    for advice in next_steps(data, closed, validated, model.axis):
+    for change in changes:
+        lines += _entry('change', change)
+    for advice in next_steps(data, files, model.axis):
         lines += _entry('next', advice)
     if command:
         lines += _entry('next', f'{SUGGESTED}:')
@@ -85,10 +90,11 @@ def _entry(label: str, words: str) -> list[str]:
 
 def _meaning(name: str, axis: str) -> list[str]:
     effect = library().get(name)
-    means = meaning(name, axis)
-    lines = textwrap.wrap(f'{means[0].upper()}{means[1:]}.', WIDTH - 2) if means else []
-    lines += textwrap.wrap(effect.equation, WIDTH - 2) if effect else []
-    return [f'  {line}' for line in lines]
+    if effect is None:
+        return []
+    return textwrap.wrap(f'{name} ({PLACES.get(effect.location, "")}): {meaning(name, axis)}: '
+                         f'{effect.equation}', WIDTH, initial_indent='  ',
+                         subsequent_indent='    ')
 
 
 def _gap(data: VerdictData) -> list[str]:
@@ -110,7 +116,7 @@ def _gap(data: VerdictData) -> list[str]:
 
 
 def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
-    lines = [f'{"" if k else "values":<{LABEL}s}{row[0]} {value_text(row, "+-")}'
+    lines = [f'{"" if k else "values":<{LABEL}s}{row.effect} {value_text(row, "+-")}'
              for k, row in enumerate(value_rows(data, model.axis))]
     for name, ranges in (data.get('between_recordings') or {}).items():
         for parameter, part in ranges.items():
@@ -147,15 +153,20 @@ def _ranking(data: VerdictData) -> list[str]:
     return lines
 
 
-def _where(data: VerdictData) -> list[str]:
+def _where(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel
+           ) -> list[str]:
     if data['verdict'] == 'none':
         return []
     lines: list[str] = []
-    for place, part in data['where']['places'].items():
+    placed = any(shows_place(recording, model) for recording in recordings)
+    if not placed:
+        lines = _entry('where', 'one encoder does not show it: record both')
+    for place, part in data['where']['places'].items() if placed else ():
         lines.append(f'{"" if lines else "where":<{LABEL}s}{place_text(place):<18s}a free signal '
                      f'there explains {100 * part["explained"]:5.1f} %')
-    words = dense_regions(data['where'].get('region') or {})
-    return lines + (_entry('gap sits at', ', '.join(words)) if words else [])
+    words = dense_regions(data['where'].get('region') or {}, any(
+        measures_twist(recording, model) for recording in recordings))
+    return lines + (_entry('largest at', ', '.join(words)) if words else [])
 
 
 def _nominal(data: VerdictData, model: DriveModel) -> list[str]:

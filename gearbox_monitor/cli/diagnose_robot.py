@@ -21,10 +21,12 @@ from argparse import ArgumentParser, Namespace
 import os
 from pathlib import Path
 import time
+from typing import Any
 
 from gearbox_monitor.cli.options import dump, expect_new, write_new
 from gearbox_monitor.cli.progress import percent_bar, progress_of
-from gearbox_monitor.cli.robot_inputs import add_robot_arguments, recorded_names, robot_of
+from gearbox_monitor.cli.robot_inputs import (
+    add_robot_arguments, recorded_names, robot_of, robot_options)
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.files.yaml_files import expect_folder_of
@@ -80,10 +82,10 @@ def run(args: Namespace) -> int:
         diagnosis = diagnose_robot(
             args.bag, robot_of(args), reference=args.reference or None, effects=effects,
             recorded=recorded_names(args.recorded), topic=args.topic, progress=progress_of(bar))
-    data = diagnosis.data
-    data['cpu_s'] = round(time.process_time() - began, 2)
+    data = {**diagnosis.data, 'options': robot_options(args),
+            'cpu_s': round(time.process_time() - began, 2)}
     if args.out:
-        _write(args, diagnosis)
+        _write(args, diagnosis, data)
     if args.json and args.json != '-':
         write_new(args.json, dump(data) + '\n')
     print(dump(data) if args.json == '-' else robot_text(data))
@@ -104,9 +106,9 @@ def _effects(args: Namespace) -> list[str] | None:
     return [i for i in sorted(words['only'] or ids) if i not in words['exclude']]
 
 
-def _write(args: Namespace, diagnosis: RobotDiagnosis) -> None:
+def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> None:
     """Write verdict, page and the model with the findings into the new folder --out."""
-    folder, data, path = Path(args.out), diagnosis.data, diagnosis.robot.file.path
+    folder, path = Path(args.out), diagnosis.robot.file.path
     if diagnosis.closed is not None:
         data['closed'] = f'{args.out}/{path.stem}.closed{path.suffix}'
     if diagnosis.lacking:

@@ -45,7 +45,7 @@ from gearbox_monitor.bag.example import (
 from gearbox_monitor.bag.robot_example import write_robot_pair
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.files.yaml_files import load_model, save_model
+from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model, save_model
 from gearbox_monitor.plant.simulate import Noise
 
 ARM_JOINT = {'both': '', 'motor': " --recorded-arm ''", 'arm': ''}  # options of who reads the bag
@@ -96,6 +96,7 @@ def run(args: Namespace) -> int:
     for path, kind in ((bag, 'bag'), (written, 'bag, whose model this file would be')):
         if path.exists() and not (args.robot and path == written):
             raise InputError(f'{path}: exists, expected the name of a new {kind}')
+    expect_outside_of_bag(bag)
     if args.robot:
         return _write_robot(args)
     model_file = str(args.model or config_path('drive.yaml'))

@@ -38,6 +38,7 @@ EXIT_CODES = {
     'describe': {0: 'all joints are read', 1: 'some are refused'},
     'diagnose': {0: 'no gap', 1: 'a gap: verdict effect, incomplete or unknown',
                  3: 'free runs are not finite: no solution'},
+    'explain': {0: 'done'},
     'learn': {0: 'done'},
     'suggest': {0: 'a motion separates all pairs', 1: 'none within the limits does'},
     'fit-nominal': {0: 'all values are determined', 1: 'some are not',

@@ -163,11 +163,7 @@ def _written(args: Namespace, before: bytes, patch: Patch) -> list[str]:
 def described(patch: Patch, path: str) -> list[str]:
     """Return lines about what `patch` changed in the file `path`, and what it could not."""
     lines = [f'{path}: {len(patch.changes)} changes']
-    for change in patch.changes:
-        before = f'{change.before} -> ' if change.before else ''
-        lines.append(f'  {change.element}: '
-                     + (f'{change.attribute} ' if change.attribute else '')
-                     + f'{before}{change.after}')
+    lines += [f'  {change.words}' for change in patch.changes]
     for row in patch.exported:
         lines += _wrapped(f'{row.id}: {row.kind}: {row.words}')
     return lines

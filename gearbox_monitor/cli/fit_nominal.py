@@ -40,6 +40,7 @@ from collections.abc import Mapping
 import json
 import math
 from pathlib import Path
+import textwrap
 from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
@@ -50,9 +51,12 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.quality.recording import at_one_rate
+from gearbox_monitor.report.summary import change, pretty, sized
+from gearbox_monitor.report.words import counted, number
 from gearbox_monitor.ros.child_processes import cores
 
 SECONDS = 1.0
+CERTAIN = 3.0  # errors by which a value differs from the model file
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -104,16 +108,42 @@ def run(args: Namespace) -> int:
         'gap_after': result.gap_after, 'method': result.method,
         'process_torque_time': result.model.process_torque_time, 'validation': result.validation,
         'notes': [note for _, notes in loaded for note in notes]})
+    data = {'summary': summary(data), **data}
     if args.json and args.json != '-':
         Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
     print(json.dumps(data, indent=2) if args.json == '-' else text(data, args))
     return 0 if all(v.determined for v in result.values) else 1
 
 
+def summary(data: Mapping[str, Any]) -> str:
+    """Return the fit `data` in words: what it determines, what changes most, its misfit."""
+    values = data['values']
+    sure = {name: v for name, v in values.items() if v['determined']}
+    sentences = [f'The recordings determine {"all" if len(sure) == len(values) else len(sure)} '
+                 f'{"" if len(sure) == len(values) else "of "}{counted(len(values), "value")}.',
+                 *largest_change(sure)]
+    before = '' if data['gap_before'] is None else f'{number(data["gap_before"])} -> '
+    return ' '.join([*sentences, f'Misfit {before}{number(data["gap_after"])}, where 1 is noise '
+                     'alone.'])
+
+
+def largest_change(values: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Return the sentence on the value that changed most in its errors, none without a change."""
+    moved = {name: abs(v['value'] - v['start']) / v['error'] for name, v in values.items()
+             if v['error'] and v['value'] != v['start']}
+    name = max(moved, key=lambda n: moved[n], default=None)
+    if name is None or moved[name] < CERTAIN:
+        return ['None of them differs from the model file by more than its error.']
+    v = values[name]
+    by = f' ({change(v["value"], v["start"])})' if v['start'] else ''
+    return [f'{name} is {sized(v["value"])} {pretty(v["unit"])}, not {sized(v["start"])}{by}.']
+
+
 def text(data: Mapping[str, Any], args: Namespace) -> str:
     """Return the figures `data` under the options `args` as lines of at most 80 columns."""
     wide = max(6, *(len(name) + 1 for name in data['values']))
-    lines = [f'{"":{wide}s}{"model file":>12s}{"fitted":>12s}{"+-":>10s}  unit']
+    lines = [*textwrap.wrap(data['summary'], 80), '',
+             f'{"":{wide}s}{"model file":>12s}{"fitted":>12s}{"+-":>10s}  unit']
     for name, v in data['values'].items():
         lines.append(f'{name:{wide}s}{v["start"]:12.5g}{v["value"]:12.5g}{v["error"]:10.2g}  '
                      f'{v["unit"]:10s}' + ('' if v['determined'] else 'not identified'))
@@ -124,7 +154,7 @@ def text(data: Mapping[str, Any], args: Namespace) -> str:
     if data['process_torque_time']:
         lines.append(f'torque that the model lacks lasts {data["process_torque_time"]:g} s '
                      '(likeliest process_torque_time)')
-    gap = f'gap {data["gap_after"]:.4g}'
+    gap = f'misfit {data["gap_after"]:.4g}'
     if data['gap_before'] is not None:
         gap += f' after, {data["gap_before"]:.4g} before'
     lines.append(f'{gap} (in standard deviations of the encoders, runs of '
@@ -132,7 +162,7 @@ def text(data: Mapping[str, Any], args: Namespace) -> str:
     validation = data['validation']
     if validation:
         runs = validation['free_run']
-        lines.append(f'{Path(args.validate).name}: gap {validation["gap_before"]:.4g} before, '
+        lines.append(f'{Path(args.validate).name}: misfit {validation["gap_before"]:.4g} before, '
                      f'{validation["gap_after"]:.4g} after')
         for name in runs['before']:
             start, fitted = runs['before'][name], runs['after'][name]

@@ -47,7 +47,7 @@ from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
 from gearbox_monitor.cli.options import estimator_options
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model
 from gearbox_monitor.ros.child_processes import cores, Interrupt
 
 PRINTED = 10  # gearboxes, and bags that failed, on the terminal
@@ -130,10 +130,15 @@ def _check(args: Namespace) -> None:
     if args.only and not args.diagnose:
         raise InputError('--only requires --diagnose')
     try:
-        re.compile(args.gearbox)
+        groups = re.compile(args.gearbox).groups
     except re.error as error:
         raise InputError(f'--gearbox: {args.gearbox!r}: {error}, expected a regular '
                          'expression') from None
+    if args.gearbox and not groups:
+        raise InputError(f'--gearbox: {args.gearbox!r} has no group, expected one around the name '
+                         "of the gearbox: 'archive/([^/]+)/'")
+    if '://' not in args.out:
+        expect_outside_of_bag(args.out)
 
 
 def _engine(args: Namespace, bags: int) -> Any:
@@ -183,14 +188,16 @@ def finish(table: Any, key: str, counts: Mapping[str, int]) -> dict[str, Any]:
     other_settings = sum(row['status'] == 'done' and row['settings'] != key for row in rows)
     written = table.write_page(fleet_page(boxes, rows, status, other_settings))
     failed = [row for row in rows if row['status'] == 'failed']
+    answer = headline(boxes)
     return {
-        'out': str(table.folder), 'page': str(written), 'bags': len(rows), **dict(counts),
+        'summary': answer, 'out': str(table.folder), 'page': str(written), 'bags': len(rows),
+        **dict(counts),
         'to_be_tried_again': sum(bool(row['retry']) for row in failed),
         'without_model': sum(NO_MODEL in (row.get('notes') or '') for row in rows
                              if row['status'] == 'done'),
         'without_serial': sum(NO_SERIAL in (row.get('notes') or '') for row in rows
                               if row['status'] == 'done'),
-        'headline': headline(boxes), 'other_settings': other_settings,
+        'headline': answer, 'other_settings': other_settings,
         'gearboxes': [{**{name: value for name, value in box.items()
                           if name not in ('start', 'value', 'std', 'line', 'reach')},
                        # JSON knows no infinity.
@@ -213,9 +220,9 @@ def _line(box: Mapping[str, Any]) -> str:
 def text(data: Mapping[str, Any]) -> str:
     """Return the summary `data` as lines for people."""
     from gearbox_monitor.report.words import counted
-    lines = [f'bags         {data["done"]} done, {data["failed"]} failed, '
-             f'{counted(data["duplicate"], "duplicate")}, {data["skipped"]} skipped: done before',
-             f'fleet        {data["headline"]}']
+    lines = [data['summary'], '',
+             f'bags         {data["done"]} done, {data["failed"]} failed, '
+             f'{counted(data["duplicate"], "duplicate")}, {data["skipped"]} skipped: done before']
     if data['without_model']:
         lines.append(f'warning      {counted(data["without_model"], "bag")}: {NO_MODEL}')
     if data['without_serial'] > 1:

@@ -48,7 +48,7 @@ import sys
 from typing import Any, TYPE_CHECKING
 
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.files.yaml_files import load_parameters
+from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
 from gearbox_monitor.parameters import resolve, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -121,6 +121,8 @@ def run(args: Namespace) -> int:
     from gearbox_monitor.bag.importer.message_bag import import_bag, is_bag
     if args.bag is not None and Path(args.bag).exists():
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
+    if args.bag is not None:
+        expect_outside_of_bag(args.bag)
     if args.params or args.arm_topic:
         _refuse_others(args, ('topic',), '--params or --arm-topic', '--topic')
         return _pair(args)

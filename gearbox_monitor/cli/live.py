@@ -31,10 +31,12 @@ usage examples:
 import argparse
 from argparse import ArgumentParser, Namespace
 import importlib.util
+import re
 
 from gearbox_monitor.cli.ros_option import add_ros_option, rclpy_required, ros_words
 from gearbox_monitor.errors import InputError
 
+NODE_NAME = r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*'
 PAGE_PORT, FOXGLOVE_PORT, RERUN_PORT = 8808, 8765, 9876
 
 
@@ -60,6 +62,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     words = ros_words(args)
+    if not re.fullmatch(NODE_NAME, args.estimator):
+        raise InputError(f'--estimator: {args.estimator!r}, expected the name of a node, such as '
+                         'estimator or /left/estimator')
     if args.foxglove:
         _require('--foxglove', 'foxglove', 'foxglove-sdk')
         with rclpy_required():
@@ -88,7 +93,7 @@ def _require(option: str, module: str, package: str) -> None:
 
 
 def _port(text: str) -> int:
-    value = int(text)
+    value = int(text) if text.isdecimal() else -1
     if not 0 <= value <= 65535:
         raise argparse.ArgumentTypeError(f'{text!r}, expected a whole number from 0 to 65535')
     return value

@@ -19,13 +19,14 @@ import contextlib
 from functools import partial
 import importlib
 import os
+import re
 import sys
 from typing import NoReturn
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.exit_codes import (
     BAD_INPUT, exit_code_help, INTERRUPTED, UNDECIDED)
-from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.errors import InputError, Undecided, unknown
 
 # name -> (module, one line of help). Only the module of the requested command is imported.
 COMMANDS = {
@@ -44,6 +45,7 @@ COMMANDS = {
     'simulate': ('simulate', 'overlay a recording, its model and the closed model'),
     'describe': ('describe', "list the joints of a robot's file: what is read, what is refused"),
     'diagnose': ('diagnose', 'identify the unmodelled effect behind the sim-to-real gap'),
+    'explain': ('explain', 'explain an effect, a condition or a level'),
     'learn': ('learn', 'learn a healthy robot from its logs, as a reference for diagnose'),
     'suggest': ('suggest', 'find the motion that distinguishes confused effects'),
     'fit-nominal': ('fit_nominal', 'identify the values of a model file from recordings'),
@@ -61,8 +63,34 @@ class OneLineParser(argparse.ArgumentParser):
     """A parser whose errors are one line, as those of bad input."""
 
     def error(self, message: str) -> NoReturn:
-        """Print `message` and end with exit code 2."""
-        self.exit(BAD_INPUT, f'{self.prog}: {message}; see {self.prog} --help\n')
+        """Print `message` in the words of other bad input, and end with exit code 2."""
+        self.exit(BAD_INPUT, f'{self.prog}: {in_own_words(message)}; see {self.prog} --help\n')
+
+
+# What argparse says, and how all other errors say it.
+SAYINGS = (
+    (r'the following arguments are required: (.*)', r'\1: missing, expected it'),
+    (r'unrecognized arguments: (.*)', r'\1: no option of this command, expected none of it'),
+    (r'one of the arguments (.*) is required', r'expected one of \1'),
+    (r'argument ([^:]+): invalid int value: (.*)', r'\1: \2, expected a whole number'),
+    (r'argument ([^:]+): invalid float value: (.*)', r'\1: \2, expected a number'),
+    (r'argument ([^:]+): expected (.*)', r'\1: no value, expected \2'),
+    (r'argument ([^:]+): not allowed with argument (.*)', r'\1 and \2 exclude each other'),
+    (r'ambiguous option: (.*) could match (.*)', r'\1: expected one of \2'),
+    (r'argument ([^:]+): (.*)', r'\1: \2'))
+
+
+def in_own_words(message: str) -> str:
+    """Return a `message` of argparse as other errors are worded: option, value, expected."""
+    choice = re.fullmatch(r"argument ([^:]+): invalid choice: '?(.*?)'? \(choose from (.*)\)",
+                          message)
+    if choice:
+        names = re.findall(r"[^', ]+", choice[3])
+        return f'{choice[1]}: {choice[2]!r}, {unknown(choice[2], names)}'
+    for pattern, words in SAYINGS:
+        if match := re.fullmatch(pattern, message):
+            return match.expand(words)
+    return message
 
 
 def main(argv: Sequence[str] | None = None) -> int:

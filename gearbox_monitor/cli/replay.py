@@ -48,6 +48,7 @@ from gearbox_monitor.cli.options import (
     add_estimator_arguments, estimator_options, expect_new_file, warn)
 from gearbox_monitor.cli.progress import count_bar, Progress
 from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.units import on_axis
 
@@ -81,6 +82,7 @@ def run(args: Namespace) -> int:
         kind = EstimatePlayer if args.estimates_only else Player
         player = kind(reader, model, parameters, args.topic)
         data, comparison = _play(args, player)
+        data = {'summary': summary(data, player.estimator.model.axis), **data}
     warn(args, data['notes'])
     print(json.dumps(data, indent=2) if args.json else text(data, player.estimator.model.axis))
     return 1 if comparison and comparison.different else 0
@@ -120,9 +122,33 @@ def _play(args: Namespace, player: EstimatePlayer) -> tuple[dict[str, Any], Comp
     return data, comparison
 
 
+def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
+    """Return the replay `data` of a drive with `axis` in words: what it repeats and shows."""
+    sentences = []
+    if 'comparison' in data:
+        c = data['comparison']
+        sentences.append(
+            f'The replay repeats the recording bit for bit: {c["identical"]} values.'
+            if not c['different'] else
+            f'The replay differs from the recording in {c["different"]} of {c["compared"]} '
+            'values.')
+    if data['gap_rad']:
+        sentences.append(on_axis(f'Backlash {data["gap_rad"][-1]:.4g} rad in the newest window.',
+                                 axis))
+    raised = ', '.join(f'{name} {level}' for name, level in data['levels'].items()
+                       if level != Level.OK.name)
+    if data['levels']:
+        sentences.append(f'Trust at the end: {raised or "all OK"}.')
+    if data['nis'] is not None:
+        sentences.append(f'Mean NIS: {data["nis"]:.2f} ({data["nis_expected"]:.3g} if the model '
+                         'is right).')
+    return ' '.join(sentences) or f'{data["estimates"]} estimates.'
+
+
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the summary `data` of a drive with `axis` as lines for people."""
     lines = [
+        data['summary'], '',
         f'bag          {data["bag"]}',
         f'samples      {data["samples"]} in {data["duration_s"]:.2f} s '
         f'({data["rate_hz"]:.1f} Hz), {data["estimates"]} estimates, filter {data["filter"]}']
@@ -149,7 +175,7 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
             lines.append('             ' + ', '.join(
                 f'{v} {k.replace("_", " ")}' for k, v in acted.items()))
     if data['gap_rad']:
-        lines.append('gap          ' + ', '.join(f'{gap:.4g}' for gap in data['gap_rad'][-8:])
+        lines.append('backlash     ' + ', '.join(f'{gap:.4g}' for gap in data['gap_rad'][-8:])
                      + f' {on_axis("rad", axis)} (windows, newest last)')
     if data['levels']:
         lines.append('trust        ' + ', '.join(f'{k} {v}' for k, v in data['levels'].items()))

@@ -15,6 +15,7 @@
 """Options of commands about whole robots, and the robot that they name."""
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
+import shlex
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.library.robot import load_robot, Robot
@@ -24,6 +25,16 @@ def add_robot_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` what only whole robots take."""
     parser.add_argument('--recorded', metavar='NAME=LOGNAME', nargs='+', default=[],
                         help='of a whole robot: joints of the model that the log calls otherwise')
+
+
+def robot_options(args: Namespace) -> str:
+    """Return the options in `args` that say how model and logs of a robot are read."""
+    words = [f'--{name} {shlex.quote(value)}' for name, value in (
+        ('root', args.root), ('values', args.values),
+        ('topic', args.topic if args.topic != 'joint_states' else None)) if value]
+    if args.recorded:
+        words.append(f'--recorded {shlex.join(args.recorded)}')
+    return ' '.join(words)
 
 
 def recorded_names(words: Sequence[str]) -> dict[str, str]:

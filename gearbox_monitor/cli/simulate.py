@@ -76,6 +76,7 @@ def run(args: Namespace) -> int:
     laid = overlay(recording, models)
     data = plain(figures(laid))
     data['notes'] = notes
+    data = {'summary': summary(data), **data}
     unit = on_axis('rad', models['nominal model'].axis)
     written = write(laid, data, args, unit)
     print(dump(data) if args.json == '-' else text(data, recording, written, unit))
@@ -111,6 +112,15 @@ def figures(laid: Overlay) -> dict[str, Any]:
                          'after': free[1] if both else None}}
 
 
+def summary(data: Mapping[str, Any]) -> str:
+    """Return the overlay `data` in one sentence: how far the models are from the recording."""
+    before = f'misfit {number(data["gap_before"])} in windows of 1 s, where 1 is noise alone'
+    if data['gap_after'] is None:
+        return f'The model leaves a {before}.'
+    return (f'The closed model closes {percent(data["closed_fraction"])} of the gap: {before}, '
+            f'becomes {number(data["gap_after"])}.')
+
+
 def text(data: Mapping[str, Any], recording: UniformRecording, written: Sequence[Path] = (),
          unit: str = 'rad') -> str:
     """
@@ -127,7 +137,8 @@ def text(data: Mapping[str, Any], recording: UniformRecording, written: Sequence
     sigma = ', '.join(
         f'{name} {data["sigma"][1 if name == "arm" else 0]:.3g} {unit_of(name, unit)}'
         for name in data['channels'])
-    lines = _wrapped(f'{recording.name}: {recording.duration:.1f} s, '
+    lines = _wrapped(data['summary'])
+    lines += _wrapped(f'{recording.name}: {recording.duration:.1f} s, '
                      f'{1.0 / recording.dt:.0f} samples/s, noise {sigma}')
     lines += ['', f'{"":<34s}{"nominal":>12s}' + (f'{"closed":>12s}' if both else '')]
 
@@ -143,9 +154,6 @@ def text(data: Mapping[str, Any], recording: UniformRecording, written: Sequence
     lines.append(f'one free run of {free["seconds"]:.0f} s, rms in {units}')
     for name in free['before']:
         row(f'  {name}', free['before'][name], (free['after'] or {}).get(name))
-    if data['closed_fraction'] is not None:
-        lines += _wrapped('The closed model closes '
-                          f'{percent(data["closed_fraction"])} of the gap.', first=True)
     if free['before'] and None in (*free['before'].values(), *(free['after'] or {}).values()):
         lines += _wrapped('diverges: the values of the run overflow.')
     for note in data['notes']:
@@ -157,8 +165,8 @@ def _cell(value: float | None) -> str:
     return 'diverges' if value is None else number(value)
 
 
-def _wrapped(words: str, first: bool = False) -> list[str]:
-    return [''] * first + textwrap.wrap(words, WIDTH, break_on_hyphens=False)
+def _wrapped(words: str) -> list[str]:
+    return textwrap.wrap(words, WIDTH, break_on_hyphens=False)
 
 
 def _check_targets(args: Namespace) -> None:

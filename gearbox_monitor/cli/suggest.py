@@ -40,7 +40,7 @@ import yaml
 
 from gearbox_monitor.cli.drive_recordings import add_model_arguments, load_drive
 from gearbox_monitor.cli.progress import percent_bar, progress_of
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.opening import read_text
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.identification.experiment_design import Limits, suggest
@@ -84,9 +84,9 @@ def run(args: Namespace) -> int:
         raise InputError(f'--seconds: {args.seconds:g}, expected 4 to 120')
     for name in (args.out, args.csv, args.json):
         expect_folder_of(name)
+    effects, pairs, sigma = _question(args)
     model = load_drive(args)
     expect_torque_input(model, args.model)
-    effects, pairs, sigma = _question(args)
     limits = Limits(args.max_torque, args.max_speed, args.max_travel)
     with percent_bar('suggest') as bar:
         motions = suggest(model, effects, pairs, limits, np.array(sigma), args.seconds,
@@ -114,12 +114,13 @@ def _question(args: Namespace) -> tuple[dict[str, Any], list[tuple[str, str]], l
     """Return (effects {id: values or None}, pairs [(a, b)], sigma [2])."""
     library_ids = [name for name, effect in library().items() if effect.location]
     if bool(args.pair) == bool(args.verdict):
-        raise InputError('suggest: expected either VERDICT or --pair ID ID')
+        raise InputError('expected either VERDICT or --pair ID ID')
     if args.pair:
         for name in args.pair:
             if name not in library_ids:
-                raise InputError(f'--pair: unknown effect {name!r}, expected ids of '
-                                 f'{", ".join(library_ids)}')
+                raise InputError(f'--pair: {name!r}: {unknown(name, library_ids)}')
+        if args.pair[0] == args.pair[1]:
+            raise InputError(f'--pair: {args.pair[0]!r} twice, expected two effects')
         return {}, [(args.pair[0], args.pair[1])], [args.noise or NOISE] * 2
     path = Path(args.verdict)
     path = path / 'verdict.json' if path.is_dir() else path

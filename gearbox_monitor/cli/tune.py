@@ -42,6 +42,7 @@ from collections.abc import Mapping, Sequence
 import json
 import math
 import sys
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -60,6 +61,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, MIXED
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.admission import measured_samples
+from gearbox_monitor.report.summary import change, sized
 
 SAME = 1.0  # of log-likelihood: parameters as good as tuned ones
 
@@ -100,6 +102,7 @@ def run(args: Namespace) -> int:
             raise InputError(f'{args.bag}: {error}') from None
     data.update(bag=args.bag, out=args.out)
     data['notes'] += [*inputs.notes, *notes]
+    data = {'summary': summary(data, inputs.model.axis), **data}
     write_parameters(args.out, inputs.parameters, (inputs.model_file, inputs.model_values), data)
     warn(args, data['notes'])
     print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
@@ -117,17 +120,40 @@ def _reference(reader: BagReader, topic: str) -> tuple[Integers, Array]:
     return states.stamp_ns, states.effort[:, 0]
 
 
+def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
+    """Return the result `data` of a drive with `axis` in words: what changes, what it gains."""
+    if data['kept']:
+        return 'The parameters before stay: no others that were tried are likelier.'
+    gain = data['after']['loglik'] - data['before']['loglik']
+    sentences = [f'The tuned filter is likelier: log-likelihood {data["after"]["loglik"]:.1f} '
+                 f'({gain:+.1f}), mean NIS {data["after"]["nis"]:.2f} '
+                 f'({data["before"]["nis"]:.2f} before).'] if gain > 0.0 else [
+        f'The tuned filter has a log-likelihood of {data["after"]["loglik"]:.1f} ({gain:+.1f}).']
+    units = {p.name: p.unit for p in ESTIMATOR}
+    moved = {name: abs(math.log(value / data['before_parameters'][name]))
+             for name, value in data['parameters'].items() if isinstance(value, float)
+             and value > 0.0 and (data['before_parameters'][name] or 0.0) > 0.0}
+    name = max(moved, key=lambda n: moved[n], default=None)
+    if name is not None and moved[name] > 0.0:
+        value, before = data['parameters'][name], data['before_parameters'][name]
+        unit = on_axis(units[name], axis)
+        sentences.append(f'{name} changes most: {sized(value)} {unit}, not {sized(before)} '
+                         f'({change(value, before)}).')
+    return ' '.join(sentences)
+
+
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the result `data` of a drive with `axis` as lines for people."""
     where = {'standstill': f'a stretch of {data["rest_seconds"]:.1f} s at standstill',
              'likelihood': 'the likelihood (no standstill of half a second)',
              'fourth differences': 'fourth differences (no standstill of half a second)'}
     lines = [
+        *textwrap.wrap(data['summary'], 80), '',
         f'bag          {data["bag"]}, {data["seconds"]:.1f} s; filter {data["filter"]}, '
         f'tau_k_model {data["tau_k_model"]}',
         f'R from       {where[data["noise_from"]]}',
         f'search       {data["evaluations"]} runs; {data["starts_met"]} of {data["starts"]} '
-        f'starts met within {100 * data["spread"]:.2g} %', '',
+        f'starts agree within {100 * data["spread"]:.2g} %', '',
         f'{"":24s}{"before":>14s}{"after":>14s}']
     start, tuned = data['before'], data['after']
 

@@ -311,7 +311,7 @@ def _notes(result: Tuned, free: Sequence[str]) -> list[str]:
     notes = []
     if result.agreeing_starts < result.starts:
         notes.append(f'{result.starts - result.agreeing_starts} of {result.starts} starts of the '
-                     'search ended at a worse place')
+                     'search ended in a poorer optimum')
     if result.failed:
         notes.append(f'the filter diverged in {result.failed} of {result.evaluations} '
                      'trials, which counted against them')

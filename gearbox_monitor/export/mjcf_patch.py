@@ -56,6 +56,13 @@ class Splice(NamedTuple):
     before: str
     after: str
 
+    @property
+    def words(self) -> str:
+        """The change in words: element, attribute, its text before and after."""
+        before = f'{self.before} -> ' if self.before else ''
+        return f'{self.element}: ' + f'{self.attribute} ' * bool(self.attribute) + before \
+            + self.after
+
 
 @dataclass(frozen=True)
 class Patch:

@@ -18,11 +18,11 @@ A drive as the parameters of simulators whose files this package does not edit.
 Each list has names and units of its target, on the side of the joint; what the target lacks is
 listed with the reason. Drake's rotor inertia alone is that of the motor itself.
 """
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from gearbox_monitor.export.mjcf import Exported, REFUSED
 from gearbox_monitor.plant.drive import DriveModel, weight_of
-from gearbox_monitor.plant.effects import actuator, arm_side, EFFECTS, motor_side
+from gearbox_monitor.plant.effects import actuator, arm_side, Effect, EFFECTS, motor_side
 
 TARGETS = ('urdf', 'sdf', 'isaac', 'drake', 'bam')
 # Effects that a target has a parameter for; those on the arm join those of the motor.
@@ -95,6 +95,37 @@ def parameter_list(model: DriveModel, target: str) -> tuple[list[Entry], list[Ex
                 *(Entry('kt, times this', 1.0 + e['g'], '-') for e in of.values()
                   if e['id'] == actuator.TORQUE_GAIN.id)]}[target]
     return rows, _lacking(folded, model, target)
+
+
+def expressed_as(effect: Effect, target: str) -> str:
+    """
+    Return what an effect becomes in a target: the names of its parameters there, or why none.
+
+    Args:
+        effect: of the library.
+        target: one of TARGETS.
+    """
+    rigid = effect.location not in ('transmission', 'arm_sensor')
+    plain = DriveModel().with_(kind='rigid') if rigid else DriveModel()
+    if effect.location == 'controller':
+        plain = plain.with_(controller={'kp': 20.0, 'kd': 0.5})
+    model = plain.with_(effects=[{'id': effect.id, **example_values(effect)}])
+    before = parameter_list(plain, target)[0]
+    entries, lacking = parameter_list(model, target)
+    names = [entry.name for entry in entries if entry not in before]
+    if names:
+        return ', '.join(names)
+    reasons = {row.id: row.words for row in lacking}
+    for name in ('controller', effect.id, effect.adds_to, effect.replaces, 'transmission'):
+        if name in reasons:
+            return f'none: {reasons[name]}'
+    return 'none'
+
+
+def example_values(effect: Effect) -> dict[str, Any]:
+    """Return values of the parameters of an effect that a model takes, unlike usual ones."""
+    return {p.name: p.choices[0] if p.choices else [0.1, 0.2] if p.listed else
+            2 if p.whole else min(max(0.013, p.low), p.high) for p in effect.parameters}
 
 
 def _lacking(folded: DriveModel, model: DriveModel, target: str) -> list[Exported]:

@@ -108,9 +108,22 @@ def _lines(content: Any, lines_by_id: dict[int, dict[Any, int]]) -> dict[str, in
 
 
 def expect_folder_of(path: str | Path) -> None:
-    """Raise InputError where `path` cannot be made for want of its folder; '-': stdout."""
-    if path and path != '-' and not Path(path).absolute().parent.is_dir():
+    """Raise InputError where `path` has no folder, or that of a bag; '-': stdout."""
+    if not path or path == '-':
+        return
+    folder = Path(path).absolute().parent
+    if not folder.is_dir():
         raise InputError(f'{path}: no such folder, expected a new name in an existing one')
+    expect_outside_of_bag(path)
+
+
+def expect_outside_of_bag(path: str | Path) -> None:
+    """Raise InputError where the new file or folder `path` would stand in the folder of a bag."""
+    folder = Path(path).absolute().parent
+    if (folder / 'metadata.yaml').is_file() and any(
+            any(folder.glob(f'*{suffix}')) for suffix in ('.mcap', '.mcap.*', '.db3', '.db3.*')):
+        raise InputError(f'{path}: in the folder of a bag, which stays as it was recorded, '
+                         'expected a name outside of it')
 
 
 def load_model(path: str | Path) -> DriveModel:

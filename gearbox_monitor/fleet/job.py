@@ -179,7 +179,7 @@ def _gearbox(url: str, namespace: str, serial: str, pattern: str) -> str:
         match = re.search(pattern, url)
         if match is None:
             raise InputError(f'{url}: does not match --gearbox {pattern!r}')
-        name = match[1] if match.re.groups else match[0]
+        name = match[1]
     elif name in ('', usual):  # nobody has named it
         name = namespace.strip('/') or usual
     if not 0 < len(quote(name, safe='')) <= LONGEST_NAME:

@@ -25,7 +25,7 @@ from gearbox_monitor.errors import Undecided
 from gearbox_monitor.identification import closed_model, localisation, window_states
 from gearbox_monitor.identification.bursts import Burst
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, GAINS, NUISANCES, SHAPES, with_effects, ZERO)
+    CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
 from gearbox_monitor.identification.findings import (
     Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN)
 from gearbox_monitor.identification.free_functions import Dependence
@@ -42,6 +42,7 @@ from gearbox_monitor.quality.recording import UniformRecording
 
 # In the order of the encoders.
 LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
+ARMS = (0.1, 0.3)  # m: distances at which a payload is stated whose weight is not known
 Matrix = tuple[list[str], Array]
 
 
@@ -102,7 +103,7 @@ class Verdict(Paged):
 
     model: DriveModel that closes the gap as far as is known; without effect or map, with the
     values of the model that were estimated along. basis: what the search found. not_tried {effect:
-    why} of the library.
+    why} of the library. model_values {effect: {parameter: value of the nominal model}}.
     """
 
     verdict: str
@@ -134,6 +135,7 @@ class Verdict(Paged):
     warnings: list[str]
     bursts: list[Mapping[str, Any]]
     equivalent: list[str]
+    model_values: Mapping[str, Mapping[str, float]]
     model: DriveModel = field(repr=False)
     basis: Explained = field(repr=False)
     nominal_shift: Mapping[str, float] | None = None
@@ -214,7 +216,7 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
     if closure['closed_fraction'] is not None and closure['closed_fraction'] < 0.0:
         closure.update(closed_fraction=None, closed_fraction_ci=None)  # of what is not claimed
     if not np.isfinite([closure['gap_before'], closure['gap_after']]).all():
-        raise Undecided('diagnose: free runs of the model are not finite: no solution; check '
+        raise Undecided('free runs of the model are not finite: no solution; check '
                         'the model file (inertias, stiffness, damping)')
     shares = {name: (channel, share) for name, channel, share in explained_shares(basis)}
     findings = tuple(_finding(basis, name, params.get(name, {}), errors.get(name, {}),
@@ -248,6 +250,7 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
         warnings=[*notes, *warnings(basis, kind, nuisances, times)],
         bursts=[asdict(burst) for burst in basis.bursts],
         equivalent=equivalents(findings, basis.model),
+        model_values=model_values(params, basis.model),
         model=model, basis=basis,
         nominal_shift=shifts(basis.closed, nuisances) if nuisances else None,
         validation=None if validate is None else closed_model.validate(
@@ -368,6 +371,30 @@ def remainder(basis: Explained, place: str, torque_map: Mapping[str, Any] | None
         k: v for k, v in torque_map.items() if k != 'id'}}
 
 
+def model_values(effects: Iterable[str], model: DriveModel) -> dict[str, dict[str, float]]:
+    """
+    Return what the nominal model has in place of effects, {effect: {parameter: value}}.
+
+    Of an effect that replaces a value or adds to one, that value; of one that the model has, its
+    parameters; others are left out.
+
+    Args:
+        effects: ids.
+        model: the nominal one.
+    """
+    out: dict[str, dict[str, float]] = {}
+    present = {e['id']: e for e in model.effects}
+    for name in effects:
+        effect = library()[name]
+        value = model.value(effect.adds_to) if effect.adds_to else replaced_value(model, name)
+        if value is not None:
+            out[name] = {effect.parameters[0].name: float(value)}
+        elif name in present:
+            out[name] = {k: float(v) for k, v in present[name].items()
+                         if isinstance(v, (int, float))}
+    return out
+
+
 def equivalents(findings: Sequence[Finding], model: DriveModel) -> list[str]:
     """
     Return sentences about what else the values of findings may be called.
@@ -383,13 +410,19 @@ def equivalents(findings: Sequence[Finding], model: DriveModel) -> list[str]:
         out.append(f'the same motion results if all inertias, weights, stiffnesses and frictions '
                    f'are multiplied by {factor:.4g} instead of the torque by '
                    f'{1.0 / factor:.4g}: only a known load or torque sensor tells')
-    if ARM_INERTIA.id in values and GRAVITY.id in values:
-        added = values[ARM_INERTIA.id]['m2'] - model.arm_inertia
+    added = values[ARM_INERTIA.id]['m2'] - model.arm_inertia if ARM_INERTIA.id in values else 0.0
+    if added > 0.0 and model.axis == 'prismatic':
+        out.append(f'a payload of {added:.3g} kg has this inertia')
+    elif added > 0.0 and GRAVITY.id in values:
         weight = values[GRAVITY.id]['G'] - weight_of(model.effects)[0]
-        if added > 0.0 and weight > 0.0 and model.axis == 'rotary':
+        if weight > 0.0:
             distance = STANDARD_GRAVITY * added / weight
             out.append(f'a payload of {added / distance ** 2:.3g} kg at {distance:.3g} m from the '
                        'axis has this inertia and this weight')
+    elif added > 0.0:
+        near, far = ARMS
+        out.append(f'a payload of {added / near ** 2:.3g} kg at {near:g} m from the axis has this '
+                   f'inertia, and so has one of {added / far ** 2:.3g} kg at {far:g} m')
     return out
 
 

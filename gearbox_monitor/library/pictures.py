@@ -14,6 +14,7 @@
 
 """Pictures of results, by matplotlib."""
 from functools import singledispatch
+import textwrap
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -30,7 +31,7 @@ from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import plots
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.overlay_plot import windows_figure
-from gearbox_monitor.report.words import headline
+from gearbox_monitor.report.summary import summary
 
 SETTLED = 1.0  # s at the start that a loop leaves out
 
@@ -107,7 +108,8 @@ def _curve(windows: Any, first: int, length: float) -> plots.BacklashCurve:
 @picture.register
 def _(verdict: Verdict) -> Figure:
     evidence = gather(verdict, verdict.basis.model)
-    return windows_figure(evidence.overlay, evidence.windows, headline(verdict.to_dict()),
+    title = textwrap.fill(summary(verdict.to_dict(), evidence.axis), 90)
+    return windows_figure(evidence.overlay, evidence.windows, title,
                           on_axis('rad', evidence.axis))
 
 

@@ -113,7 +113,8 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
     write_new(page, recording_page(timeline, facts, _name(bag), bag_arguments(bag, topic)))
     said = headline(timeline)[0]
     return ReportPages(page, said, plain({
-        'bag': str(bag), 'page': str(page), 'headline': said, **figures(timeline, facts)}), {}, (
+        'summary': said, 'bag': str(bag), 'page': str(page), 'headline': said,
+        **figures(timeline, facts)}), {}, (
             f'{timeline.last:.1f} s, {timeline.samples} samples, '
             f'{"live" if facts.live else "replayed"} estimates'), tuple(facts.notes))
 
@@ -139,7 +140,8 @@ def _of_robot(bag: str, page: Path, estimators: Sequence[str],
                    **figures(timeline, facts)} for name, (timeline, facts) in joints.items()}
     notes = dict.fromkeys(note for _, facts in joints.values() for note in facts.notes)
     return ReportPages(page, overview.headline, plain({
-        'bag': bag, 'page': str(page), 'headline': overview.headline, 'joints': rows}), pages, (
+        'summary': overview.headline, 'bag': bag, 'page': str(page),
+        'headline': overview.headline, 'joints': rows}), pages, (
             f'{len(joints)} joints, each with its page: {page.stem}.JOINT.html'), tuple(notes))
 
 

@@ -38,6 +38,7 @@ from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Paged, Saved
+from gearbox_monitor.report.robot_words import robot_headline
 
 Progress = Callable[[int, int], None]
 
@@ -232,7 +233,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     data = plain(verdict_data(verdict)) | {
         'logs': names, 'model': str(file.path), 'model_digest': file.digest,
         'references': list(known.references) if known else [],
-        'warnings': notes, 'rollouts': None, 'closed': None}
+        'options': '', 'warnings': notes, 'rollouts': None, 'closed': None}
     torque = not verdict.evidence.recordings[0].setpoint
     if file.compiled is not None and verdict.findings and torque:
         runs = data['rollouts'] = plain(rollouts(file, verdict))
@@ -242,7 +243,8 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         data['cautions'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
                              for name in runs['vetoed']]
     text, left = closed_file(file, data['findings'], f'gearbox_monitor {__version__} diagnose')
-    return RobotDiagnosis(verdict, robot, data, text, tuple(left))
+    return RobotDiagnosis(verdict, robot, {'summary': robot_headline(data), **data}, text,
+                          tuple(left))
 
 
 def robot_effects() -> set[str]:

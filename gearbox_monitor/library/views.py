@@ -44,7 +44,8 @@ from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
-from gearbox_monitor.report.words import headline, number, value_rows, value_text, width_and_std
+from gearbox_monitor.report.summary import summary
+from gearbox_monitor.report.words import number, value_rows, value_text, width_and_std
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -126,9 +127,9 @@ def _(verdict: Verdict) -> str:
 
 @words.register
 def _(verdict: Verdict) -> str:
-    data = plain(verdict.to_dict())
-    return '\n'.join([headline(data), *(
-        f'{row[0]} {value_text(row)}' for row in value_rows(data, verdict.basis.model.axis)),
+    data, axis = plain(verdict.to_dict()), verdict.basis.model.axis
+    return '\n'.join([summary(data, axis), *(
+        f'{row[0]} {value_text(row)}' for row in value_rows(data, axis)),
         f'gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after, in standard '
         'deviations of the noise; 1 is the floor', *(f'note: {w}' for w in verdict.warnings)])
 

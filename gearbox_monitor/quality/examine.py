@@ -213,7 +213,7 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
                                 if one_encoder else 'see above', hurts(diagnosis=BAD))]
     problems = gap_check.check(recording, model)
     fatal = [p for p in problems if p.fatal]
-    sentences = [p.text for p in fatal or problems] or ['takes it, nothing to say']
+    sentences = [p.text for p in fatal or problems] or ['accepted without remarks']
     wired = everything(BAD) if any(p.code in WIRING for p in fatal) else \
         hurts(diagnosis=BAD) if fatal else hurts(diagnosis=WARN) if problems else {}
     advice = '' if not problems else 'check model file, channels, signs and units' if \
@@ -222,7 +222,7 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
             p.code in ('sign', 'swapped') for p in fatal):
         smooth = SmoothedMotion(recording, noise_levels(recording.y)[0])
         rigid = [effort.finding(smooth, model, effort_is)]
-    word = 'refuses it: ' if fatal else 'takes it; ' if problems else ''
+    word = 'refuses it: ' if fatal else 'accepted; ' if problems else ''
     return [*rigid,
             Finding('model', 'diagnose', word + '; '.join([
                 *sentences, *([repeats] if repeats else []), *notes]), advice, wired)]

@@ -39,10 +39,12 @@ class Section:
     A part of a page: data gathered beforehand, and the template that shows them.
 
     heading: above the part ('' for a summary); template: its file in templates/, which reads the
-    data as `section` and the axis of the drive as `axis`.
+    data as `section` and the axis of the drive as `axis`. folded: only the heading shows until a
+    reader opens it.
     """
 
     heading: ClassVar[str] = ''
+    folded: ClassVar[bool] = False
     template: ClassVar[str]
 
 

@@ -21,12 +21,14 @@ import numpy as np
 from gearbox_monitor.identification import (
     basis_functions, input_estimation, localisation)
 from gearbox_monitor.identification.model_overlay import Overlay, overlay
+from gearbox_monitor.identification.shooting import ShootingWindows
 from gearbox_monitor.identification.verdict import Explained, Verdict
 from gearbox_monitor.identification.windows import WindowRuns
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.residual_views import binned, BinnedMap, plane
 
 COMPARED = 10  # effects in the matrix of distinguishable effects
@@ -63,7 +65,8 @@ class DiagnosisEvidence:
     axis: of the model; labels {quantity: words with unit}; overlay: nominal model first; windows:
     (words, window) of those to show; maps {quantity: maps of the residual in sigma, one per run};
     missing: None without a gap; matrix: (ids, s2 [A, A]) or None; separations: {id: (d, {rival:
-    s2})} of identification.isolability.
+    s2})} of identification.isolability. placed: whether the recording shows where an effect acts:
+    both encoders, or one of a rigid drive.
     """
 
     axis: str
@@ -75,6 +78,7 @@ class DiagnosisEvidence:
     missing: MissingSignal | None
     matrix: tuple[list[str], Array] | None
     separations: Mapping[str, tuple[float, Mapping[str, float]]]
+    placed: bool
 
 
 def gather(verdict: Verdict, model: DriveModel, jobs: int = 1) -> DiagnosisEvidence:
@@ -97,10 +101,7 @@ def gather(verdict: Verdict, model: DriveModel, jobs: int = 1) -> DiagnosisEvide
     if verdict.model != model:
         models[closed_name(data)] = verdict.model
     laid = overlay(recording, models, basis.sigma)
-    motion = basis_functions.motion(recording.positions, recording.dt, recording.cuts)
-    index = laid.windows.first[:, None] + np.arange(laid.windows.length)
-    motion = {name: value[index] for name, value in motion.items()
-              if name != 'twist' or model.transmission.kind != 'rigid'}
+    motion = _motion(recording, model, laid.windows)
     residuals = [laid.residual(run) for run in laid.runs]
     edges = {name: basis_functions.edges_of(value) for name, value in motion.items()}
     maps = {name: [binned(value, r, edges[name]) for r in residuals]
@@ -109,9 +110,43 @@ def gather(verdict: Verdict, model: DriveModel, jobs: int = 1) -> DiagnosisEvide
     if data['verdict'] != 'none':
         missing = missing_signal(none, data['where']['place'], jobs)
     return DiagnosisEvidence(
-        model.axis, {name: on_axis(QUANTITIES[name], model.axis) for name in motion}, laid,
+        model.axis, {name: on_axis(_label(name, recording), model.axis) for name in motion}, laid,
         notable_windows(laid), maps, _planes(motion, residuals), missing,
-        distinguishable(basis, data), basis.separations)
+        distinguishable(basis, data), basis.separations,
+        shows_place(recording, model))
+
+
+def shows_place(recording: UniformRecording, model: DriveModel) -> bool:
+    """Return whether a recording shows on which side an effect acts: one encoder does not."""
+    return model.transmission.kind == 'rigid' or _both_sides(recording)
+
+
+def _both_sides(recording: UniformRecording) -> bool:
+    """Return whether motor and arm of a recording were measured."""
+    return len(recording.channels) > 1 or recording.readings[0] == 'torque'
+
+
+def measures_twist(recording: UniformRecording, model: DriveModel) -> bool:
+    """Return whether a drive has a twist and the recording measures it."""
+    return model.transmission.kind != 'rigid' and _both_sides(recording)
+
+
+def _label(quantity: str, recording: UniformRecording) -> str:
+    """Return what a quantity is and its unit: with one encoder, all is of its side."""
+    words = QUANTITIES[quantity]
+    if _both_sides(recording):
+        return words
+    side = recording.readings[recording.channels[0]]
+    return words.replace('of the motor', f'of the {side}').replace('of the arm', f'of the {side}')
+
+
+def _motion(recording: UniformRecording, model: DriveModel, windows: ShootingWindows
+            ) -> dict[str, Array]:
+    """Return {quantity: [W, L]} of a recording; the twist only where it exists and is measured."""
+    index = windows.first[:, None] + np.arange(windows.length)
+    twist = measures_twist(recording, model)
+    return {name: value[index] for name, value in basis_functions.motion(
+        recording.positions, recording.dt, recording.cuts).items() if name != 'twist' or twist}
 
 
 def _planes(motion: Mapping[str, Array], residuals: Sequence[Array]) -> ResidualPlanes:
@@ -157,11 +192,7 @@ def missing_signal(none: WindowRuns, place: str, jobs: int = 1) -> MissingSignal
 
     """
     free = localisation.free_forms(none, jobs, (place,))[place]
-    recording, windows = none.recording, none.data.windows
-    index = windows.first[:, None] + np.arange(windows.length)
-    moved = {name: value[index] for name, value in basis_functions.motion(
-        recording.positions, recording.dt, recording.cuts).items()
-        if name != 'twist' or none.model.transmission.kind != 'rigid'}
+    moved = _motion(none.recording, none.model, none.data.windows)
     unit = 'N m' if place in input_estimation.TORQUES else 'rad'
     return MissingSignal(place, on_axis(unit, none.model.axis),
                          localisation.laws(none, free, moved))

@@ -33,8 +33,8 @@ from gearbox_monitor.report.figures import (
     Span, Trace)
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
 from gearbox_monitor.report.words import (
-    dense_regions, gain_text, headline, ids_of, meaning, MEANINGS, NAMING, next_steps, number,
-    percent, place_text, torque_map_of, undefined, unit_of, value_rows, value_text)
+    dense_regions, gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES, number,
+    percent, place_text, torque_map_of, undefined, unit_of, UserFiles, value_rows, value_text)
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 ROLES = ('nominal', 'closed')
@@ -49,14 +49,13 @@ class PageContext:
     """
     What accompanies a verdict on its page.
 
-    closed_written: whether drive.closed.yaml was written beside the page; validated: name of the
-    second recording, or None; command: parts of the command that finds a better motion, see
-    report.suggestion.
+    files: of the user; command: parts of the command that finds a better motion, see
+    report.suggestion; changes: of the simulator's file, in words.
     """
 
-    closed_written: bool = False
-    validated: str | None = None
+    files: UserFiles = NO_FILES
     command: Sequence[str] = ()
+    changes: Sequence[str] = ()
 
 
 def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
@@ -78,7 +77,8 @@ def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
     context = context or PageContext()
     names = ', '.join(short_name(recording) for recording in recordings)
     return render_page(Page(f'Diagnosis of {names}', VerdictSummary.of(data, evidence.axis), (
-        DiagnosisSteps.of(data, context, evidence.axis), GapClosure.of(data, context.validated),
+        DiagnosisSteps.of(data, context, evidence.axis),
+        GapClosure.of(data, context.files.validated),
         Overlays.of(evidence), GapLocation.of(data, evidence), EffectRanking.of(data, evidence),
         FittedValues.of(data, evidence.axis), RecordingDoubts.of(data, recordings, evidence),
         VerdictNumbers(json.dumps(data, indent=1))), evidence.axis))
@@ -121,20 +121,26 @@ class VerdictSummary(Section):
         colour = {'none': 'good', 'unknown': 'warn', 'incomplete': 'warn'}
         rows = value_rows(data, axis)
         sizes = {name: ', '.join(value_text(row) for row in rows
-                                 if row[0] == name and len(row[2]) <= LONGEST)
+                                 if row.effect == name and len(row.value) <= LONGEST)
                  for name in ids_of(data)}
-        return cls(colour.get(data['verdict'], ''), headline(data),
+        return cls(colour.get(data['verdict'], ''), data['summary'],
                    [(name, meaning(name, axis), sizes[name]) for name in ids_of(data)
                     if name in MEANINGS], facts)
 
 
 @dataclass(frozen=True)
 class DiagnosisSteps(Section):
-    """Advice, the command that finds a better motion ('' for none), files beside the page."""
+    """
+    Advice and what goes with it.
+
+    changes: of the simulator's file; command: that finds a better motion, '' for none; files:
+    beside the page.
+    """
 
     heading = 'What to do next'
     template = 'diagnosis/next.html'
     steps: Sequence[str]
+    changes: Sequence[str]
     command: str
     files: Sequence[str]
 
@@ -149,9 +155,10 @@ class DiagnosisSteps(Section):
             axis: of the drive.
 
         """
-        steps = next_steps(data, context.closed_written, context.validated, axis)
-        files = ['verdict.json', *(['drive.closed.yaml'] if context.closed_written else [])]
-        return cls([sentence(step) for step in steps], ' \\\n    '.join(context.command), files)
+        steps = next_steps(data, context.files, axis)
+        files = ['verdict.json', *(['drive.closed.yaml'] if context.files.closed else [])]
+        return cls([sentence(step) for step in steps], context.changes,
+                   ' \\\n    '.join(context.command), files)
 
 
 @dataclass(frozen=True)
@@ -329,13 +336,16 @@ class MissingCurves:
 @dataclass(frozen=True)
 class GapLocation(Section):
     """
-    Where the gap is: bars of places, regions of the motion, the missing signal, maps.
+    Where the gap is: places, regions of the motion, the missing signal, maps.
 
-    places: empty if there is no gap; effects: how many the verdict names.
+    placed: whether the recording shows the place; places: bars, empty where it does not or there
+    is no gap; effects: how many the verdict names.
     """
 
     heading = 'Where'
+    folded = True
     template = 'diagnosis/where.html'
+    placed: bool
     places: Sequence[BarView]
     regions: Sequence[str]
     effects: int
@@ -347,12 +357,13 @@ class GapLocation(Section):
     def of(cls, data: VerdictData, evidence: DiagnosisEvidence) -> 'GapLocation':
         """Return it for the verdict `data` and its `evidence`."""
         rows, regions = [], []
-        if data['verdict'] != 'none':
+        if data['verdict'] != 'none' and evidence.placed:
             for place, part in data['where']['places'].items():
                 role = 'closed' if place == data['where']['place'] else 'closed faint'
                 rows.append(BarRow(place_text(place), '', part['explained'],
                                    percent(part['explained']), role))
-            regions = dense_regions(data['where'].get('region') or {})
+        if data['verdict'] != 'none':
+            regions = dense_regions(data['where'].get('region') or {}, 'twist' in evidence.labels)
         charts = []
         for name, maps in evidence.maps.items():
             label = evidence.labels[name]
@@ -361,7 +372,7 @@ class GapLocation(Section):
             panel = Panel('gap', traces, 1.0, 130, NOISE_RANGE)
             charts.append(chart(f'over {name}', [panel], label, label, False))
         planes = evidence.planes
-        return cls(bars(rows, top=1.0), regions, len(ids_of(data)),
+        return cls(evidence.placed, bars(rows, top=1.0), regions, len(ids_of(data)),
                    _missing(evidence.missing, evidence.labels), charts,
                    heat_maps(f'Gap over {planes.x} and {planes.y}',
                              [(run.name, values) for run, values in zip(evidence.overlay.runs,
@@ -414,6 +425,7 @@ class EffectRanking(Section):
     """
 
     heading = 'Which effect'
+    folded = True
     template = 'diagnosis/ranking.html'
     gains: Sequence[BarView]
     has_effect: bool
@@ -477,8 +489,8 @@ class FittedValues(Section):
         words, knots = torque_map_of(data) or ('', [])
         return cls(
             data['verdict'] == 'incomplete',
-            PageTable(('effect', 'parameter', 'value', 'standard error', 'unit'),
-                      value_rows(data, axis), (2, 3)),
+            PageTable(('effect', 'parameter', 'value', 'standard error', 'unit', 'in the model',
+                       'change'), value_rows(data, axis), (2, 3, 5, 6)),
             words, PageTable(('at', f'torque, {on_axis("N m", axis)}', 'standard error'), knots,
                              (0, 1, 2)),
             [(name, effects[name].equation) for name in params if name in effects],

@@ -35,7 +35,7 @@ LISTED = 500  # bags in the table of those that need a look
 DAY = 86400e9
 SIGNIFICANT = 2.0  # standard deviations: less growth is none
 NOTABLE = 0.005    # relative growth that is worth a word
-FEATURES = {'gap': 'gap', 'lost_motion': 'lost motion'}
+FEATURES = {'gap': 'backlash', 'lost_motion': 'lost motion'}
 
 
 def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mapping[str, int],
@@ -100,11 +100,10 @@ def headline(gearboxes: Sequence[Gearbox]) -> str:
         return (f'No significant growth: {counted(compared, "gearbox")} '
                 f'{"was" if compared == 1 else "were"} measured more than once.{doubt}{ended}')
     first = worn[0]
-    has = 'has' if len(worn) == 1 else 'have'
-    return (f'{len(worn)} of {counted(compared, "gearbox")} {has} grown; '
-            f'most of all {first["gearbox"]}: '
-            f'{FEATURES[first["feature"]]} {growth_text(first)} since '
-            f'{day(first["start"][0])}.{ended}')
+    many = FEATURES[first['feature']].capitalize()
+    return (f'{many} has grown in {len(worn)} of {counted(compared, "gearbox")}'
+            f', most in {first["gearbox"]}: {growth_text(first)} '
+            f'since {day(first["start"][0])}.{ended}')
 
 
 def _not_significant(gearbox: Gearbox) -> str:
@@ -271,7 +270,8 @@ class GearboxTable(Section):
                     f'{gearbox["measured"]} of {gearbox["bags"]}', limit_text(gearbox), pace)),
                 days])
         return cls(
-            PageTable(('gearbox', 'newest gap', 'growth', 'trust', 'model', 'measured in bags',
+            PageTable(('gearbox', 'newest backlash', 'growth', 'trust', 'model',
+                       'measured in bags',
                        'limit', '% per year', 'recorded'), rows),
             PageTable(('never measured', 'missing in the newest bag'),
                       [(gearbox['gearbox'], gearbox['not_excited']) for gearbox in gearboxes

@@ -25,7 +25,8 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.report.diagnosis_evidence import DiagnosisEvidence, explained_by
 from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, RED
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
-from gearbox_monitor.report.words import gain_text, PLACES, unit_of
+from gearbox_monitor.report.summary import PLACES
+from gearbox_monitor.report.words import gain_text, unit_of
 
 COLORS = (RED, BLUE)  # nominal, closed
 STYLES = ('--', '-')

@@ -21,13 +21,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.effects.motor_side import (
-    MOTOR_COULOMB, MOTOR_INERTIA, MOTOR_VISCOUS, VISCOUS_DRIFT)
 from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import BarRow, bars, BarView, PageTable
 from gearbox_monitor.report.robot_words import (
-    finding_words, MEANINGS, next_steps, remainder_words, robot_headline, SUBJECTS, unit_of)
+    finding_words, MEANINGS, next_steps, remainder_words, SUBJECTS, unit_of)
 from gearbox_monitor.robot.chain import Chain, rotations
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a robot's verdict
@@ -72,7 +70,7 @@ class RobotGapSummary(Section):
                  ('its gap before', f'{worst["before"]:.3g} N m rms'),
                  ('after', f'{worst["after"]:.3g} N m rms'),
                  ('compared with', ', '.join(data['references']) or data['model'])]
-        return cls(ROLES[data['verdict']], robot_headline(data), facts,
+        return cls(ROLES[data['verdict']], data['summary'], facts,
                    [f'{x}.' for x in (*data['cautions'], *data['warnings'])])
 
 
@@ -208,6 +206,7 @@ class VisibleSizes(Section):
     """The smallest size of each effect that this motion would have shown."""
 
     heading = 'What would have been seen'
+    folded = True
     template = 'robot_gap/visible.html'
     rows: PageTable
     untried: Sequence[tuple[str, str]]
@@ -227,9 +226,8 @@ class VisibleSizes(Section):
 
 
 def _unit(effect: str) -> str:
-    first = {'payload': 'm', MOTOR_COULOMB.id: 'Cc_change', MOTOR_VISCOUS.id: 'Cv_change',
-             VISCOUS_DRIFT.id: 'Cv_change', MOTOR_INERTIA.id: 'm1_change', 'base_tilt': 'ax',
-             'link_inertia': 'Ixx'}.get(effect) or SUBJECTS.get(effect, ('', ''))[0]
+    first = {'payload': 'm', 'base_tilt': 'ax', 'link_inertia': 'Ixx'}.get(
+        effect) or SUBJECTS.get(effect, ('', ''))[0]
     return unit_of(effect, first)
 
 

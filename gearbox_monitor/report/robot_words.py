@@ -15,12 +15,13 @@
 """A robot's verdict in words, for terminals and pages."""
 from collections.abc import Mapping
 import math
+import shlex
 from typing import Any
 
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.motor_side import (
-    MOTOR_COULOMB, MOTOR_INERTIA, MOTOR_VISCOUS, VISCOUS_DRIFT)
+from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
+from gearbox_monitor.report.summary import change, sized
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
               'T_change': 's', 'kp_factor': '', 'Ca': 'N m'}
@@ -28,11 +29,9 @@ UNITS = {**{e.id: {p.name: p.unit for p in e.parameters} for e in EFFECTS.values
          **{e.id: dict(e.units) for e in ROBOT_EFFECTS}}
 MEANINGS = {**{e.id: e.meaning for e in EFFECTS.values()},
             **{e.id: e.meaning for e in ROBOT_EFFECTS}}
-CHANGES = {MOTOR_COULOMB.id: ('Cc_change', 'Coulomb friction'),
-           MOTOR_VISCOUS.id: ('Cv_change', 'viscous friction'),
-           MOTOR_INERTIA.id: ('m1_change', 'rotor inertia'),
-           VISCOUS_DRIFT.id: ('Cv_change', 'viscous friction drifts by')}
-SUBJECTS = {**{e.id: e.subject for e in EFFECTS.values() if e.subject[0]},
+# The value by which a report states an effect, and what it is in words.
+SUBJECTS = {**{e.id: (e.column.states or e.parameters[0].name, e.noun)
+               for e in EFFECTS.values() if e.column is not None},
             **{e.id: e.subject for e in ROBOT_EFFECTS if e.subject[0]}}
 
 
@@ -70,16 +69,16 @@ def finding_words(finding: Mapping[str, Any]) -> str:
         return f'the base is tilted by {angle:.2f}° against the model'
     if effect == 'link_inertia':
         return f'{where}: inertia of the link is not that of the model'
-    if effect in CHANGES:
-        name, words = CHANGES[effect]
-        text = f'{where}: {words} {_signed(values[name], deviations[name])} '
-        text += unit_of(effect, name)
-        if 'Ca' in values:
-            text += f', {rounded(values["Ca"], deviations["Ca"])} N m more one way than the other'
-        return text
     name, words = SUBJECTS.get(effect, (next(iter(values)), MEANINGS.get(effect, effect)))
-    unit = unit_of(effect, name)
-    text = f'{where}: {words} {rounded(values[name], deviations[name])} {unit}'.rstrip()
+    value, deviation = values[name], deviations[name]
+    if name.endswith('_factor'):
+        text = f'{where}: {words} {rounded(value, deviation)} times that of the model'
+    elif name.endswith('_change'):
+        text = f'{where}: {words} {_changed(effect, name, finding)}'
+    else:
+        text = f'{where}: {words} {rounded(value, deviation)} {unit_of(effect, name)}'.rstrip()
+    if 'Ca' in values and name != 'Ca':
+        text += f', {rounded(values["Ca"], deviations["Ca"])} N m more one way than the other'
     if 'N' in values:
         text += f', {values["N"]:.0f} per turn'
     if 'q0' in values:
@@ -87,8 +86,18 @@ def finding_words(finding: Mapping[str, Any]) -> str:
     return text + (f' ({finding["channel"]})' if finding.get('channel') else '')
 
 
-def _signed(value: float, deviation: float | None) -> str:
-    return ('+' if value >= 0.0 else '') + rounded(value, deviation)
+def _changed(effect: str, name: str, finding: Mapping[str, Any]) -> str:
+    """Return the change `name` in words, beside the whole value and the model's where known."""
+    value, deviation = finding['values'][name], finding['deviations'][name]
+    unit = unit_of(effect, name)
+    signed = f'{"+" * (value >= 0.0)}{rounded(value, deviation)} {unit}'
+    whole = finding['values'].get(name.removesuffix('_change'))
+    if whole is None:
+        return signed
+    nominal = whole - value
+    if nominal <= 0.0:
+        return f'{signed}, none in the model'
+    return f'{signed}: {sized(whole)}, not {sized(nominal)} ({change(whole, nominal)})'
 
 
 def remainder_words(remainder: Mapping[str, Any]) -> str:
@@ -103,27 +112,33 @@ def remainder_words(remainder: Mapping[str, Any]) -> str:
 
 
 def robot_headline(data: Mapping[str, Any]) -> str:
-    """Return the verdict in one line."""
+    """Return the verdict in words: what differs, by how much, whether that is all."""
     findings, remainders = data['findings'], data['remainders']
     against = 'the references' if data.get('references') else 'the model file'
     if data['verdict'] == 'none':
-        return f'none: the robot is as {against} say' + ('s' if 'file' in against else '')
+        worst = max(data['ranked'], key=lambda g: g['before'])
+        return (f'The robot is as {against} say{"s" * ("file" in against)}: no joint differs by '
+                f'more than noise ({worst["joint"]}, the largest: {worst["before"]:.2g} N m rms).')
+    if data['verdict'] == 'unknown':
+        return (f'The robot differs from {against}, and no known effect explains it: '
+                f'{remainder_words(remainders[0])}.')
     words = '; '.join(finding_words(f) for f in findings)
     if data['verdict'] == 'effect':
-        return words
-    remains = remainder_words(remainders[0])
-    return f'unknown: {remains}' if data['verdict'] == 'unknown' else \
-        f'{words}; and more that is unknown: {remains}'
+        return (f'{words}. '
+                + ('This explains' if len(findings) == 1 else 'Together they explain')
+                + ' the whole difference.')
+    return f'{words}. The rest has no known cause: {remainder_words(remainders[0])}.'
 
 
 def next_steps(data: Mapping[str, Any]) -> list[str]:
     """Return what to do next, with real names."""
-    model, logs = data['model'], ' '.join(data['logs'])
+    logs = shlex.join(data['logs'])
+    model = ' '.join(filter(None, (shlex.quote(data['model']), data['options'])))
     steps = []
     if data['cautions'] and data.get('references'):
         steps.append('the reference visited less than this motion: record the healthy robot on it '
-                     f'too, and learn both: gearbox_monitor learn {" ".join(data["references"])} '
-                     f'NEW --model {model} --out robot.knowledge')
+                     'too, and learn both: gearbox_monitor learn '
+                     f'{shlex.join(data["references"])} NEW --model {model} --out robot.knowledge')
     if data['verdict'] == 'none' and not data.get('references'):
         steps.append('compare with a log of the healthy robot to see smaller changes: '
                      f'gearbox_monitor diagnose {logs} --model {model} --reference HEALTHY')
@@ -142,7 +157,7 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
 
 def robot_text(data: Mapping[str, Any]) -> str:
     """Return the verdict in some ten lines."""
-    lines = [robot_headline(data)]
+    lines = [data['summary']]
     if len(data['findings']) > 1:
         lines += [f'  {finding_words(f)}' for f in data['findings']]
     lines += [f'  remains: {remainder_words(r)}' for r in data['remainders'][

@@ -14,22 +14,21 @@
 
 """Words for a verdict, shared by the terminal and the page: effects, places, next steps."""
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 import math
-from typing import Any
+from pathlib import Path
+import shlex
+from typing import Any, NamedTuple
 
 from gearbox_monitor.monitoring.backlash.recording_windows import GAP_ERROR
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.report.summary import change, NEAR_FLOOR, PLACES
 
 LACKING = ('incomplete', 'unknown')  # verdicts with a remainder
 NAMING = ('effect', 'incomplete')  # verdicts with findings
-NEAR_FLOOR = 1.5  # gap that may be noise of the encoders
 DENSE = 1.5  # ratio of the share of the gap to the share of the time that is worth a word
-PLACES = {
-    'motor_side': 'motor side', 'arm_side': 'arm side', 'transmission': 'transmission',
-    'controller': 'controller', 'actuator': 'actuator', 'motor_sensor': 'motor encoder',
-    'arm_sensor': 'arm encoder'}
 # The meaning of each effect on a real drive.
 MEANINGS = {name: effect.meaning for name, effect in EFFECTS.items()}
 UNDETERMINED = 'not determined'
@@ -59,45 +58,6 @@ def ids_of(data: Mapping[str, Any]) -> list[str]:
     return data['effect'].split('+') if data.get('effect') else []
 
 
-def headline(data: Mapping[str, Any]) -> str:
-    """Return the verdict `data` in one sentence."""
-    if data['verdict'] == 'none' and (data.get('gap_after') or 0.0) > NEAR_FLOOR:
-        return ('No effect stands out: the residual is no larger than that of a real drive '
-                'without a known fault.')
-    if data['verdict'] == 'none' and (data.get('gap_before') or 0.0) > NEAR_FLOOR:
-        return ('No gap beyond the tolerances: with values of the model moved within them, noise '
-                'alone is left.')
-    if data['verdict'] == 'none':
-        return 'No gap: the model explains the recording down to the noise of the encoders.'
-    places = data.get('location') or []
-    places = [places] if isinstance(places, str) else list(places)
-    names = [PLACES.get(place, place) for place in places]
-    if data['verdict'] == 'unknown':
-        clear = [name for name in names if name not in ('unknown', 'none')]
-        at = f'Place: {" and ".join(clear)}.' if clear else 'Its place is not clear either.'
-        return f'There is a gap, and no known effect explains it. {at}'
-    ids = ids_of(data)
-    if len(ids) > 1 and len(names) == len(ids):
-        *others, last = (f'{name} ({place})' for name, place in zip(ids, names))
-        named = (f'{"Two" if len(ids) == 2 else "Three"} effects: '
-                 f'{", ".join(others)} and {last}.')
-    else:
-        named = f'Effect: {"+".join(ids)} ({" and ".join(names)}).'
-    return f'{named} {left_over(data)}'.rstrip()
-
-
-def left_over(data: Mapping[str, Any]) -> str:
-    """Return what the findings of the verdict `data` do not explain, '' for nothing."""
-    left = data.get('remainder') if data['verdict'] == 'incomplete' else None
-    if not left:
-        return ''
-    shares = [f['share'] for f in data.get('findings') or () if f.get('share') is not None]
-    explained = f'{percent(sum(shares))} of the gap' if len(shares) == 1 else 'a part of the gap'
-    over = f', over the {left["over"]}' if left.get('over') else ''
-    return (f'That explains {explained}; the rest has no known cause '
-            f'({PLACES.get(left["location"], left["location"])}{over}).')
-
-
 def counted(count: int, noun: str) -> str:
     """Return `count` with the `noun` in singular or plural."""
     plural = f'{noun}es' if noun.endswith('x') else f'{noun}s'
@@ -109,20 +69,34 @@ def number(value: float | None) -> str:
     return 'none' if value is None else f'{value:.4g}'
 
 
-def value_rows(data: Mapping[str, Any], axis: str) -> list[tuple[str, str, str, str, str]]:
+class ValueRow(NamedTuple):
     """
-    Return (effect, parameter, value, deviation, unit) of each value that a verdict identified.
+    One identified value as texts.
+
+    deviation: '' where none is stated, UNDETERMINED where the recording does not determine the
+    value. nominal, change: value of the model and change from it, '' where it has none.
+    """
+
+    effect: str
+    name: str
+    value: str
+    deviation: str
+    unit: str
+    nominal: str
+    change: str
+
+
+def value_rows(data: Mapping[str, Any], axis: str) -> list[ValueRow]:
+    """
+    Return a ValueRow for each value that a verdict identified.
 
     Args:
         data: the verdict as plain data.
         axis: of the drive.
-
-    Returns:
-        Texts; a deviation is '' where none is stated, UNDETERMINED where the recording does not
-        determine the value.
     """
     effects, rows = library(), []
     errors = data.get('standard_errors') or {}
+    stated = data.get('model_values') or {}
     undetermined = {(f['effect'], name) for f in data.get('findings') or ()
                     for name, deviation in f['deviations'].items() if deviation is None}
     for effect, values in (data.get('params') or {}).items():
@@ -131,18 +105,23 @@ def value_rows(data: Mapping[str, Any], axis: str) -> list[tuple[str, str, str, 
             unit = on_axis(units.get(name, ''), axis)
             error = (errors.get(effect) or {}).get(name)
             is_number = isinstance(value, (int, float))
-            rows.append((effect, name, number(value) if is_number else str(value),
-                         UNDETERMINED if (effect, name) in undetermined
-                         else f'{error:.2g}' if error and is_number else '',
-                         '' if unit == '-' else unit))
+            nominal = stated.get(effect, {}).get(name)
+            rows.append(ValueRow(
+                effect, name, number(value) if is_number else str(value),
+                UNDETERMINED if (effect, name) in undetermined
+                else f'{error:.2g}' if error and is_number else '',
+                '' if unit == '-' else unit, '' if nominal is None else number(nominal),
+                change(value, nominal) if nominal and is_number else ''))
     return rows
 
 
-def value_text(row: tuple[str, str, str, str, str], sign: str = '±') -> str:
-    """Return a row of value_rows as `name = value ± deviation unit`."""
-    _, name, value, deviation, unit = row
-    spread = f' ({deviation})' if deviation == UNDETERMINED else f' {sign} {deviation}'
-    return f'{name} = {value}{spread if deviation else ""} {unit}'.rstrip()
+def value_text(row: ValueRow, sign: str = '±') -> str:
+    """Return a ValueRow as `name = value ± deviation unit (model: nominal, change)`."""
+    spread = f' ({row.deviation})' if row.deviation == UNDETERMINED else \
+        f' {sign} {row.deviation}'
+    beside = f' (model: {row.nominal}{", " * bool(row.change)}{row.change})' if row.nominal else ''
+    return (f'{row.name} = {row.value}{spread if row.deviation else ""} {row.unit}'.rstrip()
+            + beside)
 
 
 def width_and_std(width: float, std: float, unit: str) -> str:
@@ -194,11 +173,17 @@ def torque_map_of(data: Mapping[str, Any]) -> tuple[str, list[tuple[str, str, st
     return f'{PLACES[table["place"]]}, torque over {table["variable"]}', rows
 
 
-def dense_regions(regions: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return phrases about `regions` of the motion where the gap is much denser than elsewhere."""
+def dense_regions(regions: Mapping[str, Mapping[str, Any]], twist: bool) -> list[str]:
+    """
+    Return phrases about regions of the motion where the gap is much denser than elsewhere.
+
+    Args:
+        regions: {quantity: shares of time and residual}.
+        twist: whether the twist was measured.
+    """
     words = []
     for name, shares in regions.items():
-        if name == 'frequency':
+        if name == 'frequency' or name == 'twist' and not twist:
             continue
         time, residual = shares['time'], shares['residual']
         density = {k: residual[k] / time[k] for k in time if time[k] and residual.get(k)}
@@ -209,15 +194,51 @@ def dense_regions(regions: Mapping[str, Mapping[str, Any]]) -> list[str]:
     return words
 
 
-def next_steps(data: Mapping[str, Any], closed_written: bool, validated: str | None,
-               axis: str = 'rotary') -> Sequence[str]:
+@dataclass(frozen=True)
+class UserFiles:
+    """
+    Files and options of a diagnosis, as the user's commands have them.
+
+    model, bags: as given. options: those that say how the recordings are read. closed: the closed
+    model, '' where it is not written. validated: the second recording, or None. robot: the file
+    of a simulator with the joint, '' for a model file. joint: options that select the joint.
+    """
+
+    model: str = 'drive.yaml'
+    bags: Sequence[str] = ('BAG',)
+    options: str = ''
+    closed: str = ''
+    validated: str | None = None
+    robot: str = ''
+    joint: str = ''
+
+    def command(self, name: str, model: str = '', more: str = '') -> str:
+        """Return the command `name` on the recordings, with another `model` and `more` options."""
+        bags = ' '.join(map(shlex.quote, self.bags))
+        joint = '' if model else self.joint
+        words = (f'gearbox_monitor {name}', bags, f'--model {shlex.quote(model or self.model)}',
+                 joint, self.options, more)
+        return ' '.join(word for word in words if word)
+
+    def export(self) -> str:
+        """Return the command that writes the closed model into the file of a simulator."""
+        kind = Path(self.robot).suffix.lower()
+        target = {'.urdf': 'urdf', '.sdf': 'sdf'}.get(kind, 'mjcf')
+        into = shlex.quote(self.robot) if self.robot else 'ROBOT.xml'
+        return (f'gearbox_monitor export {shlex.quote(self.closed)} --to {target} --into {into} '
+                f'{self.joint or "--joint NAME"}')
+
+
+NO_FILES = UserFiles()
+
+
+def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') -> Sequence[str]:
     """
     Return advice after a diagnosis.
 
     Args:
         data: the verdict as plain data.
-        closed_written: whether the closed model was written.
-        validated: name of the second recording, or None.
+        files: of the user.
         axis: of the model.
 
     Returns:
@@ -231,8 +252,8 @@ def next_steps(data: Mapping[str, Any], closed_written: bool, validated: str | N
         follows = (data.get('misfit') or {}).get('follows')
         law = f': the residual depends on the {follows["over"]}' if follows else ''
         fraction = data.get('closed_fraction')
-        closed = [f'simulate with drive.closed.yaml, which closes {percent(fraction)} of the gap '
-                  'on readings that were not fitted'] if closed_written and fraction else []
+        closed = [f'simulate with {files.closed}, which closes {percent(fraction)} of the gap '
+                  'on readings that were not fitted'] if files.closed and fraction else []
         return [*closed, f'look at the place of the verdict{law}; record again with another '
                 'motion, to see whether it is the same; add an effect of your own '
                 '(docs/effects.md) and diagnose again']
@@ -242,18 +263,19 @@ def next_steps(data: Mapping[str, Any], closed_written: bool, validated: str | N
         return [*advice, 'look for contacts at these times, and record again without them']
     if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
         return [*advice, 'the model is right; a finer encoder reading would show more']
-    if closed_written and 'kp' in (data.get('nominal') or {}):  # no torque to export or to fit
-        advice.append('simulate with drive.closed.yaml')
-    elif closed_written:
-        advice += ['simulate with drive.closed.yaml, or write it into the file of your simulator: '
-                   'gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint '
-                   'NAME',
-                   'fit its values to all recordings of the drive: gearbox_monitor fit-nominal '
-                   'BAG BAG2 --model drive.closed.yaml --out fitted.yaml']
+    if files.closed and 'kp' in (data.get('nominal') or {}):  # no torque to export or to fit
+        advice.append(f'simulate with {files.closed}')
+    elif files.closed:
+        advice += [f'simulate with {files.closed}, or write it into the file of your simulator: '
+                   f'{files.export()}',
+                   'fit its values to all recordings of the drive: '
+                   + files.command('fit-nominal', files.closed, '--out fitted.yaml')]
     else:
-        advice.append('write the model that closes the gap: --out DIR')
-    if not validated:
-        advice.append('test it on a recording with another motion: --validate BAG2')
+        advice.append('write the model that closes the gap: '
+                      + files.command('diagnose', more='--out DIR'))
+    if not files.validated:
+        advice.append('test it on a recording with another motion: '
+                      + files.command('diagnose', more='--validate BAG2'))
     return advice
 
 

@@ -19,9 +19,19 @@ from gearbox_monitor.cli.main import main
 
 
 @pytest.mark.parametrize('words, says', [
-    (['diagnose', 'BAG'], 'arguments are required: --model; see gearbox_monitor diagnose --help'),
-    (['benchmark', 'foo'], "argument NAME: invalid choice: 'foo'"),
-    ([], 'arguments are required: COMMAND; see gearbox_monitor --help')])
+    (['diagnose', 'BAG'],
+     '--model: missing, expected it; see gearbox_monitor diagnose --help'),
+    (['benchmark', 'foo'], "NAME: 'foo', expected one of "),
+    ([], 'COMMAND: missing, expected it; see gearbox_monitor --help'),
+    (['diagnos', 'BAG'], "COMMAND: 'diagnos', did you mean 'diagnose'?"),
+    (['diagnose', 'BAG', '--model', 'M', '--seed', 'x'], "--seed: 'x', expected a whole number;"),
+    (['suggest', '--model', 'M', '--max-torque', 'x'], "--max-torque: 'x', expected a number;"),
+    (['check', 'BAG', '--json'], '--json: no value, expected one argument;'),
+    (['check', 'BAG', 'BAG2'], 'BAG2: no option of this command, expected none of it;'),
+    (['live', '--foxglove', '--rerun'], '--rerun and --foxglove exclude each other;'),
+    (['live', '--port', 'x'], "--port: 'x', expected a whole number from 0 to 65535;"),
+    (['diagnose', 'BAG', '--model', 'M', '--re', 'x'],
+     '--re: expected one of --recorded-motor, ')])
 def test_bad_usage_is_one_line(words, says, capsys):
     with pytest.raises(SystemExit, match='2'):
         main(words)
@@ -37,3 +47,42 @@ def test_folder_of_a_result_is_checked_first(words, capsys, tmp_path):
     path = tmp_path / 'none' / 'result.png'
     assert main([*words, str(path)]) == 2
     assert f'{path}: no such folder, expected a new name' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('words, says', [
+    *((['live', '--estimator', name], f'--estimator: {name!r}, expected the name of a node, such '
+       'as estimator or /left/estimator') for name in ('', 'a b', '/', 'left//arm', '2nd')),
+    (['suggest', '--pair', 'lugre', 'lugre', '--model', 'M', '--max-torque', '3'],
+     "--pair: 'lugre' twice, expected two effects"),
+    (['suggest', '--pair', 'lugr', 'stribeck', '--model', 'M', '--max-torque', '3'],
+     "--pair: 'lugr': did you mean 'lugre'?"),
+    (['suggest', '--model', 'M', '--max-torque', '3'],
+     'gearbox_monitor suggest: expected either VERDICT or --pair ID ID'),
+    (['suggest', '--pair', 'lugre', 'stribeck', '--model', 'robot.xml', '--max-torque', '3'],
+     'robot.xml: the file of a simulator, expected joint (--joint): the joint of the drive in it'),
+    (['fleet', 'BAG', '--out', 'fleet', '--gearbox', 'archive'],
+     "--gearbox: 'archive' has no group, expected one around the name of the gearbox: "
+     "'archive/([^/]+)/'")])
+def test_wrong_use_is_one_line(words, says, capsys):
+    assert main(words) == 2
+    line, = capsys.readouterr().err.splitlines()
+    assert line.endswith(says) and line.count(f'{words[0]}: ') == 1
+
+
+@pytest.mark.parametrize('words, option', [
+    (['report', 'BAG'], '--out'), (['check', 'BAG'], '--json'), (['tune', 'BAG'], '--out'),
+    (['replay', 'BAG'], '--out'), (['replay', 'BAG'], '--csv'), (['compare', 'BAG'], '--png'),
+    (['accept', 'BAG'], '--write-model'), (['diagnose', 'BAG', '--model', 'M'], '--out'),
+    (['diagnose', 'BAG', '--model', 'M'], '--json'), (['adapt', 'BAG', '--model', 'M'], '--out'),
+    (['fit-nominal', 'BAG', '--model', 'M'], '--out'), (['fleet', 'BAG'], '--out'),
+    (['simulate', '--against', 'BAG', '--model', 'M'], '--out'),
+    (['suggest', '--pair', 'lugre', 'stribeck', '--model', 'M', '--max-torque', '3'], '--csv'),
+    (['export', 'M', '--to', 'mjcf'], '--out'), (['example'], '')])
+def test_nothing_is_written_into_the_folder_of_a_bag(words, option, capsys, tmp_path):
+    for name in ('metadata.yaml', 'run_0.mcap'):
+        (tmp_path / name).write_text('')
+    name = str(tmp_path / ('found.png' if option == '--png' else 'found.yaml'))
+    assert main([*words, *filter(None, [option]), name]) == 2
+    assert f'{name}: in the folder of a bag, which stays as it was recorded' in \
+        capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['metadata.yaml', 'run_0.mcap']

@@ -118,7 +118,7 @@ def test_imported_bag_has_the_setpoint(tmp_path, run, capsys):
     torque, = [line for line in findings if line['group'] == 'torque']
     assert torque['hurts'] == {'estimation': 'bad', 'drift': 'bad'}
     said = next(line for line in findings if line['name'] == 'diagnose')
-    assert said['figure'].startswith('takes it')
+    assert said['figure'].startswith('accepted')
     guessed = tmp_path / 'guessed'
     (tmp_path / 'log.csv').write_text((tmp_path / 'a.csv').read_text().replace(
         't,setpoint,motor,arm', 't,goal_position [deg],motor_position,link_position'))

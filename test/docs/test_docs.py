@@ -50,6 +50,25 @@ def test_written_page_is_up_to_date(name):
         f'run python docs/make_{name}.py'
 
 
+def test_pages_link_the_words_of_the_glossary():
+    """Each at its first use; every anchor that a page links to has a heading."""
+    links = runpy.run_path(str(ROOT / 'docs/link_terms.py'))
+    glossary = (ROOT / 'docs/glossary.md').read_text(encoding='utf-8')
+    headings = {title.lower().replace(' ', '-')
+                for title in re.findall(r'^## (.*)$', glossary, re.MULTILINE)}
+    assert {*links['TERMS']} <= headings
+    for page in PAGES:
+        text = page.read_text(encoding='utf-8')
+        assert {*re.findall(r'glossary\.md#([^)]*)\)', text)} <= headings, page.name
+    assert len(links['pages']()) > 30
+    for page in links['pages']():
+        text = page.read_text(encoding='utf-8')
+        assert links['linked'](text) == text, f'{page.name}: run python docs/link_terms.py'
+    once = links['linked']('`NIS` and NIS of white noise; [NIS](x.md)')
+    assert once == ('`NIS` and [NIS](glossary.md#nis) of [white](glossary.md#white) noise; '
+                    '[NIS](x.md)')
+
+
 def test_the_map_is_drawn_from_the_tree():
     picture = runpy.run_path(str(ROOT / 'docs/make_map.py'))['page']()
     assert (ROOT / 'docs/map.svg').read_text(encoding='utf-8') == picture, \

@@ -86,7 +86,7 @@ def test_first_hour(tmp_path, monkeypatch, capsys):
     assert low < nis < high
     assert 'baseline_file: "joint3_healthy.yaml"' in (tmp_path / 'joint3.yaml').read_text()
     page = (tmp_path / 'fleet/fleet.html').read_text(encoding='utf-8')
-    assert re.search(r'SN0815.*gap \+2[456]\.\d', page) and 'since 2026-01-15' in page
+    assert re.search(r'most in SN0815: \+2[456]\.\d', page) and 'since 2026-01-15' in page
 
 
 def entered(heading, folder):
@@ -112,7 +112,7 @@ def test_entrances_without_arm_encoder(heading, tmp_path, monkeypatch, capsys):
     shown = capsys.readouterr().out
     if heading == ENTRANCES[0]:
         assert 'verdict      pass' in shown
-        assert re.search(r'SN0816: gap .* \+2[456]\.\d', shown)
+        assert re.search(r'SN0816: backlash .* \+2[456]\.\d', shown)
 
 
 @pytest.mark.system

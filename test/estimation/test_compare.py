@@ -63,7 +63,8 @@ def test_table_and_figure(bag, tmp_path, capsys):
                  '--filterpy-samples', '3000']) == 0
     lines = capsys.readouterr().out.splitlines()
     assert picture.read_bytes().startswith(b'\x89PNG')
-    table = lines[2:4 + len(names)]
+    assert 'comes nearest to the torque: ' in lines[0]
+    table = lines[4:6 + len(names)]
     assert max(map(len, table)) <= 80
     assert [line.split()[0] for line in table[1:1 + len(names)]] == list(names)
     assert any('only the first 3000 of 4000 samples' in line for line in lines)

@@ -135,7 +135,9 @@ def test_verdict_as_json(worn):
 
 def test_text_files_and_a_second_recording(folder, worn, capsys):
     out, shown, data = worn.out, worn.shown, worn.data
-    assert 'Effect: arm_coulomb (arm side).' in shown
+    first = ' '.join(shown.split('\n  arm_coulomb')[0].split())
+    assert first == data['summary'] and first.startswith("The arm's Coulomb friction is 0.0")
+    assert first.endswith('the model has none. This explains the whole difference.')
     assert 'Cac = 0.0' in shown and ' N m' in shown and 'validation' in shown
     text = shown.replace(str(folder), '').replace(str(out.parent), '')
     assert max(map(len, text.splitlines())) <= 80
@@ -277,7 +279,7 @@ def test_an_unknown_effect_is_told_by_its_place(folder, tmp_path, capsys):
     path = write_csv(tmp_path / 'heavy.csv', *record(({'id': 'gravity', 'G': 0.01},)))
     report = tmp_path / 'verdict.json'
     assert call(folder, path, '--only', 'arm_viscous', 'torque_gain', '--json', str(report)) == 1
-    assert 'Place: arm side.' in ' '.join(capsys.readouterr().out.split())
+    assert 'no known effect explains it: arm side, ' in ' '.join(capsys.readouterr().out.split())
     rest = json.loads(report.read_text())['remainder']
     assert rest['location'] == 'arm_side'
     assert 0.0 < rest['size'] < 0.02 and rest['channel'] in ('motor', 'arm')

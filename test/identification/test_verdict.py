@@ -20,9 +20,8 @@ import pytest
 from test_judge import record
 
 from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.identification.findings import Finding, kind_of, KINDS, Remainder
+from gearbox_monitor.identification.findings import Finding, kind_of, KINDS
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.report.words import headline
 
 GOLDEN = json.loads((Path(__file__).parent / 'verdict_keys.json').read_text(encoding='utf-8'))
 CASES = {'none': ([], ['torque_gain', 'torque_map']),
@@ -71,13 +70,3 @@ def test_a_verdict_cannot_be_changed():
     (False, True, 'unknown')])
 def test_the_kind_follows_from_findings_and_remainder(findings, remainder, expected):
     assert kind_of(findings, remainder) == expected and expected in KINDS
-
-
-def test_the_headline_is_the_finding_and_the_rest_is_a_rest():
-    data = {'verdict': 'incomplete', 'effect': 'arm_encoder_delay', 'location': 'arm_sensor',
-            'findings': [Finding('arm_encoder_delay', 'arm_sensor', {'T': 0.004}, {'T': 1e-5},
-                                 900.0, share=0.93).to_dict()],
-            'remainder': Remainder('motor_side', 'motor', 0.01, 'speed of the motor').to_dict()}
-    assert headline(data) == (
-        'Effect: arm_encoder_delay (arm encoder). That explains 93.0 % of the gap; the rest has '
-        'no known cause (motor side, over the speed of the motor).')

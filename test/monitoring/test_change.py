@@ -210,7 +210,7 @@ def test_what_is_not_compared_is_never_ok():
     found = gearbox.go(10, 0.1, trusted=False)
     assert not gearbox.tracker.changes
     assert not alarmed(found[:3]) and len(alarmed(found)) == 7
-    assert 'gap not compared since 2001-09-09' in found[-1]['backlash'].message
+    assert 'backlash not compared since 2001-09-09' in found[-1]['backlash'].message
     # Nothing is known of that time.
     assert found[-1]['backlash'].values['growth_std'] > found[0]['backlash'].values['growth_std']
     assert alarmed(gearbox.go(10, 0.1)) and 'gap' in gearbox.tracker.changes
@@ -218,7 +218,7 @@ def test_what_is_not_compared_is_never_ok():
         gearbox.stamp += WINDOW
         pause = judged(gearbox.tracker, NotExcited(gearbox.stamp, 'only one flank is reached'))
     assert pause['backlash'].level == Level.WARN
-    assert pause['backlash'].message.startswith('gap has grown')
+    assert pause['backlash'].message.startswith('backlash has grown')
     assert 'only one flank' in pause['backlash'].message
     nothing = judged(Tracker(settings()), NotExcited(1, 'only one flank is reached'))
     assert nothing['backlash'].level == Level.WARN and 'only one' in nothing['backlash'].message
@@ -235,7 +235,7 @@ def test_a_good_fit_is_compared_where_the_filter_is_at_odds_with_the_drive():
     go(5, 0.3, gap_std=1.0)  # a poor fit of the gap
     assert not gearbox.tracker.changes
     found = go(10, 0.1)
-    assert alarmed(found) and 'gap has grown' in found[-1]['backlash'].message
+    assert alarmed(found) and 'backlash has grown' in found[-1]['backlash'].message
     # How far the filter's doubt moves the gap is not known, and stated.
     change = gearbox.tracker.changes['gap']
     assert change.growth == pytest.approx(0.1, abs=2 * change.std) and 0.01 < change.std < 0.03
@@ -299,7 +299,7 @@ def test_state_goes_on_bit_for_bit(tmp_path):
     file.write_text(json.dumps({**before, 'format': 2}))  # of the version before
     assert load_state(file, 'g7') == ({**state, 'adaptation': {}}, '')
     again = Tracker(gearbox.tracker.settings, state['drift'])
-    assert 'gap has grown' in outcomes(again)['backlash'].message
+    assert 'backlash has grown' in outcomes(again)['backlash'].message
     for _ in range(150):
         window = gearbox.window(0.02)
         assert repr(judged(again, window)) == repr(judged(gearbox.tracker, window))

@@ -86,10 +86,10 @@ def test_shrinkage_is_a_change_and_over_when_it_has_gone():
     gearbox = learnt(4)
     found = gearbox.go(50, -0.1)
     size(gearbox, 'gap_loss', 0.1)
-    assert 'gap has shrunk by 10' in found[-1]['backlash'].message
+    assert 'backlash has shrunk by 10' in found[-1]['backlash'].message
     found = gearbox.go(10, 0.0)
     assert not gearbox.tracker.changes and found[-1]['backlash'].level == Level.OK
-    assert any('over: gap had shrunk by' in f['backlash'].message for f in found)
+    assert any('over: backlash had shrunk by' in f['backlash'].message for f in found)
     gearbox.go(10, 0.05)
     size(gearbox, 'gap', 0.05)
 
@@ -208,7 +208,7 @@ def test_files_of_version_0_2_are_read():
     gearbox = Gearbox(31)
     gearbox.tracker = Tracker(gearbox.tracker.settings, state['drift'])
     size(gearbox, 'gap', 0.05)
-    assert 'gap has grown by +5' in outcomes(gearbox.tracker)['backlash'].message
+    assert 'backlash has grown by +5' in outcomes(gearbox.tracker)['backlash'].message
     gearbox.stamp = gearbox.tracker.stamp_ns
     gearbox.go(20, 0.08)
     size(gearbox, 'gap', 0.08)

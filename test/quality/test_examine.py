@@ -212,9 +212,9 @@ def test_one_encoder_suits_the_diagnosis(sound):
     assert lines['signs', 'torque and motor'].verdict() == OK
     lines, suits = judged(changed(sound, y=y), rigid)
     assert suits['estimation'] == BAD
-    assert lines['model', 'diagnose'].figure.startswith('takes it')
+    assert lines['model', 'diagnose'].figure.startswith('accepted')
     lines, suits = judged(changed(sound, y=y))
-    assert suits['diagnosis'] < BAD and lines['model', 'diagnose'].figure.startswith('takes it')
+    assert suits['diagnosis'] < BAD and lines['model', 'diagnose'].figure.startswith('accepted')
 
 
 def test_values_that_are_held_tell_their_true_rate(sound):

@@ -75,7 +75,7 @@ def test_all_of_it_is_written(folder):
     html = (folder / 'out/report.html').read_text(encoding='utf-8')
     assert 1e5 < len(html) < 5e6
     assert '<b>' not in html and 'worn &amp; &lt;b&gt;old.csv' in html
-    assert 'Effect: arm_coulomb (arm side).' in html and 'second recording' in html
+    assert 'The arm&#39;s Coulomb friction is 0.0' in html and 'second recording' in html
     assert '<strong>Cac = ' in html.split('What to do next')[0]  # the size, beside the name
     assert 'Missing torque: arm side' in html and 'nan' not in html.lower().split('<pre>')[0]
     for word in ('http:', 'https:', 'url(', '@import', ' src='):
@@ -92,6 +92,19 @@ def test_no_gap_has_a_page_too(folder, tmp_path, capsys):
     assert json.loads((out / 'verdict.json').read_text())['verdict'] == 'none'
     html = (out / 'report.html').read_text(encoding='utf-8')
     assert 'No gap: the model explains' in html and 'Missing torque' not in html
+
+
+def test_one_encoder_has_no_charts_of_what_it_does_not_measure(folder, tmp_path, capsys):
+    both = np.genfromtxt(folder / 'worn & <b>old.csv', delimiter=',', skip_header=1)
+    np.savetxt(tmp_path / 'one.csv', both[:, :3], '%.9g', ',', header='t,u,motor', comments='')
+    main(['diagnose', str(tmp_path / 'one.csv'), '--model', str(folder / 'drive.yaml'), '--out',
+          str(tmp_path / 'out'), '--only', 'arm_coulomb', '--jobs', '1'])
+    shown = capsys.readouterr().out
+    assert 'one encoder does not show it: record both' in shown and 'twist' not in shown
+    html = (tmp_path / 'out/report.html').read_text(encoding='utf-8').split('<pre>{')[0]
+    assert 'One encoder does not show the place' in html and 'motor - arm' not in html
+    assert 'angle of the motor' in html and 'angle of the arm' not in html
+    assert html.count('<details class="fold">') == 2  # where and which effect
 
 
 def test_a_motion_that_left_something_open_gets_the_command_for_a_better_one(folder, capsys):

@@ -136,12 +136,14 @@ def test_the_headline_is_the_worst_of_all_and_silence_is_an_error():
 
 def test_wear_comes_before_its_symptoms():
     history = judged(gearbox(), 2, 'prediction error')
-    grown = 'gap has grown by +41.0 % +- 0.3 % since 10:00: service the gearbox'
-    history.add_status(700.0, 'backlash', 1, grown + '; gap not compared since 10:05: still', {})
+    grown = 'backlash has grown by +41.0 % +- 0.3 % since 10:00: service the gearbox'
+    late = '; backlash not compared since 10:05: still'
+    history.add_status(700.0, 'backlash', 1, grown + late, {})
     other = judged(gearbox('wrist'), 2, 'model')
     html = parts(other, history)
     assert f'elbow: backlash: {grown} (1 more)' in html['summary']
-    history.add_status(701.0, 'backlash', 1, 'gap not compared since 10:05: standing still', {})
+    still = 'backlash not compared since 10:05: standing still'
+    history.add_status(701.0, 'backlash', 1, still, {})
     assert 'prediction error: so it is' in parts(history)['summary']
 
 

@@ -66,7 +66,7 @@ def test_live_and_replayed_say_the_same(pages):
     assert live['live'] and not again['live']
     for figures in pages.values():
         assert figures['samples'] == 1000 * SECONDS and figures['loops'] == 3
-        assert figures['headline'].startswith('Gap has grown by +')
+        assert figures['headline'].startswith('Backlash has grown by +')
         assert figures['within_2_sigma']['motor'] == pytest.approx(0.954, abs=0.01)
         assert figures['nis_over_dof'] == pytest.approx(1.0, abs=0.05)
         assert figures['counts']['missing arm positions'] == LOST[1] - LOST[0]
@@ -176,8 +176,9 @@ def test_headline_names_what_is_most_wrong():
     assert recording_page.trusted_share(line.spans) == pytest.approx(5.0 / 9.0)
     assert recording_page.headline(line) == (
         'The estimates were trusted 56 % of the time: far too large.', 'error')
-    line.add_outcomes(T0 + 9_000_000_000, {'backlash': (2, 'gap has grown: service it (for 1 s)')})
-    assert recording_page.headline(line) == ('Gap has grown: service it.', 'error')
+    grown = 'backlash has grown: service it (for 1 s)'
+    line.add_outcomes(T0 + 9_000_000_000, {'backlash': (2, grown)})
+    assert recording_page.headline(line) == ('Backlash has grown: service it.', 'error')
 
 
 # ---------------------------------------------------------------------- command and browser
@@ -212,7 +213,7 @@ def test_warning_and_error_differ(level):
     """The headline of each has its own kind and word."""
     line = Timeline(60.0)
     line.add_inputs(T0 + np.arange(3) * 1_000_000_000, np.zeros(3))
-    line.add_outcomes(T0, {'backlash': (level, 'gap has grown')})
+    line.add_outcomes(T0, {'backlash': (level, 'backlash has grown')})
     line.finish()
     html = recording_page.recording_page(
         line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'worn',

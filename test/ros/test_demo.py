@@ -139,7 +139,7 @@ def test_robot_names_the_joint_of_the_fault(demo, tmp_path):
     for command in re.findall(r'gearbox_monitor ((?:report|replay) .*)', output):
         subprocess.run([sys.executable, '-m', 'gearbox_monitor', *command.split()], check=True,
                        cwd=tmp_path, env={**os.environ, 'PYTHONPATH': str(ROOT)}, timeout=300)
-    assert 'joint1: Gap has grown by' in (tmp_path / 'bag.html').read_text() or starved
+    assert 'joint1: Backlash has grown by' in (tmp_path / 'bag.html').read_text() or starved
     assert len(list(tmp_path.glob('bag.joint*.html'))) == 6
 
 

@@ -127,7 +127,7 @@ def test_an_alert_keeps_its_recording(graph, tmp_path):
     with open_bag(by_itself / 'all') as bag:
         stamps = bag.joint_states('/joint_states', ('motor', 'arm')).stamp_ns
         source = bag.metadata['gearbox_monitor']['source']
-    assert len(stamps) > 500 and source.startswith('estimator: backlash: gap has grown by ')
+    assert len(stamps) > 500 and source.startswith('estimator: backlash: backlash has grown by ')
     assert 'backlash became ERROR: ' in graph.stop(estimator)
 
 

@@ -75,11 +75,11 @@ class ChangeTest:
 
 
 TESTS = (
-    ChangeTest('gap', 'backlash', GAP, 1, True, 0.13, 'gap has grown by'),
+    ChangeTest('gap', 'backlash', GAP, 1, True, 0.13, 'backlash has grown by'),
     # Far sharper where the others stay; what it finds is a change of the gap.
-    ChangeTest(ALONE, 'backlash', SHARP, 1, True, 0.42, 'gap has grown by'),
-    ChangeTest('gap_loss', 'backlash', GAP, -1, True, 0.03, 'gap has shrunk by'),
-    ChangeTest(ALONE_LOSS, 'backlash', SHARP, -1, True, 0.05, 'gap has shrunk by'),
+    ChangeTest(ALONE, 'backlash', SHARP, 1, True, 0.42, 'backlash has grown by'),
+    ChangeTest('gap_loss', 'backlash', GAP, -1, True, 0.03, 'backlash has shrunk by'),
+    ChangeTest(ALONE_LOSS, 'backlash', SHARP, -1, True, 0.05, 'backlash has shrunk by'),
     ChangeTest('lost_motion', 'backlash', LOST_MOTION, 1, True, 0.09, 'lost motion has grown by'),
     ChangeTest('lost_motion_loss', 'backlash', LOST_MOTION, -1, True, 0.02,
                'lost motion has shrunk by'),
@@ -144,7 +144,8 @@ def _conditions() -> Iterator[Condition]:
         scores = (f'{test.key}_score', *((f'{sharper}_score',) if sharper else ()))
         for k, limit in enumerate(_LIMITS[test.key]):
             sure = 'significant (false_alarm_interval) and ' if k == 0 else ''
-            also = ', or the gap > gap_limit' if limit == 'gap_error' and test.key == 'gap' else ''
+            also = ', or the backlash > gap_limit' \
+                if limit == 'gap_error' and test.key == 'gap' else ''
             yield Condition(
                 test.component, Level.ERROR if k == 2 else Level.WARN, f'{test.words} ... %',
                 f'{sure}change >= {limit}{also}',

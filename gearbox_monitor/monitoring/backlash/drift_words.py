@@ -79,7 +79,7 @@ def _leading(tracker: Tracker, component: str) -> int:
     return LOST_MOTION if window is not None and not window.separable else GAP
 
 
-NOUN = {GAP: 'gap', LOST_MOTION: 'lost motion', FRICTION: 'friction'}
+NOUN = {GAP: 'backlash', LOST_MOTION: 'lost motion', FRICTION: 'friction'}
 
 
 def _stale(tracker: Tracker, column: int, reason: str) -> str:

@@ -231,7 +231,7 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     if flank < MIN_FLANK:
         return without_gap('only one flank is reached')
     if traversals < MIN_TRAVERSALS:
-        return NotExcited(stamp_ns, f'gap crossed {traversals} times in the window, expected '
+        return NotExcited(stamp_ns, f'backlash crossed {traversals} times in the window, expected '
                           f'{MIN_TRAVERSALS} or more: there and back')
     if theta[STIFFNESS] <= LOADED * math.sqrt(max(fitted.covariance[STIFFNESS, STIFFNESS], 0.0)):
         return NotExcited(stamp_ns, 'the torque on the flanks does not grow with the twist: the '

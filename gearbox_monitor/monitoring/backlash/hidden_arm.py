@@ -102,7 +102,7 @@ class HiddenArm:
         """
         if self.model.driven_by == 'position':
             return NotExcited(stamp_ns, 'driven_by: position: behind so much friction the motor '
-                              'does not show the gap')
+                              'does not show the backlash')
         try:
             recording = _recording(stamps, rows)
         except InputError as error:
@@ -123,14 +123,14 @@ class HiddenArm:
         touched = sides[sides != 0]
         traversals = int((np.diff(touched) != 0).sum())
         if traversals < MIN_TRAVERSALS:
-            return NotExcited(stamp_ns, f'the teeth crossed the gap {traversals} times in the '
-                              f'window, expected {MIN_TRAVERSALS} or more: the torque on the arm '
-                              'has to change its sign')
+            return NotExcited(stamp_ns, f'the teeth crossed the backlash {traversals} times in '
+                              f'the window, expected {MIN_TRAVERSALS} or more: the torque on '
+                              'the arm has to change its sign')
         covariance = _covariance(likelihood, fit)
         std = np.sqrt(np.diag(covariance))
         if not std[i] < LARGEST_STD:
-            return NotExcited(stamp_ns, 'the reversals do not show the gap: standard deviation '
-                              f'{100.0 * min(std[i], 9.99):.0f} % of it, expected below '
+            return NotExcited(stamp_ns, 'the reversals do not show the backlash: standard '
+                              f'deviation {100.0 * min(std[i], 9.99):.0f} % of it, expected below '
                               f'{100.0 * LARGEST_STD:.0f} %')
         self._state = np.concatenate([fit.z, fit.torque])
         change, deviation = ({c.name: float(v) for c, v in zip(candidate.coordinates, values)}

@@ -38,7 +38,7 @@ STIFFNESS = Condition(
     'check the scale of the torque and of both encoders, then stiffness in the model file; a drop '
     'over weeks is wear', ('learned_stiffness',))
 GAP = Condition(
-    'model', Level.WARN, 'learned gap differs from the model file',
+    'model', Level.WARN, 'learned backlash differs from the model file',
     _WHEN.format('`learned_gap_rad` differs', 'gap_error'), 'the evaluation',
     'check the scale of both encoders, then half_gap in the model file; a growth over weeks is '
     'wear', ('learned_gap_rad',))

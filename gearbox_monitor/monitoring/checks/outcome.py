@@ -16,6 +16,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 import enum
+from typing import NamedTuple
 
 from gearbox_monitor.kernels.types import Values
 
@@ -26,6 +27,24 @@ class Level(enum.IntEnum):
     OK = 0
     WARN = 1
     ERROR = 2
+
+
+class LevelWords(NamedTuple):
+    """What a level says, and what to do then."""
+
+    means: str
+    advice: str
+
+
+LEVELS = {
+    Level.OK: LevelWords('the component was judged and nothing is wrong: its values can be used',
+                         'nothing'),
+    Level.WARN: LevelWords('something is doubtful, or nothing was judged yet: estimates go on, '
+                           'with less trust',
+                           'read the message: it names the condition and its remedy'),
+    Level.ERROR: LevelWords('the values of the component must not be used, or a change of the '
+                            'gearbox exceeds its limit', 'stop relying on it, and follow the '
+                            'remedy of the message')}
 
 
 @dataclass(frozen=True)

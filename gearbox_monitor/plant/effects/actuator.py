@@ -39,23 +39,28 @@ def gain_of_command(c: Coefficients, x1: float) -> float:
 
 TORQUE_GAIN = Effect(
     'torque_gain', 'actuator', 'u_act = (1 + g) u', (Parameter('g', '-', -1.0),),
+    noun='torque scale error',
+    shows='All accelerations are too large or too small by one factor, and so is the torque '
+          'against friction and weight.',
+    since='0.1.0',
     meaning='torque is commanded in another scale, as by a wrong torque constant',
     command=scaled_command, motor_gain=gain_of_command,
     starts=lambda s: [[FreeParameter('g', 0.0, 0.1, -0.95)]],
     separated_by={'motor_coulomb': 'dynamic torque instead of slow motion'},
-    subject=('g', 'torque scale'),
     column=BalanceColumn(
         lambda m, _: m.model[:, None], lambda b, _: {'g': float(1.0 / (1.0 + b[0]) - 1.0)},
         low=lambda m: -0.6, high=3.0, needs=TORQUE))
 
 TORQUE_OFFSET = Effect(
     'torque_offset', 'actuator', 'u_act = u + u0', (Parameter('u0', 'N m'),),
+    noun='torque offset',
+    shows='The drive creeps, or needs a torque to stand still, the same at all angles and speeds.',
+    since='0.1.0',
     meaning='torque has a constant offset', adds_to='torque_offset', in_filters=True,
     additive=True, twin='coulomb_asymmetry',
     starts=lambda s: [[FreeParameter('u0', 0.0, 0.1 * s.torque)]],
     separated_by={
         'coulomb_asymmetry': 'no motion separates them: they differ only near standstill'},
-    subject=('u0', 'torque offset'),
     column=BalanceColumn(
         lambda m, _: np.ones((len(m.t), 1)), lambda b, _: {'u0': float(-b[0])},
         twins=('coulomb_asymmetry', 'load_torque')))
@@ -63,15 +68,21 @@ TORQUE_OFFSET = Effect(
 # Lag and delay act over the steps of a simulation: composition.actuator has their equations.
 ACTUATOR_LAG = Effect(
     'actuator_lag', 'actuator', "T u_act' = u - u_act", (Parameter('T', 's', 0.0, 10.0),),
+    noun='time constant of the torque',
+    shows='Fast changes of the torque act later and smaller than commanded; slow ones fit.',
+    since='0.1.0',
     meaning='torque follows the command with a lag', torque_only=True,
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, 1.0)]],
     separated_by={'actuator_delay': 'a chirp or fast motion above 5 Hz'})
 
 ACTUATOR_DELAY = Effect(
     'actuator_delay', 'actuator', 'u_act(t) = u(t - T)', (Parameter('T', 's', 0.0, MAX_DELAY),),
+    noun='delay of the torque',
+    shows='The torque acts later by the same time at all frequencies; the difference follows its '
+          'rate of change.',
+    since='0.1.0',
     meaning='torque follows the command with a dead time', torque_only=True,
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
-    subject=('T', 'delay of the torque'),
     column=BalanceColumn(
         lambda m, late: moved(m.t, m.smooth, late), one('T'), setting='T',
         grid=lambda m: (0.005, 0.015), fixed_point=True, low=lambda m: 0.0, high=3.0 * MAX_DELAY,
@@ -108,9 +119,12 @@ def limits_reached(m: JointMotion) -> list[float]:
 SATURATION = Effect(
     'saturation', 'actuator', 'u_act = clip(u, -umax, umax)',
     (Parameter('umax', 'N m', 0.0, of_command=True),),
+    noun='torque limit',
+    shows='The model fits until the command exceeds a level; beyond it the drive accelerates as '
+          'if the command stayed there.',
+    since='0.1.0',
     meaning='torque is limited below the command', command=clipped_command, off=math.inf,
     order=-1, starts=limits_below_peak, torque_only=True,
-    subject=('umax', 'torque limit'),
     column=BalanceColumn(
         lambda m, u: (m.effort - np.clip(m.effort, -u, u))[:, None],
         lambda b, u: {'umax': u}, setting='umax', grid=limits_reached, low=lambda m: 0.85,
@@ -143,9 +157,12 @@ def with_ripple(c: Coefficients, x1: float, x3: float, u: float) -> float:
 TORQUE_RIPPLE = Effect(
     'torque_ripple', 'actuator', 'u_act = u (1 + A sin(N x1 + phi))',
     (Parameter('A', '-'), *PERIOD),
+    noun='ripple of the torque',
+    shows='The difference repeats N times per turn of the motor and grows with the commanded '
+          'torque.',
+    since='0.1.0',
     meaning='torque is modulated with the angle of the motor', motor_torque=with_ripple,
     motor_gain=ripple_gain, order=-1, starts=wave(lambda s: 0.05), rotary_only=True,
-    subject=('A', 'ripple of the torque'),
     column=BalanceColumn(
         lambda m, n: m.model[:, None] * waves(n * m.q), wave_values('A', -1.0), setting='N',
         grid=lambda m: range(1, 9), whole=True, needs=TORQUE))

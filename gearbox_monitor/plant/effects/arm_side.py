@@ -25,6 +25,10 @@ _M2 = Parameter('m2', 'kg m^2', 1e-9)
 
 ARM_VISCOUS = Effect(
     'arm_viscous', 'arm_side', 'tau_arm += Cav x4', (positive('Cav', 'N m s/rad'),),
+    noun='viscous friction',
+    shows='The arm is braked in proportion to its own speed; the gearbox transmits that torque, '
+          'so the twist shows it.',
+    since='0.1.0',
     meaning='viscous friction on the arm', in_filters=True, additive=True,
     counterpart='motor_viscous', merges_if_rigid=True,
     starts=lambda s: [[FreeParameter('Cav', 0.0, 0.1 * s.torque / s.speed, 0.0)]],
@@ -38,26 +42,41 @@ def _coulomb_starts(s: Scales) -> Starts:
 
 ARM_COULOMB = Effect(
     'arm_coulomb', 'arm_side', 'tau_arm += Cac s(x4)', (positive('Cac', 'N m'),),
+    noun='Coulomb friction',
+    shows='The arm stops sooner than in the model, and the twist changes sign with its direction '
+          'even at constant speed.',
+    since='0.1.0',
     meaning='Coulomb friction on the arm', in_filters=True, additive=True,
     counterpart='motor_coulomb', merges_if_rigid=True, starts=_coulomb_starts)
 
 GRAVITY = Effect(
     'gravity', 'arm_side', 'tau_arm += G sin(x2 + phi)',
     (Parameter('G', 'N m'), Parameter('phi', 'rad', default=0.0)),
+    noun='weight',
+    shows='The torque that holds the arm depends on its angle, as a sine; the arm drifts from '
+          'where the model holds it.',
+    since='0.1.0',
     meaning='weight of the arm', in_filters=True, additive=True, rotary_only=True,
     starts=wave(lambda s: 0.1 * s.torque),
     separated_by={'cogging': 'a wide range of angles'},
-    subject=('G', 'weight'),
     column=BalanceColumn(lambda m, _: waves(m.q), wave_values('G')))
 
 LOAD_TORQUE = Effect(
     'load_torque', 'arm_side', 'tau_arm += TL', (Parameter('TL', 'N m'),),
+    noun='constant load',
+    shows='The twist has an offset at all angles and in both directions: one tooth flank carries '
+          'nearly all the time.',
+    since='0.1.0',
     meaning='constant torque on the arm', in_filters=True, additive=True, merges_if_rigid=True,
     starts=lambda s: [[FreeParameter('TL', 0.0, 0.1 * s.torque)]],
     separated_by={'torque_offset': 'slow moves and dwells'})
 
 ARM_INERTIA = Effect(
     'arm_inertia', 'arm_side', 'm2 replaced', (_M2,),
+    noun='inertia',
+    shows='The arm accelerates less (or more) than in the model, and its resonance with the '
+          'gearbox has another frequency.',
+    since='0.1.0',
     meaning='inertia of the arm is not that of the model, as with a payload',
     replaces='arm_inertia', merges_if_rigid=True,
     starts=of_model(_M2, 'arm_inertia', (1.0, 0.7, 1.4)))
@@ -84,5 +103,9 @@ def burst(effect: Values, t: Array, dt: float) -> Array:
 DISTURBANCE = Effect(
     'disturbance', 'arm_side', 'tau_arm += amplitude from t0 for duration, a few times',
     (Parameter('t0', 's', 0.0), positive('duration', 's'), Parameter('amplitude', 'N m')),
+    noun='torque bursts',
+    shows='The model fits, except in a few short spans of time that do not repeat with the '
+          'motion.',
+    since='0.1.0',
     meaning='short torque bursts on the arm, as from contacts',
     arm_profile=burst, additive=True, starts=None)

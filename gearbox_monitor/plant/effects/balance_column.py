@@ -131,7 +131,8 @@ class BalanceColumn:
     `fixed_point`: it is the first coefficient itself. low(m),
     high: bounds of the first coefficient. needs: kind of input that shows it: ANY, COMMAND (torque
     that is commanded, not measured), TORQUE, or SETPOINT. twins: ids of effects with the same
-    columns in motion.
+    columns in motion. states: the value by which a report states it, '' for the effect's first
+    parameter: a name in _change is a difference to the model, one in _factor a ratio.
     """
 
     series: Callable[[JointMotion, float], Array]
@@ -146,3 +147,4 @@ class BalanceColumn:
     high: float = math.inf
     needs: str = ANY
     twins: tuple[str, ...] = ()
+    states: str = ''

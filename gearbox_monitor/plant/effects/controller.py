@@ -33,18 +33,25 @@ _KP = Parameter('kp', 'N m/rad', 1e-9)
 
 SERVO_GAIN = Effect(
     'servo_gain', 'controller', 'kp replaced', (_KP,),
+    noun='proportional gain',
+    shows='The servo answers an error of position with more or less torque: it follows closer, or'
+          ' sags further under load.',
+    since='0.2.0',
     meaning='proportional gain of the servo is not that of the model', replaces='kp',
     starts=of_model(_KP, 'kp', (1.0, 0.7, 1.4)),
     separated_by={'torque_gain': 'fast motion, in which the damping of the servo counts'},
-    subject=('kp_factor', 'gain of the servo, as a factor'),
     column=BalanceColumn(
         lambda m, _: (m.model + m.kd * m.v - m.compensation)[:, None],
         lambda b, _: {'kp_factor': float(1.0 / (1.0 + b[0]))}, low=lambda m: -0.75, high=4.0,
-        needs=OF_SETPOINT, twins=('torque_gain',)))
+        needs=OF_SETPOINT, states='kp_factor', twins=('torque_gain',)))
 
 SERVO_LIMIT = Effect(
     'servo_limit', 'controller', 'u clipped at +-umax',
     (Parameter('umax', 'N m', 0.0),),
+    noun='torque limit',
+    shows='Large or fast steps of the setpoint are followed more slowly than in the model; small '
+          'ones fit.',
+    since='0.2.0',
     meaning='servo limits its torque below the limit of the model', off=math.inf,
     starts=limits_below_peak)
 
@@ -62,8 +69,10 @@ def errors_reached(m: JointMotion) -> list[float]:
 
 SERVO_DEADBAND = Effect(
     'servo_deadband', 'controller', "u = kp dz(r - q, d) - kd q'", (positive('d', 'rad'),),
+    noun='dead band',
+    shows='The servo stops short of the setpoint and stays there, by up to the width of the band.',
+    since='0.2.0',
     meaning='servo does not react to small errors of position', starts=_deadband_starts,
-    subject=('d', 'dead band'),
     column=BalanceColumn(
         lambda m, d: (m.kp * np.clip(m.error, -d, d))[:, None], lambda b, d: {'d': d},
         setting='d', grid=errors_reached, low=lambda m: 0.6, high=1.5, needs=OF_SETPOINT))
@@ -72,6 +81,10 @@ _KI, _LATE = positive('ki', 'N m/(rad s)'), Parameter('T', 's', 0.0, MAX_SERVO_D
 
 SERVO_INTEGRATOR = Effect(
     'servo_integrator', 'controller', 'ki replaced', (_KI,),
+    noun='integral gain',
+    shows='Where the setpoint rests, a remaining error shrinks over time, which the model keeps '
+          '(or the reverse).',
+    since='0.2.0',
     meaning='integral gain of the servo is not that of the model', replaces='ki',
     starts=lambda s: [[replaced(_KI, ki, s.values['ki'] or s.values['kp'], s.values['ki'])]
                       for ki in (s.values['ki'], s.values['kp'], 5.0 * s.values['kp'])],
@@ -81,28 +94,38 @@ _KFF = positive('kff', 'N m s/rad')
 
 SERVO_FEEDFORWARD = Effect(
     'servo_feedforward', 'controller', 'feedforward replaced', (_KFF,),
+    noun="feedforward of the setpoint's speed",
+    shows='The lag behind a setpoint that moves at constant speed is smaller or larger than in '
+          'the model; at rest both agree.',
+    since='0.2.0',
     meaning="servo adds another torque in proportion to the setpoint's speed than the model says",
     replaces='feedforward', starts=of_model(_KFF, 'feedforward', (1.0,), lambda s: max(
         s.values['kd'], s.values['viscous_friction'])))
 
 SERVO_DELAY = Effect(
     'servo_delay', 'controller', 'delay replaced', (_LATE,),
+    noun='delay',
+    shows='The servo overshoots and oscillates more than in the model after a step of the '
+          'setpoint.',
+    since='0.2.0',
     meaning='torque of the servo comes later than the model says', replaces='delay',
     starts=lambda s: [[FreeParameter('T', s.values['delay'] + late, 0.005, 0.0, MAX_SERVO_DELAY)]
                       for late in (0.0, 0.004, 0.015)],
     separated_by={'setpoint_delay': 'steps of the setpoint, after which the drive oscillates'},
-    subject=('T_change', 'servo delay'),
     column=BalanceColumn(
         lambda m, _: m.model[:, None], one('T_change'), momentum=True, low=not_negative,
-        needs=OF_SETPOINT, twins=('actuator_delay', 'actuator_lag')))
+        needs=OF_SETPOINT, states='T_change', twins=('actuator_delay', 'actuator_lag')))
 
 SETPOINT_DELAY = Effect(
     'setpoint_delay', 'controller', 'r(t) -> r(t - T)',
     (Parameter('T', 's', 0.0, MAX_SETPOINT_DELAY),),
+    noun='delay of the setpoint',
+    shows='All of the motion comes later than in the model by the same time and is otherwise the '
+          'same.',
+    since='0.2.0',
     meaning='setpoint comes to the servo with a dead time',
     starts=lambda s: [[FreeParameter('T', 0.002, 0.004, 0.0, MAX_SETPOINT_DELAY)],
                       [FreeParameter('T', 0.02, 0.01, 0.0, MAX_SETPOINT_DELAY)]],
-    subject=('T', 'delay of the setpoint'),
     column=BalanceColumn(
         lambda m, _: (m.kp * m.setpoint_speed)[:, None], one('T'), low=not_negative,
         high=MAX_SETPOINT_DELAY, needs=OF_SETPOINT, twins=('setpoint_lag',)))
@@ -110,6 +133,9 @@ SETPOINT_DELAY = Effect(
 SETPOINT_LAG = Effect(
     'setpoint_lag', 'controller', "T r_f' = r - r_f, r_f in place of r",
     (Parameter('T', 's', 0.0, 10.0),),
+    noun='time constant of the setpoint filter',
+    shows='Corners of the setpoint are rounded: fast parts come later and smaller, slow ones fit.',
+    since='0.2.0',
     meaning='servo filters its setpoint',
     starts=lambda s: [[FreeParameter('T', 0.005, 0.01, 0.0, 1.0)]],
     separated_by={'setpoint_delay': 'a chirp or fast motion above 5 Hz'})

@@ -131,7 +131,8 @@ class Effect:
 
     What it is:
         id, location, meaning: its name, one of LOCATIONS ('': its parameter place says which),
-            one line for reports.
+            one line for reports. noun: its first parameter in words; shows: how it shows in
+            data; since: version. docs/effects.md and the command explain are made of these.
         equation: text in the symbols of docs/effects.md.
         parameters: in the order of the fields of `c`. The effect is off where the first one is
             `off`; where a kernel evaluates the effect, off must be 0.
@@ -174,7 +175,6 @@ class Effect:
         torque_only: it acts on a torque that is recorded, which that of a servo is not.
     In the balance of a whole robot:
         column: its BalanceColumn, None for what the balance of torques does not show.
-        subject: the value by which a robot's report states it, and what it is in words.
     """
 
     id: str
@@ -185,6 +185,9 @@ class Effect:
     torques: Torques | None = None
     starts: tuple[float, ...] | Callable[[Scales], Starts] | None = ()
     meaning: str = ''
+    noun: str = ''
+    shows: str = ''
+    since: str = ''
     adds_to: str = ''
     in_filters: bool = False
     additive: bool = False
@@ -212,7 +215,6 @@ class Effect:
     separated_by: Mapping[str, str] = field(default_factory=dict)
     rotary_only: bool = False
     needs_both_encoders: bool = False
-    subject: tuple[str, str] = ('', '')
     torque_only: bool = False
     column: BalanceColumn | None = None
 

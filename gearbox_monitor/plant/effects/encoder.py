@@ -50,31 +50,58 @@ _DELAY = Parameter('T', 's', 0.0, MAX_DELAY)
 
 MOTOR_ENCODER_ECCENTRICITY = Effect(
     'motor_encoder_eccentricity', 'motor_sensor', 'y1 = x1 + A sin(x1 + phi)',
-    (_AMPLITUDE, _PHASE), meaning='disc of the motor encoder is off centre',
+    (_AMPLITUDE, _PHASE),
+    noun='eccentricity',
+    shows='The reading of the motor is off by a sine of its own angle, once per turn, at any '
+          'speed and load.',
+    since='0.1.0',
+    meaning='disc of the motor encoder is off centre',
     encoder_error=eccentricity_error, starts=wave(_eccentricity_size), rotary_only=True,
     separated_by={'arm_encoder_eccentricity': 'more than one turn of travel'})
 
 # Read from the lattice of the readings, not fitted.
 MOTOR_ENCODER_QUANTISATION = Effect(
     'motor_encoder_quantisation', 'motor_sensor', 'y1 = q round((x1 + n1) / q)',
-    (positive('q', 'rad'),), meaning='motor encoder is coarse', lattice=True, starts=None)
+    (positive('q', 'rad'),),
+    noun='step',
+    shows='Readings of the motor take only multiples of one step; in slow motion they form '
+          'stairs.',
+    since='0.1.0',
+    meaning='motor encoder is coarse', lattice=True, starts=None)
 
 # Delays interpolate between samples: composition.reading has their equation.
 MOTOR_ENCODER_DELAY = Effect(
     'motor_encoder_delay', 'motor_sensor', 'y1(t) = x1(t - T)', (_DELAY,),
+    noun='delay',
+    shows='The reading of the motor comes late by the same time; the difference is proportional '
+          'to its speed.',
+    since='0.1.0',
     meaning='reading of the motor encoder is late', starts=_delay_starts)
 
 ARM_ENCODER_ECCENTRICITY = Effect(
     'arm_encoder_eccentricity', 'arm_sensor', 'y2 = x2 + A sin(x2 + phi)',
-    (_AMPLITUDE, _PHASE), meaning='disc of the arm encoder is off centre',
+    (_AMPLITUDE, _PHASE),
+    noun='eccentricity',
+    shows='The reading of the arm is off by a sine of its own angle, once per turn, at any speed '
+          'and load.',
+    since='0.1.0',
+    meaning='disc of the arm encoder is off centre',
     encoder_error=eccentricity_error, starts=wave(_eccentricity_size), rotary_only=True)
 
 ARM_ENCODER_QUANTISATION = Effect(
     'arm_encoder_quantisation', 'arm_sensor', 'y2 = q round((x2 + n2) / q)',
-    (positive('q', 'rad'),), meaning='arm encoder is coarse', lattice=True, starts=None)
+    (positive('q', 'rad'),),
+    noun='step',
+    shows='Readings of the arm take only multiples of one step; in slow motion they form stairs.',
+    since='0.1.0',
+    meaning='arm encoder is coarse', lattice=True, starts=None)
 
 ARM_ENCODER_DELAY = Effect(
     'arm_encoder_delay', 'arm_sensor', 'y2(t) = x2(t - T)', (_DELAY,),
+    noun='delay',
+    shows='The reading of the arm comes late by the same time; the difference is proportional to '
+          'its speed, and a twist seems to follow it.',
+    since='0.1.0',
     meaning='reading of the arm encoder is late', starts=_delay_starts)
 
 
@@ -86,6 +113,9 @@ def offset_error(c: Coefficients, x: float) -> Three:
 
 ENCODER_OFFSET = Effect(
     'encoder_offset', 'arm_sensor', 'y2 = x2 + c', (Parameter('c', 'rad'),),
+    noun='zero offset',
+    shows='The twist has a constant offset while the torque through the gearbox has none.',
+    since='0.1.0',
     meaning='encoders do not share their zero', encoder_error=offset_error,
     needs_both_encoders=True,
     starts=lambda s: [[FreeParameter('c', 0.0, 0.1 * s.twist)]])

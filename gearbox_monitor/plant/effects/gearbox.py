@@ -47,6 +47,10 @@ def _backlash_starts(s: Scales) -> Starts:
 
 BACKLASH_GAP = Effect(
     'backlash_gap', 'transmission', 'b replaced', (_B,),
+    noun='half backlash',
+    shows='At a reversal the motor moves by another angle before the arm follows; the twist steps'
+          ' by another width.',
+    since='0.1.0',
     meaning='backlash is not that of the model', replaces='half_gap', starts=_backlash_starts)
 
 
@@ -60,6 +64,10 @@ def _stiffness_starts(s: Scales) -> Starts:
 
 STIFFNESS = Effect(
     'stiffness', 'transmission', 'K replaced', (_K,),
+    noun='stiffness',
+    shows='Under load the twist is larger or smaller than in the model in proportion to the '
+          'torque, and the resonance shifts.',
+    since='0.1.0',
     meaning='stiffness of the gearbox is not that of the model', replaces='stiffness',
     starts=_stiffness_starts,
     separated_by={'hardening': 'several load amplitudes',
@@ -89,6 +97,9 @@ def hardening_torque(c: Coefficients, twist: float, z: float, half_gap: float) -
 
 HARDENING = Effect(
     'hardening', 'transmission', 'tau_K += K3 dz(delta, b)^3', (Parameter('K3', 'N m/rad^3'),),
+    noun='cubic stiffness',
+    shows='Small loads fit; at large ones the twist is smaller (or larger) than in the model.',
+    since='0.1.0',
     meaning='gearbox stiffens (or softens) with load', elastic=hardening_torque,
     starts=lambda s: [[FreeParameter('K3', 0.0, 0.1 * s.torque / s.twist ** 3)]])
 
@@ -142,6 +153,10 @@ BOUC_WEN = Effect(
     'hysteresis_bouc_wen', 'transmission',
     "tau_K += Th z, z' = (delta' - |delta'| z) / dh",
     (Parameter('Th', 'N m'), Parameter('dh', 'rad', 1e-6, 1e3)),
+    noun='hysteresis torque',
+    shows='Torque over twist is a loop: loading and unloading take different paths, also in slow '
+          'motion.',
+    since='0.1.0',
     meaning='gearbox loses energy: torque over twist is a loop with soft ends',
     elastic=bouc_wen_torque, memory=bouc_wen_memory, memory_starts=LOOP_STARTS,
     starts=_bouc_wen_starts)
@@ -195,11 +210,18 @@ BRANCH = Effect(
     'hysteresis_branch', 'transmission',
     "tau_K = K dz(delta - h s, b), s' = (delta' - |delta'| s) / ds",
     (Parameter('h', 'rad'), Parameter('ds', 'rad', 1e-6, 1e3)),
+    noun='hysteresis angle',
+    shows='Torque over twist has two parallel branches, and the drive jumps between them at '
+          'reversals.',
+    since='0.1.0',
     meaning='torque over twist has two branches, one per direction',
     twist=branch_twist, memory=branch_memory, memory_starts=LOOP_STARTS, starts=_branch_starts)
 
 TRANSMISSION_DAMPING = Effect(
     'transmission_damping', 'transmission', 'D replaced', (_D,),
+    noun='damping',
+    shows='Oscillations of the arm against the motor decay faster or slower than in the model.',
+    since='0.1.0',
     meaning='damping of the gearbox is not that of the model', replaces='damping',
     starts=of_model(_D, 'damping', usual=lambda s: 0.1 * s.torque / s.speed))
 
@@ -224,5 +246,9 @@ def mesh_twist(c: Coefficients, x1: float, x2: float, z: float) -> float:
 MESH_ERROR = Effect(
     'mesh_error', 'transmission', 'delta -> delta + A sin(N x1 + phi) in tau_K',
     (Parameter('A', 'rad'), *PERIOD),
+    noun='transmission error',
+    shows='The twist has a wave of N periods per turn of the motor that is there in slow motion '
+          'and without load.',
+    since='0.1.0',
     meaning='transmission error that repeats with the angle of the motor', twist=mesh_twist,
     order=-1, starts=wave(lambda s: 0.25 * s.swing or 0.05 * s.twist), rotary_only=True)

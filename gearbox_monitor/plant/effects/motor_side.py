@@ -59,6 +59,10 @@ def friction_side(x3: float, base: MotorFriction) -> float:
 
 MOTOR_VISCOUS = Effect(
     'motor_viscous', 'motor_side', 'Cv replaced', (_CV,),
+    noun='viscous friction',
+    shows='The torque that the model lacks is proportional to the speed: fast moves are too fast '
+          'or too slow, slow ones fit.',
+    since='0.1.0',
     meaning='viscous friction of the motor is not that of the model',
     replaces='viscous_friction', counterpart='arm_viscous',
     starts=of_model(_CV, 'viscous_friction', usual=lambda s: s.torque / s.speed),
@@ -68,17 +72,21 @@ MOTOR_VISCOUS = Effect(
     column=BalanceColumn(
         lambda m, whole: per_unit(m.wet, m.v) if whole else m.v[:, None], one('Cv_change'),
         grid=whole_friction, low=lambda m: -math.inf if m.learnt else -m.viscous,
-        twins=('arm_viscous',)))
+        states='Cv_change', twins=('arm_viscous',)))
 
 MOTOR_COULOMB = Effect(
     'motor_coulomb', 'motor_side', 'Cc replaced', (_CC,),
+    noun='Coulomb friction',
+    shows='The torque that the model lacks has one size at all speeds and changes sign with the '
+          'direction; the difference is largest right after a reversal.',
+    since='0.1.0',
     meaning='Coulomb friction of the motor is not that of the model',
     replaces='coulomb_friction', counterpart='arm_coulomb',
     starts=of_model(_CC, 'coulomb_friction', usual=lambda s: s.friction),
     column=BalanceColumn(
         lambda m, whole: per_unit(m.dry, m.sign) if whole else m.sign[:, None], one('Cc_change'),
         grid=whole_friction, low=lambda m: -math.inf if m.learnt else -m.coulomb,
-        twins=('arm_coulomb',)))
+        states='Cc_change', twins=('arm_coulomb',)))
 
 
 # ---------------------------------------------------------------------- friction
@@ -111,12 +119,15 @@ def _stribeck_starts(s: Scales) -> Starts:
 STRIBECK = Effect(
     'stribeck', 'motor_side', 'Cc -> Cc + Cs exp(-(x3/vs)^2)',
     (positive('Cs', 'N m'), Parameter('vs', 'rad/s', 1e-3, 1e3)),
+    noun='friction at low speed',
+    shows='The drive sticks and breaks away at low speed where the model glides; moves faster '
+          'than a few times vs fit.',
+    since='0.1.0',
     meaning='friction of the motor is higher at low speed',
     friction=stribeck_torque, starts=_stribeck_starts,
     at_rest=lambda effect, sharpness: AtRest(TWO_OVER_PI * sharpness * effect['Cs']),
     separated_by={'lugre': 'slow reversals',
                   'motor_coulomb': 'slow reversals and several speeds'},
-    subject=('Cs', 'friction at low speed'),
     column=BalanceColumn(
         lambda m, vs: (m.sign * np.exp(-(m.v / vs) ** 2))[:, None],
         lambda b, vs: {'Cs': float(b[0]), 'vs': vs}, setting='vs',
@@ -199,6 +210,10 @@ LUGRE = Effect(
     (Parameter('sigma0', 'N m/rad', 1e-3, 1e6, off_at_infinity=True),
      positive('sigma1', 'N m s/rad'), positive('Cs', 'N m'),
      Parameter('vs', 'rad/s', 1e-3, 1e3)),
+    noun='stiffness before friction slips',
+    shows='At a reversal the motor springs back by a small angle before it slips, and friction '
+          'falls as speed rises.',
+    since='0.1.0',
     meaning='friction of the motor gives elastically before it slips, and falls with speed',
     friction=lugre_torque, memory=bristle, starts=_lugre_starts,
     at_rest=lambda effect, sharpness: AtRest(effect['sigma1'], effect['sigma0']))
@@ -225,6 +240,10 @@ def asymmetry_torque(c: Coefficients, t: float, x3: float, z: float,
 
 COULOMB_ASYMMETRY = Effect(
     'coulomb_asymmetry', 'motor_side', 'tau_f += Ca |s(x3)|', (Parameter('Ca', 'N m'),),
+    noun='friction that differs by direction',
+    shows='One direction needs more torque than the other, by the same amount at all speeds and '
+          'angles.',
+    since='0.1.0',
     meaning='friction of the motor differs between the directions',
     friction=asymmetry_torque, twin='torque_offset',
     starts=lambda s: [[FreeParameter('Ca', 0.0, s.friction)]],
@@ -252,32 +271,42 @@ def viscous_asymmetry_torque(c: Coefficients, t: float, x3: float, z: float,
 
 VISCOUS_ASYMMETRY = Effect(
     'viscous_asymmetry', 'motor_side', 'tau_f += Cva |x3|', (Parameter('Cva', 'N m s/rad'),),
+    noun='viscous friction that differs by direction',
+    shows='One direction needs more torque than the other, by an amount proportional to the '
+          'speed.',
+    since='0.2.0',
     meaning='viscous friction of the motor differs between the directions',
     friction=viscous_asymmetry_torque,
     starts=lambda s: [[FreeParameter('Cva', 0.0, 0.3 * s.torque / s.speed)]],
     at_rest=lambda effect, sharpness: AtRest(abs(effect['Cva'])),
     separated_by={'coulomb_asymmetry': _SEVERAL_SPEEDS, 'torque_offset': _SEVERAL_SPEEDS},
-    subject=('Cva', 'viscous friction that differs by direction'),
     column=BalanceColumn(lambda m, _: np.abs(m.v)[:, None], one('Cva')))
 
 LOAD_FRICTION = Effect(
     'load_friction', 'motor_side', 'tau_f += Cl |tau_K| s(x3)',
     (positive('Cl', 'N m per N m', 1.0),),
+    noun='friction per load',
+    shows='Friction rises and falls with the torque through the gearbox: light moves fit, loaded '
+          'ones are too fast in the model.',
+    since='0.1.0',
     meaning='friction of the motor grows with the transmitted torque',
     in_filters=True, additive=True,
     starts=lambda s: [[FreeParameter('Cl', 0.0, 0.1, 0.0, 1.0)]],
     separated_by={'motor_coulomb': 'several load amplitudes'},
-    subject=('Cl', 'friction per load'),
     column=BalanceColumn(
         lambda m, _: (np.abs(m.load) * m.sign)[:, None], one('Cl'), low=not_negative))
 
 MOTOR_INERTIA = Effect(
     'motor_inertia', 'motor_side', 'm1 replaced', (_M1,),
+    noun='rotor inertia',
+    shows='The difference follows the acceleration of the motor, also while the backlash '
+          'separates it from the arm.',
+    since='0.1.0',
     meaning='inertia of the motor is not that of the model', replaces='motor_inertia',
     starts=of_model(_M1, 'motor_inertia', (1.0, 0.7, 1.4)),
     column=BalanceColumn(
         lambda m, _: m.v[:, None], one('m1_change'), momentum=True,
-        low=lambda m: -math.inf if m.learnt else -m.armature))
+        low=lambda m: -math.inf if m.learnt else -m.armature, states='m1_change'))
 
 
 @jit_part
@@ -306,12 +335,16 @@ def _drift_starts(s: Scales) -> Starts:
 VISCOUS_DRIFT = Effect(
     'viscous_drift', 'motor_side', 'Cv -> Cv (1 + r (1 - exp(-t/T))), t from the start',
     (Parameter('r', '-', -1.0), Parameter('T', 's', 1e-2, 1e5)),
+    noun='drift of viscous friction',
+    shows='The same motion fits at one end of the recording and not at the other; the difference '
+          'changes smoothly with time.',
+    since='0.1.0',
     meaning='viscous friction changes during the recording, as oil that warms up',
     friction=drift_torque, starts=_drift_starts,
     column=BalanceColumn(
         lambda m, tc: (m.v * -np.expm1(-m.t / tc))[:, None],
         lambda b, tc: {'Cv_change': float(b[0]), 'T': tc}, setting='T',
-        grid=lambda m: (3.0, 10.0)))
+        grid=lambda m: (3.0, 10.0), states='Cv_change'))
 
 
 # ---------------------------------------------------------------------- torque
@@ -336,9 +369,12 @@ def with_cogging(c: Coefficients, x1: float, x3: float, u: float) -> float:
 
 COGGING = Effect(
     'cogging', 'motor_side', "m1 x3' += A sin(N x1 + phi)", (Parameter('A', 'N m'), *PERIOD),
+    noun='cogging torque',
+    shows='The difference repeats N times per turn of the motor and has the same size with and '
+          'without load.',
+    since='0.1.0',
     meaning='torque of the motor varies with its angle, also without current',
     motor_torque=with_cogging, starts=wave(lambda s: 0.1 * s.torque), rotary_only=True,
-    subject=('A', 'ripple over the angle'),
     column=BalanceColumn(
         lambda m, n: waves(n * m.q), wave_values('A', -1.0), setting='N',
         grid=lambda m: range(2, 41), whole=True))

@@ -205,6 +205,10 @@ TORQUE_MAP = Effect(
     (Parameter('place', '-', choices=SIDES), Parameter('variable', '-', choices=VARIABLES),
      Parameter('knots', 'of the variable', listed=True), Parameter('values', 'N m', listed=True),
      Parameter('deviations', 'N m', 0.0, listed=True)),
+    noun='torque',
+    shows='What no law of the library describes remains after the fit and repeats over one '
+          'quantity: angle, speed, twist, torque or time.',
+    since='0.2.0',
     meaning='torque that depends on one quantity in a way that no law of the library describes',
     order=-1,  # over the torque of the actuator, not over what other effects make of it
     friction=map_friction, motor_torque=with_map, arm_torque=map_on_arm, elastic=map_of_twist,

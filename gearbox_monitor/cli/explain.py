@@ -1,0 +1,111 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Explain an effect, a condition of a component or a level in words.
+
+Of an effect: what it is, how it shows in data, what it is confused with and the motion that tells
+them apart, what it becomes in each simulator, since which version. Of a condition: when it is
+raised, the values that show it, what to do. NAME is an id of diagnose, the words of a message, a
+component, or a key of /diagnostics. Without NAME: the list.
+
+usage examples:
+  gearbox_monitor explain
+  gearbox_monitor explain stribeck
+  gearbox_monitor explain prediction errors biased
+  gearbox_monitor explain ljung_box
+  gearbox_monitor explain WARN
+"""
+from argparse import ArgumentParser, Namespace
+import textwrap
+
+from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
+from gearbox_monitor.cli.options import dump
+from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.plant.effects import EFFECTS, library, LOCATIONS
+from gearbox_monitor.report.explanation import ALL_CONDITIONS, Explanation, explanations
+
+WIDTH = 80
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    parser.add_argument('name', nargs='*', metavar='NAME',
+                        help='effect, condition, component, key of /diagnostics, or level')
+    parser.add_argument('--json', action='store_true', help='print the texts as JSON')
+
+
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    if not args.name:
+        listed = contents()
+        print(dump(listed) if args.json else list_text(listed))
+        return 0
+    matches = named(' '.join(args.name))
+    print(dump([{'title': e.title, **{k: list(v) for k, v in e.parts.items()}} for e in matches])
+          if args.json else '\n\n'.join(text(e) for e in matches))
+    return 0
+
+
+def named(word: str) -> list[Explanation]:
+    """Return the Explanations that `word` names. Raises InputError with the most similar name."""
+    table: dict[str, list[Explanation]] = {}
+    for names, explanation in explanations():
+        for name in dict.fromkeys(n.casefold() for n in names):
+            table.setdefault(name, []).append(explanation)
+    key = word.casefold()
+    if key not in table:
+        near = unknown(key, table)
+        raise InputError(f'{word!r}: ' + (near if near.startswith('did you mean') else
+                                          'expected a name that gearbox_monitor explain lists'))
+    return table[key]
+
+
+def contents() -> dict[str, list[str]]:
+    """Return {heading: names} of all that can be explained."""
+    listed = {f'effects: {place}': [e.id for e in EFFECTS.values() if e.location == place]
+              for place in LOCATIONS}
+    listed['effects: anywhere'] = [e.id for e in EFFECTS.values() if not e.location]
+    listed['effects: plug-ins'] = [name for name in library() if name not in EFFECTS]
+    listed['effects: whole robot'] = list(dict.fromkeys(e.id for e in ROBOT_EFFECTS))
+    for condition in ALL_CONDITIONS:
+        says = listed.setdefault(f'conditions: {condition.component}', [])
+        if condition.says not in says:
+            says.append(condition.says)
+    listed['levels'] = [level.name for level in Level]
+    return {heading: names for heading, names in listed.items() if names}
+
+
+def list_text(listed: dict[str, list[str]]) -> str:
+    """Return the names `listed` under their headings as lines."""
+    lines: list[str] = []
+    for heading, names in listed.items():
+        mark = '; ' if heading.startswith('conditions') else ', '
+        lines += [heading, *_wrapped(mark.join(names), '  ')]
+    return '\n'.join(lines)
+
+
+def text(explanation: Explanation) -> str:
+    """Return an Explanation as lines of at most 80 columns."""
+    lines = _wrapped(explanation.title, '')
+    for heading, words in explanation.parts.items():
+        lines += ['', heading]
+        lines += [line for part in words for line in _wrapped(part, '  ')]
+    return '\n'.join(lines)
+
+
+def _wrapped(words: str, indent: str) -> list[str]:
+    return textwrap.wrap(words, WIDTH, initial_indent=indent, subsequent_indent=indent,
+                         break_on_hyphens=False)

@@ -1,0 +1,162 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What an effect, a condition or a level is, in words: one text for the command and the pages.
+
+Each text comes from the object itself: an Effect, a RobotEffect, a Condition, a Level.
+"""
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+import math
+import re
+
+from gearbox_monitor.balance.robot_effects import BASE, JOINT, ROBOT_EFFECTS, RobotEffect
+from gearbox_monitor.export.mjcf import CONSTRUCT, EXPRESSIONS, NATIVE, REFUSED
+from gearbox_monitor.export.parameter_list import expressed_as
+from gearbox_monitor.monitoring.backlash import change_tests
+from gearbox_monitor.monitoring.checks.outcome import Condition, Level, LEVELS
+from gearbox_monitor.monitoring.monitor import CONDITIONS
+from gearbox_monitor.plant.effects import Effect, EFFECTS, library, Parameter
+from gearbox_monitor.report.summary import PLACES
+from gearbox_monitor.report.words import SEPARATES
+
+OF_EFFECT = ('What it is', 'In the data', 'Confused with', 'In simulators', 'Since')
+OF_CONDITION = ('What it says', 'When', 'Window', 'Values', 'What to do')
+OF_LEVEL = ('What it says', 'What to do')
+SIMULATORS = {'urdf': 'URDF', 'sdf': 'SDF', 'isaac': 'Isaac', 'drake': 'Drake', 'bam': 'BAM'}
+WAYS = {NATIVE: '', CONSTRUCT: ' (approximately)', REFUSED: ' (not in the file)'}
+ALL_CONDITIONS = (*CONDITIONS, *change_tests.CONDITIONS)
+ALIKE = 'no motion tells them apart'
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A title, and {heading: lines of text} in the order of a page."""
+
+    title: str
+    parts: Mapping[str, tuple[str, ...]]
+
+
+def bounds(parameter: Parameter) -> str:
+    """Return the bounds of a Parameter as words, '' for none."""
+    if parameter.choices:
+        return f', one of {", ".join(parameter.choices)}'
+    low, high = (f'{bound:g}' if math.isfinite(bound) else ''
+                 for bound in (parameter.low, parameter.high))
+    if low and high:
+        return f', {low} to {high}'
+    return f', >= {low}' if low else f', <= {high}' if high else ''
+
+
+def sentence(words: str) -> str:
+    """Return `words` with a capital letter and a full stop."""
+    return f'{words[:1].upper()}{words[1:]}.'
+
+
+def parameters_of(effect: Effect) -> str:
+    """Return the parameters of an effect with unit, bounds and default."""
+    return '; '.join(
+        f'{p.name} ({p.unit}{bounds(p)}'
+        + ('' if p.default is None else f', default {p.default:g}') + ')'
+        for p in effect.parameters)
+
+
+def rivals(name: str) -> dict[str, str]:
+    """
+    Return {id of another effect: motion that tells it from the effect `name`}.
+
+    Of the effects' own tables: what separates them, twins, and columns that are the same in the
+    balance of a robot.
+    """
+    out: dict[str, str] = {}
+    for pair, motion in SEPARATES:
+        if name in pair:
+            other, = pair - {name}
+            out[other] = motion
+    for one, effect in EFFECTS.items():
+        if effect.twin and name in (one, effect.twin):
+            out.setdefault(effect.twin if name == one else one, ALIKE)
+        for twin in effect.column.twins if effect.column else ():
+            if name in (one, twin):
+                out.setdefault(twin if name == one else one,
+                               f'as torques of a whole robot, {ALIKE}')
+    return out
+
+
+def in_simulators(effect: Effect) -> tuple[str, ...]:
+    """Return what an effect becomes in each simulator, those that have the same as one."""
+    mjcf = EXPRESSIONS.get(effect.id)
+    words = {'MuJoCo': f'{mjcf.words}{WAYS[mjcf.kind]}' if mjcf else
+             'an effect of a plug-in: add its torque in your code'}
+    words |= {title: expressed_as(effect, target) for target, title in SIMULATORS.items()}
+    alike: dict[str, list[str]] = {}
+    for title, text in words.items():
+        alike.setdefault(text, []).append(title)
+    return tuple(f'{", ".join(titles)}: {text}' for text, titles in alike.items())
+
+
+def explained_effect(effect: Effect) -> Explanation:
+    """Return the Explanation of an effect of a joint."""
+    return Explanation(f'{effect.id} ({PLACES.get(effect.location, "anywhere")})', dict(zip(
+        OF_EFFECT, (
+            (sentence(effect.meaning), effect.equation, parameters_of(effect)),
+            (effect.shows,),
+            tuple(f'{other}: {motion}' for other, motion in rivals(effect.id).items())
+            or ('nothing that another motion would tell apart; diagnose lists what a recording '
+                'leaves open',),
+            in_simulators(effect),
+            (effect.since or 'a plug-in',)))))
+
+
+def explained_robot_effect(effect: RobotEffect) -> Explanation:
+    """Return the Explanation of an effect of a whole robot."""
+    place = {JOINT: 'a joint of a robot', BASE: 'the base of a robot'}.get(
+        effect.place, 'a link of a robot')
+    values = '; '.join(f'{name} ({unit})' for name, unit in effect.units.items())
+    return Explanation(f'{effect.id} ({place})', dict(zip(OF_EFFECT, (
+        (sentence(effect.meaning), values), (effect.shows,),
+        ('diagnose lists what a log leaves open, as confusable',),
+        ('MuJoCo, URDF: diagnose --out writes the file with what has an attribute there, and '
+         'lists the rest',), (effect.since,)))))
+
+
+def explained_condition(condition: Condition) -> Explanation:
+    """Return the Explanation of a condition of a component."""
+    return Explanation(
+        f'{condition.component}: {condition.says}', dict(zip(OF_CONDITION, (
+            (f'{condition.level.name} of {condition.component}: {condition.says}.',),
+            (condition.when,), (condition.window,),
+            (', '.join(condition.value) or 'none: the message alone',), (condition.advice,)))))
+
+
+def explained_level(level: Level) -> Explanation:
+    """Return the Explanation of a level on /diagnostics."""
+    words = LEVELS[level]
+    return Explanation(level.name, dict(zip(OF_LEVEL, (
+        (sentence(words.means),), (sentence(words.advice),)))))
+
+
+def explanations() -> Iterator[tuple[tuple[str, ...], Explanation]]:
+    """Yield (names by which users may ask, Explanation) of all there is."""
+    for name, effect in library().items():
+        yield (name,), explained_effect(effect)
+    for robot_effect in ROBOT_EFFECTS:
+        yield (robot_effect.id,), explained_robot_effect(robot_effect)
+    for condition in ALL_CONDITIONS:
+        says = re.sub(r' by \.\.\. %$', '', condition.says)
+        yield ((says, condition.says, condition.component, *says.split(', '), *condition.value),
+               explained_condition(condition))
+    for level in Level:
+        yield (level.name,), explained_level(level)

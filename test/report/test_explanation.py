@@ -1,0 +1,87 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Every effect, condition and level explains itself, and the command finds it by its names."""
+import pytest
+
+from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.export.parameter_list import expressed_as, TARGETS
+from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.report import explanation
+from gearbox_monitor.report.explanation import (
+    ALL_CONDITIONS, explanations, OF_CONDITION, OF_EFFECT, OF_LEVEL, rivals)
+
+
+def explain(capsys, *words):
+    code = main(['explain', *words])
+    return code, capsys.readouterr()
+
+
+def test_everything_has_all_headings():
+    listed = list(explanations())
+    assert len(listed) == len(EFFECTS) + len(ROBOT_EFFECTS) + len(ALL_CONDITIONS) + len(Level)
+    for names, one in listed:
+        assert tuple(one.parts) in (OF_EFFECT, OF_CONDITION, OF_LEVEL), names
+        assert all(part and all(line.strip(' .') for line in part) for part in one.parts.values())
+
+
+@pytest.mark.parametrize('effect', EFFECTS.values(), ids=lambda e: e.id)
+def test_an_effect_holds_its_text(effect):
+    assert effect.noun and effect.shows.endswith('.') and effect.since in ('0.1.0', '0.2.0')
+    assert effect.shows[0].isupper() and not effect.noun[0].isspace()
+    for other in rivals(effect.id):
+        assert other in EFFECTS and effect.id in rivals(other)  # confusion goes both ways
+
+
+@pytest.mark.parametrize('name, target, expected', [
+    ('motor_coulomb', 'urdf', 'dynamics friction'), ('motor_inertia', 'isaac', 'armature'),
+    ('actuator_delay', 'isaac', 'delay of DelayedPDActuator, in physics steps of this'),
+    ('saturation', 'sdf', 'axis/limit/effort'),
+    ('stiffness', 'urdf', 'none: a joint is rigid there: two joints with a spring between them, '
+     'or a model with transmission.kind: rigid'),
+    ('servo_gain', 'isaac', 'none: set its gains in your code'),
+    ('arm_coulomb', 'bam', 'friction_base'),
+    ('gravity', 'bam', 'none: BAM describes the actuator alone')])
+def test_what_an_effect_becomes_is_what_the_export_writes(name, target, expected):
+    assert expressed_as(EFFECTS[name], target) == expected
+    assert {*explanation.SIMULATORS} == {*TARGETS}
+
+
+def test_the_command_explains_an_effect(capsys):
+    code, shown = explain(capsys, 'Stribeck')
+    assert code == 0 and max(map(len, shown.out.splitlines())) <= 80
+    for words in ('What it is', 'lugre: slow reversals', 'BAM: friction_stribeck', '0.1.0'):
+        assert words in shown.out
+
+
+@pytest.mark.parametrize('words, says', [
+    (['prediction', 'errors', 'biased'], 'WARN of prediction error'),
+    (['ljung_box'], 'prediction errors not white'), (['covariance'], 'adaptation at its bound'),
+    (['warn'], 'nothing was judged yet'), (['repeated', 'stamps'], 'WARN of input'),
+    (['payload'], 'a link of a robot')])
+def test_conditions_keys_components_and_levels_are_names(words, says, capsys):
+    code, shown = explain(capsys, *words)
+    assert code == 0 and says in ' '.join(shown.out.split())
+
+
+def test_a_near_miss_is_suggested_and_the_list_has_all(capsys):
+    code, shown = explain(capsys, 'stribek')
+    assert code == 2 and shown.err.strip().endswith("did you mean 'stribeck'?")
+    code, shown = explain(capsys, 'qqqqq')
+    assert code == 2 and shown.err.count('\n') == 1 and len(shown.err) < 120
+    code, shown = explain(capsys)
+    words = set(shown.out.replace(',', ' ').split())
+    assert code == 0 and {*EFFECTS, *(e.id for e in ROBOT_EFFECTS), 'WARN'} <= words

@@ -1,0 +1,115 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The first sentence of a verdict: what differs, by how much, and what that explains."""
+import pytest
+
+from gearbox_monitor.identification.findings import Finding, Remainder
+from gearbox_monitor.identification.verdict import model_values
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.report.robot_words import finding_words, robot_headline
+from gearbox_monitor.report.summary import sized, summary
+from gearbox_monitor.report.words import next_steps, UserFiles
+
+MODEL = DriveModel(arm_inertia=0.0235, torque_offset=0.2)
+HEAVY = Finding('arm_inertia', 'arm_side', {'m2': 0.033}, {'m2': 1e-4}, 900.0, share=0.93)
+WEIGHT = Finding('gravity', 'arm_side', {'G': 1.5, 'phi': 0.3}, {'G': 0.01, 'phi': None}, 90.0)
+OFFSET = Finding('torque_offset', 'actuator', {'u0': 0.1}, {'u0': 0.01}, 90.0)
+RIPPLE = Finding('cogging', 'motor_side', {'A': 0.21, 'N': 6.0, 'phi': 1.0},
+                 {'A': None, 'N': 0.0, 'phi': 0.1}, 90.0)
+REST = Remainder('motor_side', 'motor', 0.01, 'speed of the motor')
+
+
+def data_of(kind, *findings, remainder=None, model=MODEL, **more):
+    return {'verdict': kind, 'findings': [f.to_dict() for f in findings], 'gap_before': 8.31,
+            'gap_after': 0.9871, 'remainder': remainder and remainder.to_dict(),
+            'effect': '+'.join(f.effect for f in findings),
+            'model_values': model_values([f.effect for f in findings], model), **more}
+
+
+@pytest.mark.parametrize('data, expected', [
+    (data_of('effect', HEAVY), "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). "
+     'This explains the whole difference.'),
+    (data_of('effect', HEAVY, WEIGHT),
+     "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). The arm's weight is 1.50 N m; the "
+     'model has none. Together they explain the whole difference.'),
+    (data_of('effect', OFFSET, confusable=['coulomb_asymmetry']),
+     "The actuator's torque offset is 0.100 N m beyond the 0.200 N m of the model. This explains "
+     'the whole difference. This motion does not distinguish it from coulomb_asymmetry.'),
+    (data_of('incomplete', HEAVY, remainder=REST),
+     "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). This explains 93 % of the "
+     'difference; the rest has no known cause (motor side, over the speed of the motor).'),
+    (data_of('effect', RIPPLE),
+     "The motor's cogging torque is about 0.210 N m (not well determined by this recording), 6 "
+     'per turn; the model has none. This explains the whole difference.'),
+    (data_of('effect', Finding('disturbance', 'arm_side', {
+        't0': 3.0, 'duration': 0.1, 'amplitude': 2.0}, {}, 9.0), bursts=[1, 2]),
+     '2 bursts of torque on the arm, the largest 2.00 N m at 3.00 s. This explains the whole '
+     'difference.'),
+    (data_of('unknown', remainder=REST),
+     'The recording differs from the model by 8.31 times the noise, and no known effect explains '
+     'it: motor side, over the speed of the motor.'),
+    (data_of('none') | {'gap_before': 0.99},
+     'No gap: the model explains the recording down to the noise of the encoders (misfit 0.987, '
+     'where 1 is noise alone).')])
+def test_the_answer_states_sizes_and_what_they_explain(data, expected):
+    assert summary(data) == expected
+
+
+def test_an_effect_of_the_model_file_is_compared_with_its_value_there():
+    model = DriveModel(effects=({'id': 'gravity', 'G': 1.0, 'phi': 0.0},))
+    assert 'weight is 1.50 N m, not 1.00 (+50 %)' in summary(data_of(
+        'effect', WEIGHT, model=model))
+
+
+def test_a_slide_has_masses_and_forces():
+    assert 'inertia is 0.0330 kg, not' in summary(data_of('effect', HEAVY), 'prismatic')
+
+
+@pytest.mark.parametrize('value, expected', [
+    (0.0, '0'), (25.0, '25.0'), (0.033, '0.0330'), (1234.0, '1234'), (2e-7, '2.00e-07'),
+    (-0.5, '-0.500')])
+def test_sizes_have_three_digits(value, expected):
+    assert sized(value) == expected
+
+
+def test_next_steps_have_the_names_and_options_of_the_user():
+    files = UserFiles('my drive.yaml', ('run1', 'run2'), '--topic left', 'out/drive.closed.yaml')
+    steps = ' | '.join(next_steps(data_of('effect', HEAVY), files))
+    assert ("gearbox_monitor diagnose run1 run2 --model 'my drive.yaml' --topic left "
+            '--validate BAG2') in steps
+    assert ('fit-nominal run1 run2 --model out/drive.closed.yaml --topic left --out fitted.yaml'
+            ) in steps
+    robot = UserFiles('arm.urdf', ('run1',), '', 'out/drive.closed.yaml', robot='arm.urdf',
+                      joint='--joint elbow')
+    assert ('export out/drive.closed.yaml --to urdf --into arm.urdf --joint elbow'
+            ) in ' '.join(next_steps(data_of('effect', HEAVY), robot))
+
+
+def test_a_robot_answers_in_the_same_way():
+    rubs = Finding('motor_coulomb', 'motor_side', {'Cc': 0.7, 'Cc_change': 0.5},
+                   {'Cc': 0.01, 'Cc_change': 0.01}, 90.0, joint='elbow').to_dict()
+    assert finding_words(rubs) == (
+        'elbow: Coulomb friction +0.500 ± 0.010 N m: 0.700, not 0.200 (+250 %)')
+    data = {'verdict': 'effect', 'findings': [rubs], 'remainders': []}
+    assert robot_headline(data).endswith('(+250 %). This explains the whole difference.')
+    servo = Finding('servo_gain', 'controller', {'kp_factor': 0.8}, {'kp_factor': 0.01}, 9.0,
+                    joint='wrist').to_dict()
+    assert finding_words(servo) == (
+        'wrist: proportional gain 0.800 ± 0.010 times that of the model')
+    quiet = {'verdict': 'none', 'findings': [], 'remainders': [], 'ranked': [
+        {'joint': 'elbow', 'before': 0.12}, {'joint': 'wrist', 'before': 0.02}]}
+    assert robot_headline(quiet) == (
+        'The robot is as the model file says: no joint differs by more than noise (elbow, the '
+        'largest: 0.12 N m rms).')
