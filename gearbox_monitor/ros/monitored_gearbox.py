@@ -321,6 +321,8 @@ class MonitoredGearbox:
         if verdict is not None:
             self._diagnoses.publish(String(data=json.dumps(
                 {**({GEARBOX: self.name} if self.name else {}), **verdict})))
+        if self._silence.why or not self.monitor.stamp_ns:
+            return replace(outcome, level=Level.WARN, message=f'no data; {outcome.message}')
         return outcome
 
     def _alert(self, outcomes: Mapping[str, Outcome]) -> None:
