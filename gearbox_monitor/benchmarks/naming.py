@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Name what changed, as the estimator does after an alert, by 10 s before and 10 s after.
+Name what changed, as the estimator does after an alert, by 8 s before and 8 s after.
 
 Random geared axes at work (`benchmark wear`), with both encoders. By turns the model file is
 exact; its values are off (inertias 5 to 10 %, friction and stiffness 20 %, gap 30 %); the axis has
@@ -41,8 +41,8 @@ from gearbox_monitor.identification.change_diagnosis import ChangeVerdict, diagn
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import prepared, weighed
 from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.ros.change_watch import COMPARED
 
-SECONDS = 10.0
 CHANGES = ('none', 'gap', 'stiffness', 'friction', 'gain')
 FILES = ('exact', 'values off', 'effects missing')
 HIDDEN = ('stribeck', 'arm_coulomb')
@@ -130,7 +130,7 @@ def recorded(drive: SimulatedAxis, model: DriveModel, name: str, random: np.rand
         effects: beside those of the axis.
 
     """
-    u, y = logged(drive, SECONDS, random, values, effects)
+    u, y = logged(drive, COMPARED, random, values, effects)
     y[:, 1] += drive.noise * random.standard_normal(len(u))
     recording, _ = prepared(DT * np.arange(len(u)), u, y, None, name, None, model, 'model')
     return weighed(recording, model)[0]

@@ -38,7 +38,7 @@ from gearbox_monitor.ros.recording_buffer import RecordingBuffer
 
 SECOND = 1_000_000_000
 HEALTHY = 60.0      # s of healthy windows that a baseline recording takes, and its length
-COMPARED = 10.0     # s of each recording that are compared
+COMPARED = 8.0      # s of each recording that are compared
 # s between two diagnoses for a mismatch of the model alone: it may come and go.
 MISMATCH_INTERVAL = 600.0
 
@@ -160,10 +160,13 @@ class ChangeWatch:
             self._due, self._alert, self._verdict = None, alert, None
             self._problem = f'a change cannot be named: {self._lacking()}'
             return
-        if 0 <= buffer.newest_ns - alert.since_ns < COMPARED * SECOND:
+        newest_ns = buffer.newest_ns
+        if 0 <= newest_ns - max(alert.since_ns, buffer.first_ns) < COMPARED * SECOND:
             return
         self._due, self._alert, self._problem = None, alert, ''
-        since_ns = alert.since_ns if alert.since_ns <= buffer.newest_ns else 0
+        # When a change began is an estimate; the newest rows show it for certain.
+        since_ns = max(alert.since_ns, newest_ns - round(HEALTHY * SECOND)) \
+            if alert.since_ns <= newest_ns else 0
         self._job = self._namer.submit(Order(
             reference.blocks, buffer.blocks(60.0 * p.keep_minutes), reference.model,
             self._monitor.estimator.drive.arm_load, p.effort_delay, since_ns, COMPARED,

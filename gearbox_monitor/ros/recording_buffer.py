@@ -53,6 +53,7 @@ class RecordingBuffer:
         self._full: deque[tuple[bytes, int]] = deque()
         self._rows, self._n = np.empty(block, DTYPE), 0
         self._newest = 0
+        self.first_ns = 0  # stamp of the first good row of all
 
     def add(self, stamp_ns: int, good: bool, values: tuple[float, float, float, float]) -> None:
         """
@@ -70,6 +71,7 @@ class RecordingBuffer:
         self._n += 1
         if good:
             self._newest = stamp_ns
+            self.first_ns = self.first_ns or stamp_ns
 
     def _next_block(self) -> None:
         self._full.append((packed(self._rows), self._newest))
