@@ -60,7 +60,7 @@ class BaselineRecording:
 
 def load_recording(path: str | Path) -> BaselineRecording | None:
     """
-    Return the BaselineRecording in the file `path`, None where there is no file.
+    Return the BaselineRecording in the file `path`, None without a file.
 
     Raises Damaged for what this package has not written, InputError where it cannot be read.
     """

@@ -316,7 +316,7 @@ class MonitoredGearbox:
         return statuses
 
     def _named(self, changes: ChangeWatch) -> Outcome:
-        """Return what is said of the newest change; publish a verdict that has just come."""
+        """Return the Outcome on the newest change; publish a verdict that has just come."""
         outcome, verdict = changes.look()
         if verdict is not None:
             self._diagnoses.publish(String(data=json.dumps(
