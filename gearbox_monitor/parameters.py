@@ -399,6 +399,17 @@ class EstimatorParameters(ParameterSet):
     keep_per_hour: int = row(
         20, '', 'largest number of recordings kept per hour', low=1,
         high=3600)
+    name_changes: bool = row(
+        True, '', 'after an alert or a lasting model mismatch, name what changed against the '
+        'baseline recording, in a child process of the lowest priority; costs nothing meanwhile')
+    name_changes_after: float = row(
+        60.0, 's', 'time for which a model mismatch lasts before it is named', low=5.0,
+        high=86400.0)
+    name_changes_cpu: float = row(
+        300.0, 's', 'largest CPU time of a child that names a change; 10 to 40 s are usual, and '
+        'about 90 s more when its kernels are not compiled yet', low=1.0, high=86400.0)
+    name_changes_memory: int = row(
+        2000, 'MB', 'largest address space of that child', low=100, high=1_000_000)
     keep_space: int = row(
         5000, 'MB', 'largest size of all kept recordings in keep_folder; 500 MB of the disk stay '
         'free', low=1, high=1_000_000_000)

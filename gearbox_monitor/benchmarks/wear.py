@@ -29,7 +29,7 @@ usage examples:
   gearbox_monitor benchmark wear --axes 24 --seed 7 --json wear.json
 """
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import copy
 from dataclasses import dataclass
 import math
@@ -146,18 +146,37 @@ def work(drive: SimulatedAxis, seconds: float, random: np.random.Generator, grow
         begin_ns: first stamp.
 
     """
-    nominal = {**drive.nominal, 'b': drive.nominal['b'] * (1.0 + growth)}
+    u, y = logged(drive, seconds, random, {'b': drive.nominal['b'] * (1.0 + growth)})
+    n = len(u)
+    return Samples(begin_ns + DT_NS * np.arange(n), np.column_stack([u, np.full(n, np.nan)]),
+                   np.column_stack([y[:, 0], np.full(n, np.nan)]))
+
+
+def logged(drive: SimulatedAxis, seconds: float, random: np.random.Generator,
+           values: Mapping[str, float], effects: Sequence[dict[str, Any]] = ()
+           ) -> tuple[Array, Array]:
+    """
+    Return torque [N] (N m) and readings of both encoders [N, 2] (rad) of an axis at work.
+
+    Args:
+        drive: the axis.
+        seconds: length.
+        random: source of random numbers.
+        values: of the nominal ones, those that differ.
+        effects: beside those of the axis.
+
+    """
+    nominal = {**drive.nominal, **values}
     position, speed, acceleration = _reference(drive, seconds, random)
     inertia, bandwidth = nominal['m1'] + nominal['m2'], 2.0 * math.pi * 3.0
     feed_forward = (inertia * acceleration + nominal['Cv'] * speed
                     + nominal['Cc'] * np.tanh(speed / 0.05))
     gains = (inertia * bandwidth ** 2, 1.4 * inertia * bandwidth, 4.0 * drive.torque, 0.0)
-    _, y, u = plant.simulate_motion(nominal, drive.effects, (
+    _, y, u = plant.simulate_motion(nominal, [*drive.effects, *effects], (
         feed_forward, gains, np.column_stack([position, speed])), DT)
-    n = len(u)
-    y = y[:, 0] + drive.noise * random.standard_normal(n)
-    return Samples(begin_ns + DT_NS * np.arange(n), np.column_stack([u, np.full(n, np.nan)]),
-                   np.column_stack([y, np.full(n, np.nan)]))
+    readings: Array = np.array(y)
+    readings[:, 0] += drive.noise * random.standard_normal(len(u))
+    return u, readings
 
 
 def watched(drive: SimulatedAxis, model: DriveModel) -> Monitor:

@@ -35,6 +35,7 @@ BENCHMARKS = {
     'emps': ('emps', 'free run over a public test recording, beside published figures'),
     'bam': ('bam', 'servos by their setpoints, beside Better Actuator Models'),
     'wear': ('wear', 'backlash and its growth from the motor encoder alone'),
+    'naming': ('naming', 'what changed between two recordings, named as after an alert'),
     'real_gap': ('real_gap', 'diagnosis of pairs of real logs whose truth stays sealed'),
     'blind': ('blind.runner', 'diagnosis of recordings whose effect only the scorer knows'),
 }

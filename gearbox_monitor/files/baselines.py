@@ -145,19 +145,21 @@ def save_state(path: str | Path, tracker: Tracker, gearbox_serial: str,
     write_whole(Path(path), state_text(tracker, gearbox_serial, adaptation))
 
 
-def state_text(tracker: Tracker, gearbox_serial: str, adaptation: Values | None = None) -> str:
-    """Return what save_state writes; arguments as there."""
+def state_text(tracker: Tracker, gearbox_serial: str, adaptation: Values | None = None,
+               recording_ns: int = 0) -> str:
+    """Return what save_state writes; recording_ns: stamp of the baseline recording, 0: none."""
     return json.dumps({
         'format': STATE_FORMATS[-1], 'gearbox_monitor': __version__,
         'gearbox_serial': gearbox_serial, 'date': _now(), 'drift': tracker.to_dict(),
-        'adaptation': adaptation or {}})
+        'adaptation': adaptation or {}, 'recording_ns': recording_ns})
 
 
 def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | None, str]:
     """
     Return (state or None, report or '') of the state file `path` of the gearbox `gearbox_serial`.
 
-    The state: {'drift': what Tracker takes, 'adaptation': what Estimator.recall takes or {}}.
+    The state: {'drift': what Tracker takes, 'adaptation': what Estimator.recall takes or {},
+    'recording_ns': stamp of the baseline recording, 0: none}.
     There may be no file yet. One that is damaged, of another version or of another gearbox is
     renamed to PATH.corrupt-DATE. Raises InputError where it cannot be read or renamed.
     """
@@ -180,7 +182,8 @@ def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | 
         adaptation = data['adaptation'] if data['format'] > STATE_FORMATS[0] else {}
         if not isinstance(adaptation, dict):
             raise ValueError(f'adaptation {str(adaptation)[:60]!r}, expected a block')
-        return {'drift': data['drift'], 'adaptation': adaptation}, ''
+        return {'drift': data['drift'], 'adaptation': adaptation,
+                'recording_ns': int(data.get('recording_ns', 0))}, ''
     except (KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError,
             RecursionError) as error:
         reason = f'no {error}' if isinstance(error, KeyError) else str(error)
@@ -204,12 +207,12 @@ def _now() -> str:
     return time.strftime('%Y-%m-%dT%H:%M:%S%z')
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Replace the file `path` by `text` at once. Raises InputError."""
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Replace the file `path` by `content` at once. Raises InputError."""
     temporary = path.with_name(path.name + '.tmp')
     try:
-        with open(temporary, 'w', encoding='utf-8') as file:
-            file.write(text)
+        with open(temporary, 'wb') as file:
+            file.write(content.encode('utf-8') if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)

@@ -18,6 +18,7 @@ A state file that one process writes, from a thread of its own.
 Who keeps the state holds a lock on PATH.lock (flock), so that two estimators cannot share a file
 without a word. A disk may take seconds to confirm a write: samples do not wait for it.
 """
+from collections.abc import Callable
 import fcntl
 import os
 from pathlib import Path
@@ -46,6 +47,7 @@ class StateFile:
         self.problem = ''
         self._change = Condition()
         self._text: str | None = None
+        self._beside: tuple[Path, Callable[[], bytes]] | None = None
         self._ends = False
         self._owner = f'{owner} (process {os.getpid()} on {socket.gethostname()})'
         self._writer: Thread | None = None
@@ -114,6 +116,21 @@ class StateFile:
             self._change.notify_all()
         return note
 
+    def beside(self, suffix: str) -> Path:
+        """Return the path of a file beside the state, whose name ends in `suffix`."""
+        return self.path.with_name(self.path.name + suffix)
+
+    def keep_beside(self, suffix: str, content: Callable[[], bytes]) -> None:
+        """
+        Let a file beside the state be written, before the next text that is kept.
+
+        Args:
+            suffix: of its name.
+            content: returns its bytes; called in the thread that writes.
+        """
+        with self._change:
+            self._beside = self.beside(suffix), content
+
     def _write(self) -> None:
         """Write what comes; the thread."""
         while True:
@@ -121,13 +138,18 @@ class StateFile:
                 while self._text is None and not self._ends:
                     self._change.wait()
                 text, self._text = self._text, None
+                beside, self._beside = self._beside, None
             if text is None:
                 return
             try:
+                if beside is not None:
+                    write_whole(beside[0], beside[1]())
                 write_whole(self.path, text)
                 self.problem = ''
             except InputError as error:  # a full disk must not stop the estimates
                 self.problem = str(error)
+                with self._change:  # the next text tries again
+                    self._beside = self._beside or beside
 
     def close(self) -> None:
         """Write what waits, and let another process have the file."""

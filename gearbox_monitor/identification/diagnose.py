@@ -89,7 +89,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
                                             Reporter(progress), jobs), not_tried=reasons)
     evidence, quantum = evidence_of(recordings, model, ids, jobs, Reporter(progress))
     otherwise = read_as_doubted(evidence)
-    decision = _decided_between(evidence, quantum)
+    decision = decided_between(evidence, quantum)
     notes = [*decision.notes, *doubts(decision, otherwise)]
     if ACTUATOR_DELAY.id in decision.ids and any(is_open(r, model) for r in recordings):
         notes.append('a log below 200 Hz tells a delay of the torque only to half a sample, '
@@ -187,7 +187,7 @@ def decided(evidence: Evidence, quantum: Array) -> Decision:
     return decision
 
 
-def _decided_between(evidence: Evidence, quantum: Array) -> Decision:
+def decided_between(evidence: Evidence, quantum: Array) -> Decision:
     """Return the decision for the torque between the stamps of slow logs that it finds itself."""
     if not any(is_open(recording, evidence.model) for recording in evidence.recordings):
         return decided(evidence, quantum)

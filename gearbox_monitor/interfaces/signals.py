@@ -71,6 +71,7 @@ PLANT_TRANSMISSION_STATE = 'plant/transmission_state'
 DIAGNOSTICS = '/diagnostics'
 DRIFT_ALERTS = 'drift_alerts'
 SNAPSHOT = 'snapshot'
+DIAGNOSIS = 'diagnosis'
 
 
 class EstimateRows(Protocol):

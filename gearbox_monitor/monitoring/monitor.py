@@ -33,6 +33,7 @@ from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.monitoring.backlash import change, drift_words, features
+from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
 from gearbox_monitor.monitoring.checks import (
     covariance, elastic_curve, innovation, learned_curve, model_mismatch, observability, passivity,
@@ -176,6 +177,12 @@ class Monitor:
     def tau_k_std_reference(self, value: float | None) -> None:
         """Set it to `value`, N m."""
         self._set_reference = self._reference = value
+
+    @property
+    def model_lasts(self) -> tuple[Level, int]:
+        """Level of the model, and the stamp (ns) since which it stands; OK, 0 while unknown."""
+        alarm = self._alarms['model']
+        return (alarm.level, alarm.since_ns) if alarm.judged and alarm.since_ns else (Level.OK, 0)
 
     def _forget(self) -> None:
         """Drop all windows: what they hold belongs to another belief."""
@@ -348,6 +355,11 @@ class Monitor:
         if 'prediction error' in debounced:
             debounced['prediction error'] = joined([debounced['prediction error'], *(
                 alarm.standing(stamp_ns) for alarm in self._row_alarms if alarm.judged)])
+        if 'model' in debounced:
+            level, since_ns = self.model_lasts
+            debounced['model'] = replace(debounced['model'], values={
+                **debounced['model'].values, 'holds': int(level == Level.OK),
+                'since': when(since_ns)})
         self.outcomes = {**self.outcomes, **debounced}
 
     def _check_input(self, stamps: Integers, stamp_ns: int) -> Outcome:

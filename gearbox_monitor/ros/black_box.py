@@ -60,6 +60,11 @@ class BlackBox:
                                  f'keep_minutes: {span:g} s')
             self._schedule = RecordingSchedule(seconds, span, self._wrong())
 
+    @property
+    def buffer(self) -> RecordingBuffer | None:
+        """The rows in memory, None if none are kept."""
+        return self._buffer
+
     def add(self, stamp_ns: int, good: bool,
             values: tuple[float, float, float, float]) -> None:
         """

@@ -37,6 +37,7 @@ from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.kernels.jit import CACHE_PROBLEM, COMPILED
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.ros.black_box import KEEP
+from gearbox_monitor.ros.change_naming import ChangeNamer
 from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_states
 from gearbox_monitor.ros.gearbox_settings import declare_gearboxes, GearboxSettings, located
 from gearbox_monitor.ros.joint_subscriptions import JointSubscriptions, TakenSamples
@@ -71,11 +72,12 @@ class EstimatorNode(TableNode):
             for signal in SIGNALS]
         self._diagnostics = advertise(self, DiagnosticArray, DIAGNOSTICS, 10)
         alerts = advertise(self, DiagnosticArray, DRIFT_ALERTS, latched())
+        self._namer = ChangeNamer(len(settings))
         self._gearboxes: list[MonitoredGearbox] = []
         for k, gearbox in enumerate(settings):
             with located(gearbox.name):
                 self._gearboxes.append(MonitoredGearbox(
-                    self, gearbox, alerts, k * SECOND // len(settings)))
+                    self, gearbox, alerts, self._namer, k * SECOND // len(settings)))
         # Its callbacks come only once the node spins.
         self._inputs = JointSubscriptions(self, [g.input for g in self._gearboxes], self._take)
         for shell in self._gearboxes:  # replay needs the names for bags with remapped topics
@@ -182,6 +184,7 @@ class EstimatorNode(TableNode):
     def close(self) -> None:
         """Write the states; let recordings that are being written come to their end."""
         self._jumps.unregister()
+        self._namer.close()
         for gearbox in self._gearboxes:
             gearbox.close()
 

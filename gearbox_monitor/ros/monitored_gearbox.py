@@ -22,6 +22,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import Temperature
+from std_msgs.msg import String
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.joint_input import GEARBOX, PAYLOAD_CHANGE
@@ -31,7 +32,7 @@ from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.files.baselines import (
     Damaged, load_baseline, load_state, save_baseline, set_aside, state_text)
 from gearbox_monitor.files.state_file import StateFile
-from gearbox_monitor.interfaces.signals import ARM, MOTOR, SNAPSHOT, TRANSMISSION
+from gearbox_monitor.interfaces.signals import ARM, DIAGNOSIS, MOTOR, SNAPSHOT, TRANSMISSION
 from gearbox_monitor.kernels.jit import COMPILED, KERNELS
 from gearbox_monitor.monitoring.backlash import drift_words, shape
 from gearbox_monitor.monitoring.backlash.change import Tracker
@@ -44,6 +45,8 @@ from gearbox_monitor.parameters import EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.ros.black_box import BlackBox, KEEP
+from gearbox_monitor.ros.change_naming import ChangeNamer
+from gearbox_monitor.ros.change_watch import ChangeWatch
 from gearbox_monitor.ros.convert import (
     GearboxNames, RawSample, to_diagnostics, to_snapshot, to_status)
 from gearbox_monitor.ros.gearbox_input import GearboxInput
@@ -58,14 +61,14 @@ class MonitoredGearbox:
     """
     Shell around the Monitor of one gearbox of `node`; its name precedes what is its own.
 
-    settings: of the gearbox; alerts: where all gearboxes publish theirs; phase_ns: of its
-    evaluations, see Monitor.
+    settings: of the gearbox; alerts: where all gearboxes publish theirs; namer: has changes of all
+    named; phase_ns: of its evaluations, see Monitor.
 
     input: takes its samples from messages. names: what messages call it.
     """
 
     def __init__(self, node: TableNode, settings: GearboxSettings, alerts: Publisher,
-                 phase_ns: int = 0) -> None:
+                 namer: ChangeNamer, phase_ns: int = 0) -> None:
         self._node, self.name, self._alert_output = node, settings.name, alerts
         self._says = f'{self.name}: ' if self.name else ''  # in front of what is logged
         values, model = settings.parameters, settings.model
@@ -73,7 +76,7 @@ class MonitoredGearbox:
             f'/{self.name}' if self.name else '')
         self._state_file = StateFile(values.drift_state_file, self._component) \
             if values.drift_state_file else None
-        drift, adaptation = self._state_at_start(values)
+        drift, adaptation, recording_ns = self._state_at_start(values)
         self.monitor = Monitor(model, values, drift, settings.robot, phase_ns)
         self._recall(adaptation)
         for test in TESTS:  # computed once, and not while a sample waits
@@ -96,6 +99,13 @@ class MonitoredGearbox:
                                   self.monitor.estimator.robot_joints)
         self._black_box = BlackBox(node, self.monitor, values, self.input.topic,
                                    node.resolve_service_name(self.private(KEEP)))
+        self._changes: ChangeWatch | None = None
+        if values.name_changes:
+            self._changes = ChangeWatch(self.monitor, self._black_box.buffer, namer,
+                                        self._state_file, recording_ns)
+            if self._changes.note:
+                node.get_logger().warning(self._says + self._changes.note)
+            self._diagnoses = advertise(node, String, self.private(DIAGNOSIS), latched())
         if values.temperature_topic:
             subscribe(node, Temperature, values.temperature_topic, self._on_temperature,
                       best_effort(1))
@@ -128,21 +138,25 @@ class MonitoredGearbox:
             if text not in logged:
                 self._node.get_logger().warning(self._says + text)
 
-    def _state_at_start(self, values: EstimatorParameters) -> tuple[Any, dict[str, Any]]:
-        """Return (state of drift, adapted values) of the state file, else of the baselines."""
+    def _state_at_start(self, values: EstimatorParameters) -> tuple[Any, dict[str, Any], int]:
+        """
+        Return (state of drift, adapted values, stamp of the baseline recording).
+
+        Of the state file, else of the baselines.
+        """
         if self._state_file is not None and self._state_file.readable:
             state, problem = load_state(values.drift_state_file, values.gearbox_serial)
             if problem:
                 self._node.get_logger().error(self._says + problem)
             if state is not None:
-                return state['drift'], state['adaptation']
+                return state['drift'], state['adaptation'], state['recording_ns']
         if self._has_baseline(values):
             try:
-                return load_baseline(values.baseline_file, values.gearbox_serial), {}
+                return load_baseline(values.baseline_file, values.gearbox_serial), {}, 0
             except Damaged as error:
                 self._node.get_logger().error(
                     f'{self._says}{error}: {set_aside(values.baseline_file)}')
-        return None, {}
+        return None, {}, 0
 
     def _recall(self, adaptation: Mapping[str, Any]) -> None:
         """Let an adaptive filter continue from its saved `adaptation`."""
@@ -192,6 +206,8 @@ class MonitoredGearbox:
                     f'{(sample.stamp_ns - previous_ns) / SECOND:+.6f} s: the filter restarts',
                     throttle_duration_sec=5.0)
         if self.monitor.tracker.stamp_ns != self._state_stamp:
+            if self._changes is not None:
+                self._changes.window()
             self._keep_state()
         return estimate
 
@@ -214,7 +230,8 @@ class MonitoredGearbox:
         if self._state_file is not None:
             note = self._state_file.keep(state_text(
                 tracker, self.monitor.parameters.gearbox_serial,
-                self.monitor.estimator.learnt()))
+                self.monitor.estimator.learnt(),
+                self._changes.recording_ns if self._changes is not None else 0))
             if note:
                 self._node.get_logger().warning(self._says + note)
 
@@ -280,6 +297,8 @@ class MonitoredGearbox:
         for name, text in self._black_box.look(clock_ns / SECOND).items():
             outcomes[name] = replace(outcomes[name], values={
                 **outcomes[name].values, 'recording': text})
+        if self._changes is not None:
+            outcomes['diagnosis'] = self._named(self._changes)
         serial = self.monitor.parameters.gearbox_serial or 'gearbox'
         statuses = [to_status(f'{self._component}: {name}', outcome, serial)
                     for name, outcome in outcomes.items()]
@@ -295,6 +314,16 @@ class MonitoredGearbox:
                 self._node.get_logger().info(text)
         self._alert(outcomes)
         return statuses
+
+    def _named(self, changes: ChangeWatch) -> Outcome:
+        """Return the Outcome on the newest change; publish a verdict that has just come."""
+        outcome, verdict = changes.look()
+        if verdict is not None:
+            self._diagnoses.publish(String(data=json.dumps(
+                {**({GEARBOX: self.name} if self.name else {}), **verdict})))
+        if self._silence.why or not self.monitor.stamp_ns:
+            return replace(outcome, level=Level.WARN, message=f'no data; {outcome.message}')
+        return outcome
 
     def _alert(self, outcomes: Mapping[str, Outcome]) -> None:
         """Publish each change of a drift alert since the last call: raised, worse, over."""
@@ -375,6 +404,8 @@ class MonitoredGearbox:
             return False, str(error)
         monitor.tracker = tracker
         monitor.outcomes = {**monitor.outcomes, **drift_words.outcomes(tracker)}
+        if self._changes is not None:
+            self._changes.keep()
         self._alert(monitor.outcomes)
         self._keep_state()
         self._publish_snapshot('baseline')

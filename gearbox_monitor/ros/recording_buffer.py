@@ -19,7 +19,7 @@ No ROS here. Rows are gathered in a block; a full one is packed without loss, so
 rate. Packed blocks never change, so a reader unpacks them without holding up the samples.
 """
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeAlias
 
 import lz4.block
@@ -53,6 +53,7 @@ class RecordingBuffer:
         self._full: deque[tuple[bytes, int]] = deque()
         self._rows, self._n = np.empty(block, DTYPE), 0
         self._newest = 0
+        self.first_ns = 0  # stamp of the first good row of all
 
     def add(self, stamp_ns: int, good: bool, values: tuple[float, float, float, float]) -> None:
         """
@@ -70,9 +71,10 @@ class RecordingBuffer:
         self._n += 1
         if good:
             self._newest = stamp_ns
+            self.first_ns = self.first_ns or stamp_ns
 
     def _next_block(self) -> None:
-        self._full.append((_packed(self._rows), self._newest))
+        self._full.append((packed(self._rows), self._newest))
         # Rows stamped later than the newest one, too: they are from before a clock was set back.
         while self._full and not 0 <= self._newest - self._full[0][1] <= self.span:
             self._full.popleft()
@@ -83,20 +85,32 @@ class RecordingBuffer:
     def __len__(self) -> int:
         return len(self._full) * self._size + self._n
 
+    def blocks(self, seconds: float) -> Callable[[], list[bytes]]:
+        """Return a function that gives the last `seconds` in packed blocks, from any thread."""
+        first = self._newest - round(seconds * SECOND)
+        full = [block for block, newest in self._full if newest > first]
+        newest_rows = self._rows[:self._n].copy()
+        return lambda: [*full, packed(newest_rows)] if len(newest_rows) else full
+
+    @property
+    def newest_ns(self) -> int:
+        """Stamp of the newest good row, 0 before the first."""
+        return self._newest
+
     def rows(self) -> Callable[[], Rows]:
         """Return a function that gives the present rows [N], oldest first, from any thread."""
-        blocks, newest = [packed for packed, _ in self._full], self._rows[:self._n].copy()
+        blocks, newest = [block for block, _ in self._full], self._rows[:self._n].copy()
         first, span = self._newest - self.span, self.span
 
         def joined() -> Rows:
-            rows = np.concatenate([*map(_unpacked, blocks), newest])
+            rows = np.concatenate([*map(unpacked, blocks), newest])
             in_span = np.flatnonzero(rows['good'] & (rows['stamp_ns'] > first)
                                      & (rows['stamp_ns'] <= first + span))
             return rows[in_span[0]:] if len(in_span) else rows
         return joined
 
 
-def _packed(rows: Rows) -> bytes:
+def packed(rows: Rows) -> bytes:
     """
     Return `rows` [N] in about half of the memory.
 
@@ -108,7 +122,7 @@ def _packed(rows: Rows) -> bytes:
     return lz4.block.compress(differences.view(np.uint8).T.tobytes() + rows['good'].tobytes())
 
 
-def _unpacked(packed: bytes) -> Rows:
+def unpacked(packed: bytes) -> Rows:
     """Return the rows of a `packed` block."""
     by_place = np.frombuffer(lz4.block.decompress(packed), np.uint8).reshape(DTYPE.itemsize, -1)
     numbers = np.cumsum(by_place[:-1].T.copy().view(np.uint64), axis=0, dtype=np.uint64)
@@ -118,11 +132,17 @@ def _unpacked(packed: bytes) -> Rows:
     return rows
 
 
-def stretch(rows: Rows, effort_delay: int = 0) -> Rows:
+def unpacked_rows(blocks: Iterable[bytes], since_ns: int = 0) -> Rows:
+    """Return the rows of packed `blocks`, from `since_ns` on."""
+    rows = np.concatenate([np.empty(0, DTYPE), *map(unpacked, blocks)])
+    return _selected(rows, rows['stamp_ns'] >= since_ns)
+
+
+def stretch(rows: Rows, effort_delay: int = 0, seconds: float = STRETCH) -> Rows:
     """
     Return the part [M] of `rows` to diagnose, without dropouts; M = 0 if no part is long enough.
 
-    It lasts MIN_STRETCH to STRETCH and is the newest of those that travel far. The effort is
+    It lasts MIN_STRETCH to `seconds` and is the newest of those that travel far. The effort is
     moved by `effort_delay` samples, so that the one stamped t_k acts from t_k on.
     """
     rows = _selected(rows, rows['good'])
@@ -139,7 +159,8 @@ def stretch(rows: Rows, effort_delay: int = 0) -> Rows:
     pieces: list[tuple[int, int, float]] = []  # (begin, end, travel), oldest first
     for begin, end in zip([0, *edges], [*edges, len(rows)]):
         part = rows[begin:end]
-        pieces += [(begin + a, begin + b, travel) for a, b, travel in _pieces(part, period)]
+        pieces += [(begin + a, begin + b, travel)
+                   for a, b, travel in _pieces(part, period, seconds)]
     if not pieces:
         return rows[:0]
     max_travel = max(travel for _, _, travel in pieces)
@@ -152,10 +173,10 @@ def _selected(rows: Rows, mask: np.ndarray[Any, Any]) -> Rows:
     return rows if mask.all() else rows[mask]
 
 
-def _pieces(rows: Rows, period: float) -> Iterator[tuple[int, int, float]]:
+def _pieces(rows: Rows, period: float, seconds: float) -> Iterator[tuple[int, int, float]]:
     """Yield (begin, end, travel of the motor) of pieces of `rows` without dropouts, 1 s apart."""
     stamps = rows['stamp_ns']
-    length, second = round(STRETCH * SECOND / period), max(1, round(SECOND / period))
+    length, second = round(seconds * SECOND / period), max(1, round(SECOND / period))
     if stamps[-1] - stamps[0] + period < MIN_STRETCH * SECOND:
         return
     stride = max(1, second // 50)  # slower than the noise of the encoder

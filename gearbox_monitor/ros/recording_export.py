@@ -35,6 +35,8 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.admission import prepared, weighed
+from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.ros.recording_buffer import ARM_EFFORT, MIN_STRETCH, Rows, SECOND, stretch
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -91,7 +93,8 @@ def export_recording(parent: str | Path, rows: Rows, context: RecordingContext,
             return text + (f'no {MIN_STRETCH:g} s of them without a dropout, with torque and '
                            'positions, as a diagnosis needs')
         _write(folder / 'bag', part, context)
-        save_model(folder / 'drive.yaml', _model(part, context), [
+        save_model(folder / 'drive.yaml', context.model.with_(
+            arm_load=load_of(part, context.model, context.arm_load)), [
             f'Model of the estimator whose measurement is in {folder.name}.',
             f'Written by gearbox_monitor {__version__}.'])
     except BaseException as error:
@@ -158,13 +161,39 @@ def _seconds(rows: Rows) -> float:
     return float(stamps[-1] - stamps[0]) / SECOND if len(stamps) else 0.0
 
 
-def _model(rows: Rows, context: RecordingContext) -> DriveModel:
-    """Return the model to diagnose with: a load counts as measured only if the rows have it."""
-    loads = (context.model.arm_load, context.arm_load)
-    load = 'measured' if 'measured' in loads else context.model.arm_load
+def load_of(rows: Rows, model: DriveModel, arm_load: str) -> str:
+    """
+    Return the arm_load to diagnose with: a load counts as measured only if the rows have it.
+
+    Args:
+        rows: of the recording.
+        model: of the model file.
+        arm_load: in force.
+    """
+    load = 'measured' if 'measured' in (model.arm_load, arm_load) else model.arm_load
     if load == 'measured' and not np.isfinite(rows['values'][:, ARM_EFFORT]).all():
-        load = 'unknown'
-    return context.model.with_(arm_load=load)
+        return 'unknown'
+    return load
+
+
+def recording_of(rows: Rows, model: DriveModel, name: str) -> UniformRecording:
+    """
+    Return the rows of a stretch as a recording to diagnose.
+
+    Args:
+        rows: see recording_buffer.stretch.
+        model: of the drive, with the load to diagnose with.
+        name: of the recording in messages.
+
+    Raises:
+        InputError: the rows allow no statement about the drive.
+    """
+    motor, arm, effort, arm_effort = rows['values'].T
+    recording, _ = prepared(
+        rows['stamp_ns'], model.effort_scale * effort,
+        np.column_stack([motor / model.gear_ratio, arm]), arm_effort, name, None, model,
+        'the model file')
+    return weighed(recording, model)[0]
 
 
 def _write(path: Path, rows: Rows, context: RecordingContext) -> None:

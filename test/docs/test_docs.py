@@ -104,7 +104,7 @@ def test_every_topic_is_explained():
     topics = [signal.topic for signal in signals.SIGNALS]
     topics += [signals.JOINT_STATES, signals.PAIRED_JOINT_STATES,
                signals.PLANT_TRANSMISSION_STATE, signals.DIAGNOSTICS, signals.DRIFT_ALERTS,
-               f'~/{signals.SNAPSHOT}']
+               f'~/{signals.SNAPSHOT}', f'~/{signals.DIAGNOSIS}']
     for topic in topics:
         assert f'`{topic}`' in text
 

@@ -83,7 +83,7 @@ def test_verdict_shows_itself(verdict, tmp_path):
     finding, = verdict.findings
     assert finding.effect == 'gravity' and abs(finding.values['G'] - 1.5) < 0.01
     assert repr(verdict).startswith("Verdict('effect': gravity; gap ")
-    assert str(verdict).startswith('Effect: gravity (arm side).')
+    assert 'explains the whole difference' in str(verdict).splitlines()[0]
     assert '<td>gravity</td><td>arm_side</td><td>G</td>' in verdict._repr_html_()
     page = verdict.to_html(tmp_path / 'page.html')
     assert 'gravity' in page.read_text() and page == tmp_path / 'page.html'

@@ -1,0 +1,122 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The recording of a healthy gearbox, kept beside the state of drift: to tell later what changed.
+
+A line of JSON says what it is of; packed rows follow. It is written whole, and belongs to one
+gearbox, one model file and one baseline, which the state of drift names.
+"""
+from dataclasses import dataclass
+import json
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+from gearbox_monitor import __version__
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.baselines import Damaged
+from gearbox_monitor.files.opening import open_file
+
+FORMAT = 1
+SUFFIX = '.recording'    # of the file, after the name of the state of drift
+LARGEST = 64 << 20       # bytes of a file that is read
+
+
+@dataclass(frozen=True)
+class BaselineRecording:
+    """
+    Rows of a healthy gearbox, packed.
+
+    stamp_ns: of the newest row; it names the recording. gearbox_serial, joints (motor, arm), model
+    (plain values of the model file): of what. blocks: of RecordingBuffer.blocks.
+    """
+
+    stamp_ns: int
+    gearbox_serial: str
+    joints: tuple[str, str]
+    model: dict[str, Any]
+    blocks: tuple[bytes, ...]
+
+    def to_bytes(self) -> bytes:
+        """Return the content of the file."""
+        rows = b''.join(self.blocks)
+        head = {'format': FORMAT, 'gearbox_monitor': __version__, 'stamp_ns': self.stamp_ns,
+                'gearbox_serial': self.gearbox_serial, 'joints': self.joints, 'model': self.model,
+                'blocks': [len(block) for block in self.blocks], 'crc32': crc32(rows)}
+        return json.dumps(head).encode() + b'\n' + rows
+
+
+def load_recording(path: str | Path) -> BaselineRecording | None:
+    """
+    Return the BaselineRecording in the file `path`, None without a file.
+
+    Raises Damaged for what this package has not written, InputError where it cannot be read.
+    """
+    try:
+        with open_file(path) as file:
+            data = file.read(LARGEST + 1)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
+    if len(data) > LARGEST:
+        raise Damaged(f'{path}: more than {LARGEST >> 20} MB, expected a baseline recording')
+    first, _, rows = data.partition(b'\n')
+    try:
+        head = json.loads(first)
+        if head['format'] != FORMAT:
+            raise Damaged(f'{path}: format {head["format"]!r}, expected {FORMAT}')
+        if crc32(rows) != head['crc32'] or sum(head['blocks']) != len(rows):
+            raise Damaged(f'{path}: {len(rows)} bytes of rows, expected those that its first line '
+                          'describes: the file is damaged')
+        blocks, at = [], 0
+        for size in head['blocks']:
+            blocks.append(rows[at:at + size])
+            at += size
+        motor, arm = head['joints']
+        return BaselineRecording(int(head['stamp_ns']), str(head['gearbox_serial']),
+                                 (str(motor), str(arm)), dict(head['model']), tuple(blocks))
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        reason = f'no {error}' if isinstance(error, KeyError) else str(error)
+        raise Damaged(f'{path}: {reason}, expected a baseline recording') from None
+
+
+def check_belongs(path: str | Path, found: BaselineRecording, expected: BaselineRecording) -> None:
+    """
+    Refuse a recording of another gearbox, model file or baseline.
+
+    Args:
+        path: of its file.
+        found: what the file holds.
+        expected: whose gearbox_serial, joints, model and stamp_ns it must have.
+
+    Raises:
+        InputError: naming what differs.
+    """
+    if found.gearbox_serial != expected.gearbox_serial:
+        raise InputError(f'{path}: gearbox_serial: {found.gearbox_serial!r}, expected '
+                         f'{expected.gearbox_serial!r}')
+    if found.joints != expected.joints:
+        raise InputError(f'{path}: joints: {", ".join(found.joints)}, expected '
+                         f'{", ".join(expected.joints)}')
+    names = sorted({*found.model, *expected.model})
+    for name in names:
+        if found.model.get(name) != expected.model.get(name):
+            raise InputError(f'{path}: recorded with another model: {name}: '
+                             f'{str(found.model.get(name))[:60]}, expected '
+                             f'{str(expected.model.get(name))[:60]}')
+    if found.stamp_ns != expected.stamp_ns:
+        raise InputError(f'{path}: of another baseline, recorded until {found.stamp_ns} ns, '
+                         f'expected {expected.stamp_ns or "none"}')

@@ -1,0 +1,353 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The change of a drive between two recordings of it, whatever its model file missed before.
+
+The earlier recording, the reference, closes the model first: with its effects, its nominal values
+and the torque noise that nothing explains. The later one is diagnosed against that model. An
+effect of it counts as a change if the reference refutes it at the size that it has now: what the
+reference did not show either way may have been there.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.identification.adequacy import adequacy_of
+from gearbox_monitor.identification.candidates import (
+    amplitude, CandidateModel, PHASED, sine_and_cosine, with_effects)
+from gearbox_monitor.identification.diagnose import (
+    chosen_ids, decided_between, doubts, evidence_of, hidden_by, read_as_doubted, standard_errors)
+from gearbox_monitor.identification.evidence import Evidence, silent
+from gearbox_monitor.identification.findings import kind_of, NONE
+from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
+from gearbox_monitor.identification.judge import Decision
+from gearbox_monitor.identification.localisation import places
+from gearbox_monitor.identification.nominal import fit_nominal
+from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.verdict import remaining_place
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS, library
+from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
+from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.recording import at_one_rate, expect_one_rate, UniformRecording
+
+
+@dataclass(frozen=True)
+class ChangedValue:
+    """
+    One value of an effect that changed: `before` in the reference, `now`, both in `unit`.
+
+    std: standard deviation of their difference, None where the recordings do not determine it.
+    """
+
+    name: str
+    unit: str
+    before: float
+    now: float
+    std: float | None
+
+    @property
+    def relative(self) -> tuple[float, float] | None:
+        """The relative change and its deviation, None where there was nothing before."""
+        if not self.before or self.std is None:
+            return None
+        return self.now / self.before - 1.0, self.std / abs(self.before)
+
+
+@dataclass(frozen=True)
+class ChangeFinding:
+    """An effect that changed: its id, its place (location class), its values."""
+
+    effect: str
+    place: str
+    values: tuple[ChangedValue, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        rows = []
+        for value in self.values:
+            relative, relative_std = value.relative or (None, None)
+            rows.append({**asdict(value), 'relative': relative, 'relative_std': relative_std})
+        return {'effect': self.effect, 'place': self.place, 'values': rows}
+
+
+@dataclass(frozen=True)
+class ChangeVerdict:
+    """
+    The change between a reference and a later recording.
+
+    verdict: of findings.KINDS, about the change alone. findings: what changed, most evident first.
+    remainder: place of a change that no finding explains, None without. held, holds: whether the
+    model file explained the reference, and the later recording now; effects_before: what the
+    reference showed beyond the model file. torque_noise: N m rms in a sample that neither
+    explains. notes: sentences. model: the drive as it is now.
+    """
+
+    verdict: str
+    findings: tuple[ChangeFinding, ...]
+    remainder: str | None
+    held: bool
+    holds: bool
+    effects_before: tuple[str, ...]
+    torque_noise: float
+    notes: tuple[str, ...]
+    model: DriveModel
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, as JSON has it."""
+        return {'verdict': self.verdict, 'findings': [f.to_dict() for f in self.findings],
+                'remainder': self.remainder, 'model_held': self.held, 'model_holds': self.holds,
+                'effects_before': list(self.effects_before), 'torque_noise': self.torque_noise,
+                'notes': list(self.notes)}
+
+
+class ReferenceFit(NamedTuple):
+    """
+    What a reference says of the drive.
+
+    model: with all that it shows; held: whether the model file explained it; effects: beyond the
+    file; misfit: of a typical window of 1 s, in standard deviations of the encoder noise;
+    evidence, fit: of the reference under `model`.
+    """
+
+    model: DriveModel
+    held: bool
+    effects: tuple[str, ...]
+    misfit: float
+    evidence: Evidence
+    fit: InnovationFit
+
+
+def diagnose_change(reference: UniformRecording, later: UniformRecording, model: DriveModel,
+                    jobs: int = 1) -> ChangeVerdict:
+    """
+    Return what changed in a drive between two recordings of it.
+
+    Args:
+        reference: earlier recording, of the healthy drive.
+        later: recording of the drive as it is now.
+        model: of the model file, which need not explain the reference.
+        jobs: number of threads.
+
+    Raises:
+        InputError: the recordings differ in their rate or load, or the model takes no torque.
+        Undecided: free runs are not finite.
+    """
+    if model.controller is not None or model.driven_by != 'torque':
+        raise InputError('model file: controller or driven_by: position, expected a drive whose '
+                         'torque is recorded: its changes are not named')
+    reference, later = at_one_rate([reference, later])
+    expect_one_rate([reference, later])
+    if reference.channels != later.channels:
+        raise InputError(f'{later.name}: other encoders than {reference.name}, expected the same')
+    ids = [i for i in chosen_ids(None, ()) if not hidden_by(i, model, [reference, later])]
+    before = _reference_fit(reference, model, ids, jobs)
+    evidence, quantum = evidence_of([later], before.model, ids, jobs, silent)
+    otherwise = read_as_doubted(evidence)
+    decision = decided_between(evidence, quantum)
+    notes = [*decision.notes, *doubts(decision, otherwise)]
+    findings = []
+    errors, _ = standard_errors(decision.evidence, decision.fit)
+    for effect, values in _effects_of(decision):
+        if _refuted(before, effect, values):
+            findings.append(_finding(before, effect, values, errors.get(effect, {})))
+        else:
+            notes.append(f'{effect}: the baseline recording allows it as well')
+    # The model of the reference has errors of its own.
+    remains = decision.remains and (
+        decision.adequacy.misfit > THRESHOLDS.misfit * before.misfit)
+    if decision.remains and not remains:
+        notes.append('what no effect explains is no larger than in the baseline recording')
+    kind = kind_of(bool(findings), remains)
+    return ChangeVerdict(
+        kind, tuple(findings), _place(decision) if remains else None, before.held,
+        before.held and kind == NONE and not decision.remains, before.effects,
+        float(decision.fit.torque.max()), tuple(notes), decision.closed.candidate.model(
+            decision.closed.z))
+
+
+def _reference_fit(recording: UniformRecording, model: DriveModel, ids: Sequence[str],
+                   jobs: int) -> ReferenceFit:
+    """
+    Return what a reference says of the drive.
+
+    Args:
+        recording: the reference.
+        model: of the model file.
+        ids: effects that may be there.
+        jobs: number of threads.
+    """
+    evidence, _ = evidence_of([recording], model, ids, jobs, silent)
+    plain = _plain_fit(evidence)
+    if adequacy_of(evidence, plain).adequate:
+        return _closed(recording, plain, model.process_torque, True, (), jobs)
+    # Torque noise of the drive itself is no effect: as much as the file leaves is allowed.
+    decision = _with_noise(recording, model, plain, ids, jobs)
+    if decision.remains:
+        fitted_model = _fitted_nominal(recording, model, jobs)
+        if fitted_model is not None:
+            again = _with_noise(recording, fitted_model, _plain_fit(
+                evidence_of([recording], fitted_model, ids, jobs, silent)[0]), ids, jobs)
+            if again.adequacy.misfit < decision.adequacy.misfit:
+                decision = again
+    fit = decision.closed
+    same = replace(decision.evidence.model, process_torque=model.process_torque) == model
+    return _closed(recording, fit, float(fit.torque.max()),
+                   same and not (decision.ids or decision.remains), decision.ids, jobs)
+
+
+def _plain_fit(evidence: Evidence) -> InnovationFit:
+    """Return the fit without effects."""
+    candidate = evidence.starts.none()
+    return fitted(evidence.fine, InnovationFit(candidate, candidate.start(),
+                                               evidence.fine.first_noise))
+
+
+def _with_noise(recording: UniformRecording, model: DriveModel, plain: InnovationFit,
+                ids: Sequence[str], jobs: int) -> Decision:
+    """Return the decision on a recording, with the torque noise of the fit `plain` allowed."""
+    noise = max(float(plain.torque.max()), model.process_torque or 0.0)
+    evidence, quantum = evidence_of([recording], replace(model, process_torque=noise), ids, jobs,
+                                    silent)
+    return decided_between(evidence, quantum)
+
+
+def _fitted_nominal(recording: UniformRecording, model: DriveModel,
+                    jobs: int) -> DriveModel | None:
+    """Return the model with its nominal values fitted to a recording, None without a fit."""
+    try:
+        return fit_nominal([recording], model, jobs=jobs).model
+    except (InputError, Undecided):
+        return None
+
+
+def _closed(recording: UniformRecording, fit: InnovationFit, noise: float | None, held: bool,
+            effects: tuple[str, ...], jobs: int) -> ReferenceFit:
+    """
+    Return the ReferenceFit with the model of a fit, which is exact from then on.
+
+    Args:
+        recording: the reference.
+        fit: of all that it shows.
+        noise: torque noise that is allowed, N m rms in a sample, None: none.
+        held: whether the model file explained it.
+        effects: beyond the file.
+        jobs: number of threads.
+    """
+    model = replace(fit.candidate.model(fit.z).folded(), process_torque=noise, tolerance=0.0)
+    evidence, _ = evidence_of([recording], model, (), jobs, silent)
+    plain = _plain_fit(evidence)
+    return ReferenceFit(model, held, effects, adequacy_of(evidence, plain).misfit, evidence,
+                        plain)
+
+
+def _effects_of(decision: Decision) -> list[tuple[str, Values]]:
+    """Return (id, values) of the effects that a decision names."""
+    fit = decision.fit
+    named: list[tuple[str, Values]] = [
+        (name, values) for name, values in zip(fit.candidate.ids, fit.candidate.values(fit.z)[1])
+        if name != TORQUE_MAP.id]
+    if decision.bursts is not None:
+        burst = decision.bursts.bursts[0]
+        named.append((DISTURBANCE.id, {'t0': burst.t0, 'duration': burst.duration,
+                                       'amplitude': burst.amplitude}))
+    return named
+
+
+def _refuted(before: ReferenceFit, effect: str, values: Values) -> bool:
+    """
+    Return whether the reference refutes an effect of this size.
+
+    Args:
+        before: what the reference says.
+        effect: id.
+        values: of its parameters now.
+    """
+    if effect == DISTURBANCE.id:  # at times of its own
+        return True
+    model = with_effects(before.model, [{'id': effect, **values}])
+    fine, fit = before.evidence.fine, before.fit
+    plain = fine.run(before.model, fit.torque).deviance
+    return bool(fine.run(model, fit.torque).deviance - plain > THRESHOLDS.effect_gain)
+
+
+def _finding(before: ReferenceFit, effect: str, values: Values,
+             errors: Mapping[str, float]) -> ChangeFinding:
+    """
+    Return an effect as a change.
+
+    Args:
+        before: what the reference says.
+        effect: id.
+        values: of its parameters now.
+        errors: standard errors of these.
+    """
+    earlier, earlier_errors = _earlier(before, effect)
+    rows = []
+    for parameter in library()[effect].parameters:
+        name = parameter.name
+        if name not in values:
+            continue
+        own = errors.get(name)
+        std = None if own is None else math.hypot(own, earlier_errors.get(name, 0.0))
+        rows.append(ChangedValue(name, on_axis(parameter.unit, before.model.axis),
+                                 earlier.get(name, 0.0), float(values[name]), std))
+    return ChangeFinding(effect, library()[effect].location, tuple(rows))
+
+
+def _earlier(before: ReferenceFit, effect: str) -> tuple[dict[str, float], dict[str, float]]:
+    """Return ({parameter: value}, {parameter: standard error}) of an effect in the reference."""
+    entry = EFFECTS.get(effect)
+    if entry is not None and entry.replaces:
+        value = before.model.value(entry.replaces)
+        values = {entry.parameters[0].name: value}
+    else:
+        values = next(({k: float(v) for k, v in e.items() if k != 'id'}
+                       for e in before.model.effects if e['id'] == effect), {})
+    if not values or (effect in PHASED and not values.get(amplitude(effect))):
+        return values, {}
+    candidates = before.evidence.starts.candidates(effect, int(values['N']) if 'N' in values
+                                                   else None)
+    candidate = candidates[0]
+    z = _coordinates(candidate, effect, values)
+    errors, _ = standard_errors(before.evidence, InnovationFit(candidate, z, before.fit.torque))
+    return values, {k: v for k, v in errors.get(effect, {}).items() if math.isfinite(v)}
+
+
+def _coordinates(candidate: CandidateModel, effect: str, values: Mapping[str, float]) -> Array:
+    """Return the coordinates [P] at which a candidate of one effect has these values."""
+    named = dict(values)
+    if effect in PHASED:
+        named |= sine_and_cosine(effect, values)
+    z = candidate.start()
+    for k, c in enumerate(candidate.coordinates):
+        if c.owner == 0 and c.name in named:
+            z[k] = math.log(max(named[c.name], 1e-300)) if c.log else named[c.name]
+    return np.asarray(z)
+
+
+def _place(decision: Decision) -> str:
+    """Return where what a decision leaves is."""
+    fit = decision.fit
+    runs = decision.adequacy.runs if fit.candidate.ids else decision.none_adequacy.runs
+    dependence = decision.adequacy.dependence
+    return remaining_place(places(runs), dependence if dependence is not None
+                           and dependence.beyond_chance else None)

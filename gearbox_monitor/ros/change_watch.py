@@ -1,0 +1,239 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+When to name what changed in one gearbox, and what to say of it. No ROS, clock or disk here.
+
+A recording is kept when the baseline is healthy. After an alert, or a model mismatch that lasts,
+the rows since then are compared with it.
+"""
+from dataclasses import dataclass, replace
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.baseline_recording import (
+    BaselineRecording, check_belongs, load_recording, SUFFIX)
+from gearbox_monitor.files.baselines import set_aside
+from gearbox_monitor.files.state_file import StateFile
+from gearbox_monitor.identification.findings import NONE
+from gearbox_monitor.monitoring.backlash.forecast import when
+from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
+from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.ros.change_naming import ChangeNamer, NamingJob, Order
+from gearbox_monitor.ros.recording_buffer import RecordingBuffer
+
+SECOND = 1_000_000_000
+HEALTHY = 60.0      # s of healthy windows that a baseline recording takes, and its length
+COMPARED = 8.0      # s of each recording that are compared
+# s between two diagnoses for a mismatch of the model alone: it may come and go.
+MISMATCH_INTERVAL = 600.0
+
+
+@dataclass(frozen=True)
+class NamingAlert:
+    """Why a change is named: in words, since which stamp (ns) it lasts."""
+
+    reason: str
+    since_ns: int
+
+
+class ChangeWatch:
+    """
+    Keeps the baseline recording of one gearbox, and has its changes named by a ChangeNamer.
+
+    monitor: of the gearbox; buffer: its newest rows, None: none are kept; state_file: beside which
+    the recording is kept, None: in memory alone; recording_ns: the recording that the state of
+    drift names, 0 for none.
+    """
+
+    def __init__(self, monitor: Monitor, buffer: RecordingBuffer | None, namer: ChangeNamer,
+                 state_file: StateFile | None, recording_ns: int = 0) -> None:
+        self._monitor, self._buffer, self._namer = monitor, buffer, namer
+        self._file = state_file
+        p = monitor.parameters
+        self._own = BaselineRecording(
+            recording_ns, p.gearbox_serial, (p.motor_joint, p.arm_joint),
+            json.loads(json.dumps(monitor.model.to_dict())), ())
+        self.note = ''  # why a recording was refused
+        self._reference = self._loaded()
+        self._healthy = 0  # windows in a row
+        self._window_ns = monitor.tracker.stamp_ns
+        self._stages: dict[str, int] = {}
+        self._mismatch_ns, self._mismatch_named_ns = 0, 0
+        self._due: NamingAlert | None = None
+        self._job: NamingJob | None = None
+        self._alert: NamingAlert | None = None  # of the newest job
+        self._problem = ''
+        self._verdict: dict[str, Any] | None = None
+
+    @property
+    def recording_ns(self) -> int:
+        """Stamp of the baseline recording, 0 without one."""
+        return 0 if self._reference is None else self._reference.stamp_ns
+
+    def _loaded(self) -> BaselineRecording | None:
+        """Return the recording beside the state of drift, None without one that belongs to it."""
+        if self._file is None or not self._file.readable:
+            return None
+        path = self._file.beside(SUFFIX)
+        try:
+            recording = load_recording(path)
+            if recording is not None:
+                check_belongs(path, recording, self._own)
+            return recording
+        except InputError as error:
+            self.note = f'{error}: {_aside(path)}'
+            return None
+
+    # ------------------------------------------------------------------ the baseline recording
+
+    def window(self) -> None:
+        """Take the newest window of drift: keep a recording once windows were healthy so long."""
+        tracker = self._monitor.tracker
+        if tracker.stamp_ns == self._window_ns:
+            return
+        self._window_ns = tracker.stamp_ns
+        if tracker.changes or tracker.pause is None and not (tracker.trusted and tracker.compared):
+            self._healthy = 0
+        elif tracker.pause is None:
+            self._healthy += 1
+        needed = math.ceil(HEALTHY / self._monitor.parameters.drift_window)
+        if self._reference is None and self._healthy >= needed:
+            self.keep()
+
+    def keep(self) -> None:
+        """Keep the newest rows as the baseline recording, in place of an older one."""
+        if self._buffer is None or not self._buffer.newest_ns:
+            return
+        blocks = tuple(self._buffer.blocks(HEALTHY)())
+        self._reference = replace(self._own, stamp_ns=self._buffer.newest_ns, blocks=blocks)
+        self.note = ''
+        if self._file is not None:
+            self._file.keep_beside(SUFFIX, self._reference.to_bytes)
+
+    # ------------------------------------------------------------------ naming
+
+    def look(self) -> tuple[Outcome, dict[str, Any] | None]:
+        """Return what to say now, and the verdict if it has just come."""
+        self._find_alert()
+        new = self._finished()
+        if self._due is not None and (self._job is None or self._job.done):
+            self._begin(self._due)
+        return self._outcome(), new
+
+    def _find_alert(self) -> None:
+        tracker, p = self._monitor.tracker, self._monitor.parameters
+        stages = {test: stage for tests in tracker.stages().values()
+                  for test, stage in tests.items()}
+        grown = [test for test, stage in stages.items() if stage > self._stages.get(test, 0)]
+        self._stages = stages
+        if grown:
+            self._due = NamingAlert(', '.join(grown), max(
+                tracker.changes[test].since_ns for test in grown))
+            return
+        level, since_ns = self._monitor.model_lasts
+        stamp_ns = self._monitor.stamp_ns
+        lasts = level > Level.OK and stamp_ns - since_ns >= p.name_changes_after * SECOND
+        if lasts and since_ns != self._mismatch_ns and not 0 <= stamp_ns - \
+                self._mismatch_named_ns < MISMATCH_INTERVAL * SECOND:
+            self._mismatch_ns, self._mismatch_named_ns = since_ns, stamp_ns
+            self._due = self._due or NamingAlert('model mismatch', since_ns)
+
+    def _begin(self, alert: NamingAlert) -> None:
+        """Have a change named, once there are enough rows since it came."""
+        p, buffer, reference = self._monitor.parameters, self._buffer, self._reference
+        if buffer is None or reference is None:
+            self._due, self._alert, self._verdict = None, alert, None
+            self._problem = f'a change cannot be named: {self._lacking()}'
+            return
+        newest_ns = buffer.newest_ns
+        if 0 <= newest_ns - max(alert.since_ns, buffer.first_ns) < COMPARED * SECOND:
+            return
+        self._due, self._alert, self._problem = None, alert, ''
+        # When a change began is an estimate; the newest rows show it for certain.
+        since_ns = max(alert.since_ns, newest_ns - round(HEALTHY * SECOND)) \
+            if alert.since_ns <= newest_ns else 0
+        self._job = self._namer.submit(Order(
+            reference.blocks, buffer.blocks(60.0 * p.keep_minutes), reference.model,
+            self._monitor.estimator.drive.arm_load, p.effort_delay, since_ns, COMPARED,
+            round(p.name_changes_cpu), p.name_changes_memory))
+
+    def _finished(self) -> dict[str, Any] | None:
+        """Return the verdict of a job that has just ended, None without."""
+        job, alert = self._job, self._alert
+        if job is None or alert is None or not job.done:
+            return None
+        self._job, self._problem = None, job.problem
+        if job.verdict is None:
+            self._verdict = None
+            return None
+        self._verdict = {
+            'gearbox_serial': self._own.gearbox_serial, 'alert': alert.reason,
+            'since': when(alert.since_ns), 'since_ns': alert.since_ns,
+            'baseline_recording_ns': self.recording_ns, **job.verdict}
+        return self._verdict
+
+    def _lacking(self) -> str:
+        """Return why there is nothing to compare with."""
+        if self._buffer is None:
+            return 'keep_minutes is 0, expected more'
+        return 'there is no baseline recording; ~/save_baseline keeps one' + (
+            f' ({self.note})' if self.note else '')
+
+    def _outcome(self) -> Outcome:
+        values: dict[str, Any] = {}
+        if self._reference is not None:
+            values['baseline_recording'] = when(self._reference.stamp_ns)
+        if self._alert is not None:
+            values |= {'alert': self._alert.reason, 'since': when(self._alert.since_ns)}
+        stands = bool(self._stages) or self._monitor.model_lasts[0] > Level.OK
+        if self._due is not None:
+            return Outcome(Level.OK, f'{self._due.reason}: recording {COMPARED:g} s since it '
+                           'came, then it is named', values)
+        if self._job is not None:
+            return Outcome(Level.OK, f'{_reason(self._alert)}: being named', values)
+        if self._problem:
+            return Outcome(Level.WARN, f'{_reason(self._alert)}: {self._problem}', values)
+        if self._verdict is not None:
+            verdict = self._verdict
+            values |= {
+                'verdict': verdict['verdict'],
+                'effect': '+'.join(f['effect'] for f in verdict['findings']),
+                'model_holds': int(verdict['model_holds']), 'cpu_s': float(verdict['cpu_s'])}
+            named = verdict['verdict'] != NONE and stands
+            return Outcome(Level.WARN if named else Level.OK,
+                           f'{verdict["text"]}, since {verdict["since"]}' if named else
+                           verdict['text'] if stands else f'over: {verdict["text"]}', values)
+        if self._buffer is None:
+            return Outcome(Level.OK, f'changes are not named: {self._lacking()}', values)
+        if self._reference is None:
+            text = f'no alert; a baseline recording needs {HEALTHY:g} s of healthy windows'
+            return Outcome(Level.WARN if self.note else Level.OK, '; '.join(
+                filter(None, (text, self.note))), values)
+        return Outcome(Level.OK, 'no alert, nothing to name', values)
+
+
+def _reason(alert: NamingAlert | None) -> str:
+    return '' if alert is None else alert.reason
+
+
+def _aside(path: Path) -> str:
+    """Set a recording aside; return what to report."""
+    try:
+        return set_aside(path, 'refused').partition(';')[0]
+    except InputError as error:
+        return str(error)

@@ -1,0 +1,207 @@
+# Copyright 2026 gearbox_monitor authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""When a change is named, against which recording, and what is said of it; no ROS."""
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.files.baseline_recording import load_recording
+from gearbox_monitor.files.state_file import StateFile
+from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.ros.change_naming import NamingJob
+from gearbox_monitor.ros.change_watch import ChangeWatch
+from gearbox_monitor.ros.recording_buffer import RecordingBuffer, SECOND, unpacked_rows
+
+T0 = 1_700_000_000 * SECOND
+NAMED = {'verdict': 'effect', 'findings': [{'effect': 'backlash_gap'}], 'model_holds': False,
+         'text': 'backlash_gap: +20 %', 'cpu_s': 12.0}
+NOTHING = {**NAMED, 'verdict': 'none', 'findings': [], 'text': 'nothing named',
+           'model_holds': True}
+
+
+class Gearbox:
+    """A gearbox whose tracker says what the test says, at 10 samples/s; orders are collected."""
+
+    def __init__(self, file=None, recording_ns=0, serial='A', model=None, **parameters):
+        self.orders, self.seconds = [], 0
+        self.buffer = RecordingBuffer(300.0)
+        self.tracker = SimpleNamespace(stamp_ns=0, changes={}, pause=None, trusted=True,
+                                       compared=True, stages=self.stages)
+        self.monitor = SimpleNamespace(
+            tracker=self.tracker, model=model or DriveModel(), model_lasts=(Level.OK, 0),
+            stamp_ns=0, parameters=EstimatorParameters.of({'gearbox_serial': serial,
+                                                           **parameters}),
+            estimator=SimpleNamespace(drive=SimpleNamespace(arm_load='none')))
+        self.file = file
+        self.watch = ChangeWatch(self.monitor, self.buffer, self, file, recording_ns)
+
+    def submit(self, order):
+        self.orders.append(order)
+        self.job = NamingJob(order)
+        return self.job
+
+    def end(self, verdict=None, problem=''):
+        self.job.verdict, self.job.problem, self.job.done = verdict, problem, True
+
+    def stages(self):
+        return {'backlash': {test: change.stage for test, change in self.tracker.changes.items()},
+                'friction': {}}
+
+    def alert(self, test='gap', stage=1, since_s=None):
+        since = T0 + round((self.seconds if since_s is None else since_s) * SECOND)
+        self.tracker.changes[test] = SimpleNamespace(stage=stage, since_ns=since)
+
+    def run(self, seconds):
+        """Let time pass; return the last (Outcome, verdict)."""
+        for _ in range(seconds):
+            for k in range(10):
+                self.monitor.stamp_ns = T0 + self.seconds * SECOND + k * SECOND // 10
+                self.buffer.add(self.monitor.stamp_ns, True, (1.0, 1.0, 0.0, np.nan))
+            self.seconds += 1
+            if self.seconds % 10 == 0:
+                self.tracker.stamp_ns = self.monitor.stamp_ns
+                self.watch.window()
+                if self.file is not None:
+                    self.file.keep('state')
+        return self.watch.look()
+
+
+def test_an_alert_is_named_against_the_healthy_minute_by_rows_since_it_came():
+    gearbox = Gearbox()
+    outcome, _ = gearbox.run(59)
+    assert outcome.level == Level.OK and 'needs 60 s of healthy windows' in outcome.message
+    gearbox.run(1)
+    healthy = gearbox.watch.recording_ns
+    assert healthy == gearbox.monitor.stamp_ns
+    gearbox.run(40)
+    gearbox.alert(since_s=96.0)
+    outcome, _ = gearbox.run(1)
+    assert outcome.level == Level.OK and 'gap: recording 8 s' in outcome.message
+    assert not gearbox.orders
+    gearbox.run(4)
+    (order,) = gearbox.orders
+    assert order.since_ns == T0 + 96 * SECOND and order.cpu_seconds == 300
+    assert unpacked_rows(order.reference)['stamp_ns'][-1] == healthy
+    later = unpacked_rows(order.later(), order.since_ns)['stamp_ns']
+    assert (later[0], later[-1]) == (order.since_ns, gearbox.monitor.stamp_ns)
+    assert gearbox.run(3)[0].message == 'gap: being named'
+    gearbox.end(NAMED)
+    outcome, verdict = gearbox.run(1)
+    assert outcome.level == Level.WARN
+    assert outcome.message == 'backlash_gap: +20 %, since 2023-11-14 22:14:56 UTC'
+    assert verdict['alert'] == 'gap' and verdict['since_ns'] == order.since_ns
+    assert verdict['baseline_recording_ns'] == healthy
+    assert gearbox.run(60)[1] is None and len(gearbox.orders) == 1  # once an alert
+    gearbox.tracker.changes.clear()
+    outcome, _ = gearbox.run(1)
+    assert outcome.level == Level.OK and outcome.message == 'over: backlash_gap: +20 %'
+
+
+def test_a_failure_is_said_and_the_next_alert_tries_again():
+    gearbox = Gearbox()
+    gearbox.run(60)
+    gearbox.alert()
+    gearbox.run(11)
+    gearbox.end(problem='the diagnosis took more than 300 s of CPU time (name_changes_cpu)')
+    outcome, verdict = gearbox.run(1)
+    assert verdict is None and outcome.level == Level.WARN
+    assert outcome.message.startswith('gap: the diagnosis took more than 300 s')
+    gearbox.run(30)
+    assert len(gearbox.orders) == 1
+    gearbox.alert(stage=2, since_s=60.0)  # it grew; and a second one comes while that is named
+    gearbox.run(1)
+    gearbox.alert('stiffness_loss')
+    gearbox.run(12)
+    assert len(gearbox.orders) == 2
+    gearbox.end(NOTHING)
+    outcome, _ = gearbox.run(1)
+    assert len(gearbox.orders) == 3 and outcome.message == 'stiffness_loss: being named'
+    gearbox.end(NOTHING)
+    assert gearbox.run(1)[0].message == 'nothing named'
+
+
+def test_a_mismatch_of_the_model_is_named_when_it_lasts():
+    gearbox = Gearbox(name_changes_after=30.0)
+    gearbox.run(60)
+    since = gearbox.monitor.stamp_ns
+    gearbox.monitor.model_lasts = (Level.WARN, since)
+    gearbox.run(29)
+    assert not gearbox.orders
+    gearbox.run(2)
+    (order,) = gearbox.orders
+    assert order.since_ns == since
+    gearbox.end(NAMED)
+    assert gearbox.run(1)[1]['alert'] == 'model mismatch'
+    gearbox.monitor.model_lasts = (Level.WARN, gearbox.monitor.stamp_ns)  # gone, and there again
+    gearbox.run(60)
+    assert len(gearbox.orders) == 1
+
+
+def test_without_a_baseline_recording_it_says_so():
+    gearbox = Gearbox()
+    gearbox.run(30)
+    gearbox.alert()
+    outcome, _ = gearbox.run(30)
+    assert outcome.level == Level.WARN and not gearbox.orders
+    assert 'there is no baseline recording; ~/save_baseline keeps one' in outcome.message
+    gearbox.run(60)
+    assert not gearbox.watch.recording_ns  # an alert is no healthy window
+    nothing = ChangeWatch(gearbox.monitor, None, gearbox, None)
+    assert 'keep_minutes is 0' in nothing.look()[0].message
+
+
+def test_the_recording_survives_a_restart_and_a_saved_baseline_replaces_it(tmp_path):
+    path = tmp_path / 'state.json'
+    gearbox = Gearbox(StateFile(path, 'e'))
+    gearbox.run(70)
+    first = gearbox.watch.recording_ns
+    gearbox.file.close()
+    gearbox = Gearbox(StateFile(path, 'e'), first)
+    assert gearbox.watch.recording_ns == first and not gearbox.watch.note
+    gearbox.alert(since_s=-1e9)  # an alert from before the restart
+    gearbox.run(7)
+    assert not gearbox.orders
+    gearbox.run(2)
+    assert unpacked_rows(gearbox.orders[0].reference)['stamp_ns'][-1] == first
+    gearbox.watch.keep()
+    gearbox.run(10)
+    gearbox.file.close()
+    second = gearbox.watch.recording_ns
+    assert second > 0 and load_recording(f'{path}.recording').stamp_ns == second != first
+
+
+@pytest.mark.parametrize(('changes', 'words'), [
+    ({'serial': 'B'}, "gearbox_serial: 'A', expected 'B'"),
+    ({'model': DriveModel(damping=0.02)}, 'another model: damping: 0.01, expected 0.02'),
+    ({'recording_ns': 7}, 'of another baseline'), ({'damage': True}, 'expected a baseline')])
+def test_a_recording_of_another_is_set_aside_by_name(tmp_path, changes, words):
+    path = tmp_path / 'state.json'
+    gearbox = Gearbox(StateFile(path, 'e'))
+    gearbox.run(70)
+    gearbox.file.close()
+    if changes.pop('damage', False):
+        (tmp_path / 'state.json.recording').write_bytes(b'{}\n')
+    settings = {'recording_ns': gearbox.watch.recording_ns, **changes}
+    again = Gearbox(StateFile(path, 'e'), **settings)
+    assert not again.watch.recording_ns and words in again.watch.note
+    assert 'set aside as state.json.recording.refused-' in again.watch.note
+    outcome, _ = again.run(1)
+    assert outcome.level == Level.WARN and words in outcome.message
+    outcome, _ = again.run(70)  # the next healthy minute takes its place
+    assert outcome.level == Level.OK and again.watch.recording_ns
+    again.file.close()
