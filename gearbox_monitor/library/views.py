@@ -351,7 +351,8 @@ def page(result: Any) -> str:
 
 @page.register
 def _(verdict: Verdict) -> str:
-    return diagnosis_page(plain(verdict.to_dict()), gather(verdict, verdict.basis.model),
+    data, model = plain(verdict.to_dict()), verdict.basis.model
+    return diagnosis_page({'summary': summary(data, model.axis), **data}, gather(verdict, model),
                           verdict.basis.recordings)
 
 
