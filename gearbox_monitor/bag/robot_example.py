@@ -26,7 +26,7 @@ from gearbox_monitor.robot.description import parse
 from gearbox_monitor.robot.example_arm import DRIVES, HIGH, LOW
 
 LOAD, AT = 2.0, np.array([0.0, 0.03, 0.08])  # kg, m: at the last link
-RUBBING = 1, 6.0                             # joint, N m more of Coulomb friction
+RUBBING = 1, 12.0                            # joint, N m more of Coulomb friction
 RATE, ENCODER, NOISE = 100.0, 5e-5, 0.01     # Hz, rad, share of the torque
 NAMES = 'robot.urdf', 'healthy.csv', 'today.csv'
 
