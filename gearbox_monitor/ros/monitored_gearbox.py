@@ -321,9 +321,7 @@ class MonitoredGearbox:
         if verdict is not None:
             self._diagnoses.publish(String(data=json.dumps(
                 {**({GEARBOX: self.name} if self.name else {}), **verdict})))
-        if self._silence.why or not self.monitor.stamp_ns:
-            return replace(outcome, level=Level.WARN, message=f'no data; {outcome.message}')
-        return outcome
+        return outcome  # of a change, which stays while no samples come: `input` tells that
 
     def _alert(self, outcomes: Mapping[str, Outcome]) -> None:
         """Publish each change of a drift alert since the last call: raised, worse, over."""

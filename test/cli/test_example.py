@@ -95,7 +95,7 @@ def test_nothing_is_missing(words, tmp_path, capsys):
 
 
 @pytest.mark.system
-@pytest.mark.parametrize('motion, encoders, noise', product(MOTIONS, ENCODERS, ('0', '0.4')))
+@pytest.mark.parametrize('motion, encoders, noise', [*product(MOTIONS, ENCODERS, ('0', '0.4'))])
 def test_nothing_is_missing_in_any_combination(motion, encoders, noise, tmp_path, capsys):
     number = MOTIONS.index(motion) + 2 * list(ENCODERS).index(encoders)
     *_, command = recorded(
@@ -107,7 +107,7 @@ def test_nothing_is_missing_in_any_combination(motion, encoders, noise, tmp_path
 
 
 @pytest.mark.system
-@pytest.mark.parametrize('name, noise', product(MODELS, ('0', '0.4')))
+@pytest.mark.parametrize('name, noise', [*product(MODELS, ('0', '0.4'))])
 def test_nothing_is_missing_in_other_drives(name, noise, tmp_path, capsys):
     path = tmp_path / 'm.yaml'
     path.write_text(yaml.safe_dump(model_from_dict(MODELS[name], 'test').to_dict()))
