@@ -321,6 +321,8 @@ class MonitoredGearbox:
         if verdict is not None:
             self._diagnoses.publish(String(data=json.dumps(
                 {**({GEARBOX: self.name} if self.name else {}), **verdict})))
+        if not self.monitor.stamp_ns:
+            return replace(outcome, level=Level.WARN, message=f'no data yet; {outcome.message}')
         return outcome  # of a change, which stays while no samples come: `input` tells that
 
     def _alert(self, outcomes: Mapping[str, Outcome]) -> None:
