@@ -135,7 +135,7 @@ class Step:
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class RobotSearch:
     """
     What a contest has taken.
 
@@ -152,9 +152,9 @@ class Search:
 
 def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
             free: Sequence[Candidate], knowledge: Knowledge | None,
-            shares: Sequence[Mapping[str, float]]) -> Search:
+            shares: Sequence[Mapping[str, float]]) -> RobotSearch:
     """
-    Return the Search with the scales that the references and the recordings themselves show.
+    Return the RobotSearch with the scales that the references and the recordings themselves show.
 
     With references only where they were (`shares` is the rest of each joint's motion), a
     difference from them is evidence; and what parts of the recordings differ by beside all
@@ -176,8 +176,8 @@ def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
 
 
 def _search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
-            free: Sequence[Candidate], scales: ContestScales) -> Search:
-    """Return the Search that begins with a `blank` fit: one more candidate while it pays."""
+            free: Sequence[Candidate], scales: ContestScales) -> RobotSearch:
+    """Return the RobotSearch that begins with a `blank` fit: one more candidate while it pays."""
     s, current, small = evidence.settings, blank, None
     steps: list[Step] = []
     for step in range(s.most + 1):
@@ -204,7 +204,7 @@ def _search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
         if len(current.chosen) > 1:
             current, stayed = pruned(evidence, current, scales)
             steps = [steps[i] for i in stayed]
-    return Search(current, steps, scales, small)
+    return RobotSearch(current, steps, scales, small)
 
 
 def _pairs(evidence: RobotEvidence, entries: Sequence[Contender], laws: Sequence[Candidate],
@@ -261,7 +261,7 @@ def _shares(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
     return [min(max(returns([i]) / whole, 0.0), 1.0) for i in range(len(fit.chosen))]
 
 
-def _findings(evidence: RobotEvidence, search: Search) -> tuple[Finding, ...]:
+def _findings(evidence: RobotEvidence, search: RobotSearch) -> tuple[Finding, ...]:
     """Return the laws that a search has taken as findings, worthiest first."""
     fit, scales = search.fit, search.scales
     covariance = evidence.sandwich(fit) if fit.chosen else np.zeros((0, 0))
@@ -386,7 +386,7 @@ def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(out, key=lambda f: -(f.evidence or 0.0)))
 
 
-def _remainders(evidence: RobotEvidence, search: Search, knowledge: Knowledge | None,
+def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowledge | None,
                 settings: Settings) -> tuple[Remainder, ...]:
     """Return what no law explains: functions that were taken, and bursts."""
     out, chain, fit = [], evidence.recordings[0].robot.chain, search.fit
@@ -493,7 +493,7 @@ def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
                  if abs(x - 1.0) > 2.0 * rows.robot.gain_tolerance)
 
 
-def _of_small(evidence: RobotEvidence, search: Search) -> tuple[str, ...]:
+def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
     """Return a caution about the small function without a law, if there is one."""
     if search.small is None:
         return ()

@@ -272,29 +272,29 @@ def _columns_of(source: Any) -> dict[str, Any]:
 
 def _table_columns(source: Any, where: str, model: DriveModel) -> CsvColumns:
     """Return the checked columns of a mapping or table; where: its file, in messages."""
-    given = _columns_of(source)
-    if 'torque' in given and 'u' in given:
+    columns = _columns_of(source)
+    if 'torque' in columns and 'u' in columns:
         raise InputError(f'{where}torque: beside u, expected one of them')
-    if 'torque' in given:
-        given['u'] = given.pop('torque')
+    if 'torque' in columns:
+        columns['u'] = columns.pop('torque')
     driving = 'u' if model.controller is None else 'setpoint'
-    missing = [name for name in ('t', driving) if name not in given]
-    if not set(ENCODERS) & set(given):
+    missing = [name for name in ('t', driving) if name not in columns]
+    if not set(ENCODERS) & set(columns):
         missing.append('motor or arm')
     if missing:
         words = ['torque' if name == 'u' else name for name in missing]
         raise InputError(f'{where}no column {", ".join(words)} in '
-                         f'{", ".join(given)[:80]!r}, expected {EXPECTED}')
-    t = _times(given['t'], f'{where}t')
-    values = {name: column(given[name], where + ('torque' if name == 'u' else name), WORDS[name],
-                           len(t)) if name in given else np.full(len(t), np.nan)
+                         f'{", ".join(columns)[:80]!r}, expected {EXPECTED}')
+    t = _times(columns['t'], f'{where}t')
+    values = {name: column(columns[name], where + ('torque' if name == 'u' else name), WORDS[name],
+                           len(t)) if name in columns else np.full(len(t), np.nan)
               for name in COLUMNS if name != 't'}
     unseen = all(np.isnan(values[name]).all() for name in ENCODERS)
-    for name in (driving, *(name for name in ENCODERS if unseen and name in given)):
+    for name in (driving, *(name for name in ENCODERS if unseen and name in columns)):
         if np.isnan(values[name]).all():
             raise InputError(f'{where}{"torque" if name == "u" else name}: nan in all {len(t)} '
                              f'samples, expected {WORDS[name]}')
-    ignored = [name for name in given if name not in COLUMNS]
+    ignored = [name for name in columns if name not in COLUMNS]
 
     def place(row: int, name: str) -> str:
         return f'row {row}, column {name}'

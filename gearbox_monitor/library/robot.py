@@ -210,29 +210,30 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     for name in effects or ():
         if name not in robot_effects():
             raise InputError(f'effects: {unknown(name, robot_effects())}')
-    known: Knowledge | None = None
+    knowledge: Knowledge | None = None
     notes: list[str] = []
     if reference is not None:
-        known, notes = learn_robot(reference, robot, recorded=recorded, topic=topic,
+        knowledge, notes = learn_robot(reference, robot, recorded=recorded, topic=topic,
                                    progress=progress)
-    model = robot_model(file, values, known is not None)
-    read = load_robot_logs(logs, robot, recorded=recorded, topic=topic, learnt=known is not None)
-    notes += [f'{log.name}: {note}' for log in read for note in log.notes]
-    if known is not None:
-        if known.kind != read[0].kind:
-            raise InputError(f'reference: learnt from {known.kind}, but {read[0].name} has '
-                             f'{read[0].kind}, expected one kind of input')
-        if not 0.5 < known.rate / read[0].rate < 2.0:
-            notes.append(f'the reference has {known.rate:.0f} samples/s, this log '
-                         f'{read[0].rate:.0f}')
+    model = robot_model(file, values, knowledge is not None)
+    robot_logs = load_robot_logs(logs, robot, recorded=recorded, topic=topic,
+                                 learnt=knowledge is not None)
+    notes += [f'{log.name}: {note}' for log in robot_logs for note in log.notes]
+    if knowledge is not None:
+        if knowledge.kind != robot_logs[0].kind:
+            raise InputError(f'reference: learnt from {knowledge.kind}, but {robot_logs[0].name} '
+                             f'has {robot_logs[0].kind}, expected one kind of input')
+        if not 0.5 < knowledge.rate / robot_logs[0].rate < 2.0:
+            notes.append(f'the reference has {knowledge.rate:.0f} samples/s, this log '
+                         f'{robot_logs[0].rate:.0f}')
     elif values.tolerance is None:
         notes.append(f'beside the model file, tolerances of {100 * model.tolerance.max():.0f} %: '
                      'state others with tolerance in values (--values)')
-    verdict = balance.diagnose(model, read, known, effects)
+    verdict = balance.diagnose(model, robot_logs, knowledge, effects)
     names = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     data = plain(verdict_data(verdict)) | {
         'logs': names, 'model': str(file.path), 'model_digest': file.digest,
-        'references': list(known.references) if known else [],
+        'references': list(knowledge.references) if knowledge else [],
         'options': '', 'warnings': notes, 'rollouts': None, 'closed': None}
     torque = not verdict.evidence.recordings[0].setpoint
     if file.compiled is not None and verdict.findings and torque:

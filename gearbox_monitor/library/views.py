@@ -107,20 +107,20 @@ def _(estimates: RecordingEstimates) -> str:
 def _(windows: BacklashWindows) -> str:
     unit, gap, lost = on_axis('rad', windows.model.axis), windows.gap, windows.lost_motion
     if gap is None:
-        said = windows.reason
+        text = windows.reason
     elif windows.separable or lost is None:
-        said = f'gap {width_and_std(gap.value, gap.std, unit)}'
+        text = f'gap {width_and_std(gap.value, gap.std, unit)}'
     else:
-        said = (f'lost motion {width_and_std(lost.value, lost.std, unit)}, gap and compliance '
+        text = (f'lost motion {width_and_std(lost.value, lost.std, unit)}, gap and compliance '
                 'are not separable')
-    return f'BacklashWindows({windows.recording.name!r}: {len(windows.fits)} windows; {said})'
+    return f'BacklashWindows({windows.recording.name!r}: {len(windows.fits)} windows; {text})'
 
 
 @brief.register
 def _(verdict: Verdict) -> str:
-    said = verdict.effect or verdict.location
+    text = verdict.effect or verdict.location
     closed = verdict.closed_fraction
-    return (f'Verdict({verdict.verdict!r}' + ('' if verdict.verdict == 'none' else f': {said}')
+    return (f'Verdict({verdict.verdict!r}' + ('' if verdict.verdict == 'none' else f': {text}')
             + f'; gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after'
             + ('' if closed is None else f', {100 * closed:.1f} % closed') + ')')
 
@@ -182,8 +182,8 @@ def _(file: SimulatorFile) -> str:
 
 @brief.register
 def _(diagnosis: RobotDiagnosis) -> str:
-    found = ', '.join(f'{f.effect} at {f.joint or f.link}' for f in diagnosis.findings)
-    return f'RobotDiagnosis({diagnosis.kind!r}' + (f': {found})' if found else ')')
+    causes = ', '.join(f'{f.effect} at {f.joint or f.link}' for f in diagnosis.findings)
+    return f'RobotDiagnosis({diagnosis.kind!r}' + (f': {causes})' if causes else ')')
 
 
 @words.register
@@ -314,8 +314,8 @@ def html(result: Any) -> str:
     body = ''.join(f'<tr>{row}</tr>' for row in rows)
     head = ''.join(f'<th>{escape(name)}</th>' for name in names)
     more = f'<p>{count} rows</p>' if count > ROWS else ''
-    said = '<br>'.join(escape(line) for line in words(result).splitlines())
-    return f'<p>{said}</p><table><tr>{head}</tr>{body}</table>{more}'
+    text = '<br>'.join(escape(line) for line in words(result).splitlines())
+    return f'<p>{text}</p><table><tr>{head}</tr>{body}</table>{more}'
 
 
 def _cell(value: Any) -> str:
