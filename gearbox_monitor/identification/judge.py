@@ -24,7 +24,7 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.identification.adequacy import Adequacy, adequacy_of
+from gearbox_monitor.identification.adequacy import Adequacy, adequacy_of, runs_of
 from gearbox_monitor.identification.bursts import Bursts, bursts_beside
 from gearbox_monitor.identification.candidates import (
     nuisances_of, with_free_shape, with_law, ZERO)
@@ -35,6 +35,7 @@ from gearbox_monitor.identification.free_functions import mapped
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.input_estimation import torque_places
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.windows import typical_misfit
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
@@ -173,6 +174,13 @@ class Judge:
         of_fit, of_base = (unseen.run(f.candidate.model(f.z), f.torque).deviance
                            for f in (fit, base))
         return of_fit < of_base
+
+    def strays(self, fit: InnovationFit, base: InnovationFit) -> bool:
+        """Return whether free runs of `fit` are farther off than those of the simpler `base`."""
+        whole = self.evidence.whole
+        misfit = typical_misfit(runs_of(self.evidence, evaluated(
+            whole, fit.candidate, fit.z, fit.torque)))
+        return not misfit <= THRESHOLDS.no_worse * self.adequacy(base).misfit
 
     def lacks(self, fit: InnovationFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
@@ -337,17 +345,14 @@ def _parts(judge: Judge, chosen: InnovationFit, none: InnovationFit,
     """
     Return (effects that count, the model that leaves least) where more than noise remains.
 
-    An effect counts if it is worth its price and readings that were not fitted prefer it. The
+    An effect counts if it is worth its price, readings that were not fitted prefer it, and free
+    runs with it are no farther off: what imitates something else in single steps drifts. The
     closed model is the best of all that was fitted, with a torque map where that is worth it.
     """
-    counting = none
-    if chosen.candidate.ids and judge.worth(chosen, none) and judge.holds(chosen, none):
-        counting = chosen
-    else:
-        for fit in sorted((f for f in fits if f.candidate.ids), key=judge.score):
-            if judge.worth(fit, none) and judge.holds(fit, none):
-                counting = fit
-                break
+    counting = next((
+        fit for fit in [chosen, *sorted(fits, key=judge.score)]
+        if fit.candidate.ids and judge.worth(fit, none) and judge.holds(fit, none)
+        and not judge.strays(fit, none)), none)
     evidence = judge.evidence
     closed = counting
     if evidence.with_map:

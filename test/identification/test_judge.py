@@ -264,6 +264,16 @@ def test_an_effect_that_explains_a_part_is_named_with_what_remains():
     json.dumps(data, allow_nan=False)
 
 
+def test_an_effect_with_which_free_runs_are_farther_off_explains_no_part():
+    """The right gain, the nominal one and a gain to the other side, on one recording."""
+    evidence = evidence_of(record([{'id': 'torque_gain', 'g': 0.1}], 3), ids=['torque_gain'])
+    judge, none = Judge(evidence), without(evidence)
+    candidate = evidence.starts.candidates('torque_gain')[0]
+    right = fitted(evidence.fine, InnovationFit(
+        candidate, candidate.start(), evidence.fine.first_noise))
+    assert not judge.strays(right, none) and judge.strays(replace(right, z=-right.z), none)
+
+
 def test_a_torque_scale_says_what_else_it_may_be_called(cases):
     data = diagnose.diagnose([record([{'id': 'torque_gain', 'g': 0.08}])], DriveModel(),
                              only=['torque_gain', 'gravity']).data
