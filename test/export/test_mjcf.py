@@ -329,7 +329,7 @@ def test_urdf_asks_for_what_it_lacks(tmp_path):
 
 def test_an_xml_model_needs_a_joint(capsys):
     assert main(['simulate', '--model', str(PAIR), '--against', 'run']) == 2
-    assert 'expected --joint' in capsys.readouterr().err
+    assert 'expected joint (--joint)' in capsys.readouterr().err
 
 
 def test_included_files_lie_beside_the_file_and_are_not_edited(tmp_path):

@@ -129,4 +129,4 @@ def test_nothing_to_write_is_no_file(tmp_path):
 
 def test_a_drift_is_not_worded_as_a_change():
     words = finding_words(finding('viscous_drift', 'shoulder', Cv_change=3.0, T=10.0))
-    assert words.startswith('shoulder: viscous friction drifts by +3.0')
+    assert words.startswith('shoulder: drift of viscous friction +3.0')
