@@ -503,6 +503,7 @@ pathlib.Path('verdict.json').write_text(json.dumps({'verdict': 'none', 'location
 """
 
 
+@pytest.mark.system
 @compiled
 def test_labels_are_out_of_reach_while_diagnosing(tmp_path, monkeypatch):
     spy = tmp_path / 'spy.py'

@@ -214,7 +214,8 @@ def test_gear_ratio_of_the_model_file_is_recognised(sound):
     assert code == 'units' and 'the gear ratio is applied twice or on the wrong side' in text
 
 
-@pytest.mark.parametrize('motion', ['square', 'multisine'])
+@pytest.mark.parametrize('motion', [
+    pytest.param('square', marks=pytest.mark.system), 'multisine'])
 def test_noise_that_lasts_is_no_wrong_model(motion):
     t, u, y = record(motion)
     noise = np.random.default_rng(2).standard_normal(y.shape)
