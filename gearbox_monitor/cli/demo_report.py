@@ -28,6 +28,7 @@ from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.report import plots
 
 SECOND = 1e9
+LEVEL_WORDS = {'WARN': 'warning', 'ERROR': 'error'}
 Seconds: TypeAlias = Callable[[Any], Array]  # stamps (ns) to s from the first sample
 
 
@@ -128,8 +129,6 @@ def _run(reader: BagReader, result: Replay, data: Mapping[str, Any],
     truth = reader.joint_states('/' + PLANT_TRANSMISSION_STATE, ('transmission',)) \
         if '/' + PLANT_TRANSMISSION_STATE in reader.topics else None
     settled = t_s > 1.0
-    title = ('Demo: the backlash of a simulated gearbox grows' if demo.fault else
-             'Demo: a healthy simulated gearbox')
     notes = []
     if data.get('tau_k_error') is not None:
         notes = [f'torque error {data["tau_k_error"]:.2f} N m rms filtered, '
@@ -137,7 +136,8 @@ def _run(reader: BagReader, result: Replay, data: Mapping[str, Any],
                  f'NIS {data["nis"]:.2f} (2 expected)',
                  f'replay identical: {data.get("replay_identical", "not compared")}']
     return plots.RunCurves(
-        title, _loops(demo, t_s[settled], smoothed[settled], truth, seconds),
+        _title(result.monitor, data),
+        _loops(demo, t_s[settled], smoothed[settled], truth, seconds),
         plots.TorqueCurve(t, estimates.tau_k, estimates.tau_k_std),
         plots.TorqueCurve(t_s, smoothed[:, S_TAU_K], smoothed[:, S_TAU_K_STD]),
         plots.TorqueCurve(seconds(truth.stamp_ns), truth.effort[:, 0]) if truth else None,
@@ -147,6 +147,18 @@ def _run(reader: BagReader, result: Replay, data: Mapping[str, Any],
             np.column_stack([estimates.innovation_std_motor, estimates.innovation_std_arm]),
             ('motor', 'arm')),
         tuple(notes))
+
+
+def _title(monitor: Monitor | None, data: Mapping[str, Any]) -> str:
+    """Return what the run says of the backlash, with its sizes."""
+    gaps = [window.gap for window in monitor.windows] if monitor else []
+    if not gaps:
+        return 'Demo: no backlash was measured'
+    alarms = [f'{LEVEL_WORDS[alarm["level"]]} at {alarm["t"]:.1f} s' for alarm in data['alarms']
+              if alarm['component'] == 'backlash']
+    if not alarms:
+        return f'Demo: backlash {gaps[-1]:.3f} rad, no alarm'
+    return f'Demo: backlash {gaps[0]:.3f} to {gaps[-1]:.3f} rad, {", ".join(alarms)}'
 
 
 def _loops(demo: Any, t: Array, smoothed: Array, truth: Any,

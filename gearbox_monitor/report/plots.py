@@ -112,8 +112,7 @@ def overview(run: RunCurves, zoom_seconds: float = 2.0) -> Figure:
         draw_backlash(figure.add_subplot(grid[0, 1]), run.backlash)
     last = max((float(s.t[-1]) for s in (run.filtered, run.smoothed)
                 if s is not None and len(s.t)), default=0.0)
-    middle = grid[1, :].subgridspec(1, 2, width_ratios=(1.0, 1.25))
-    whole, zoom = figure.add_subplot(middle[0, 0]), figure.add_subplot(middle[0, 1])
+    whole, zoom = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
     begin = max(0.0, last - 1.25 * zoom_seconds)
     span = (begin, begin + zoom_seconds)
     draw_torque(whole, None, run.smoothed, run.truth, title='Transmission torque, whole run')
@@ -122,9 +121,9 @@ def overview(run: RunCurves, zoom_seconds: float = 2.0) -> Figure:
                 f'The same, {zoom_seconds:g} s of it (shaded on the left)')
     if run.innovations is not None:
         count = len(run.innovations.names)
-        row = grid[2, :].subgridspec(1, count)
         for k in range(count):
-            draw_innovations(figure.add_subplot(row[0, k]), run.innovations, k)
+            place = grid[2, k] if count > 1 else grid[2, :]
+            draw_innovations(figure.add_subplot(place), run.innovations, k)
     return figure
 
 
@@ -171,7 +170,8 @@ def draw_loops(axes: Axes, curves: Sequence[Curve], title: str = 'Torque over tw
                     handle.set_markersize(9)
 
 
-def draw_backlash(axes: Axes, curve: BacklashCurve, title: str = 'Backlash') -> None:
+def draw_backlash(axes: Axes, curve: BacklashCurve,
+                  title: str = 'Backlash: a window is judged when it has ended') -> None:
     """
     Draw the measured backlash with its levels, each window from its begin to its end.
 
@@ -187,8 +187,8 @@ def draw_backlash(axes: Axes, curve: BacklashCurve, title: str = 'Backlash') -> 
             (curve.baseline, GREY, '-', 'baseline', 'top')):
         if level is not None:
             axes.axhline(level, color=color, ls=style, lw=1.2)
-            axes.annotate(text, (0.005, level), xycoords=('axes fraction', 'data'), va=side,
-                          color=color, fontsize=9)
+            axes.annotate(text, (0.995, level), xycoords=('axes fraction', 'data'), va=side,
+                          ha='right', color=color, fontsize=9)
     if curve.truth is not None:
         axes.plot(*curve.truth, color=BLACK, lw=1.0, label='true backlash')
     axes.errorbar(np.asarray(curve.t) - 0.5 * curve.window, curve.value, xerr=0.5 * curve.window,
