@@ -24,7 +24,7 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.identification.adequacy import Adequacy, adequacy_of, runs_of
+from gearbox_monitor.identification.adequacy import Adequacy, adequacy_of
 from gearbox_monitor.identification.bursts import Bursts, bursts_beside
 from gearbox_monitor.identification.candidates import (
     nuisances_of, with_free_shape, with_law, ZERO)
@@ -35,7 +35,6 @@ from gearbox_monitor.identification.free_functions import mapped
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.input_estimation import torque_places
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.identification.windows import typical_misfit
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
@@ -177,10 +176,7 @@ class Judge:
 
     def strays(self, fit: InnovationFit, base: InnovationFit) -> bool:
         """Return whether free runs of `fit` are farther off than those of the simpler `base`."""
-        whole = self.evidence.whole
-        misfit = typical_misfit(runs_of(self.evidence, evaluated(
-            whole, fit.candidate, fit.z, fit.torque)))
-        return not misfit <= THRESHOLDS.no_worse * self.adequacy(base).misfit
+        return not self.adequacy(fit).misfit <= THRESHOLDS.no_worse * self.adequacy(base).misfit
 
     def lacks(self, fit: InnovationFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
