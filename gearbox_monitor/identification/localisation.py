@@ -38,7 +38,7 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers
 THIRDS = ('low', 'mid', 'high')
 REVERSAL = 0.05     # s around a change of sign of the motor's speed
 BANDS = (3.0, 15.0)  # Hz, between low, mid and high frequency
-DECIDING = 10     # windows of all recordings that decide on a place; each costs 1 CPU s
+DECIDING = 10     # windows of a single recording that decide on a place; each costs 1 CPU s
 ILLUSTRATING = 6  # windows of each recording, if an effect names the place
 
 

@@ -30,7 +30,7 @@ from gearbox_monitor.identification.effect_scan import scan
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
-from gearbox_monitor.identification.input_estimation import SPACING
+from gearbox_monitor.identification.input_estimation import InputEstimator, SPACING
 from gearbox_monitor.identification.judge import decide, Judge, simplest
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
@@ -301,6 +301,31 @@ def test_a_frozen_encoder_ends_in_a_verdict():
     assert data['verdict'] in ('incomplete', 'unknown')
     assert data['remainder']['location'] == 'arm_sensor'
     json.dumps(data, allow_nan=False)
+
+
+def test_windows_that_lack_something_say_where():
+    evidence = evidence_of(record([], 8))
+    run, = adequacy_of(evidence, without(evidence)).runs
+    lacking = np.array([0.0, 9.0, 0.0, 9.0, 9.0, 0.0, 9.0, 9.0])[:len(run.data.windows)]
+    run = replace(run, point=replace(run.point, chi2=lacking * run.data.size))
+    chosen = localisation.some_windows(run, 3)
+    assert len(chosen.data.windows) == 3 and (chosen.point.chi2 > 0.0).all()
+    # Too few of them: all windows take part.
+    assert (localisation.some_windows(run, 6).point.chi2 == 0.0).any()
+
+
+@pytest.mark.parametrize('place', ['motor_side', 'arm_sensor'])
+def test_windows_side_by_side_do_not_touch_each_other(place):
+    """They begin in their neighbours, whose free torque is another."""
+    evidence = evidence_of(record([], 4))
+    run, = adequacy_of(evidence, without(evidence)).runs
+    estimator = InputEstimator(run.data, run.model, place, run.point)
+    count = len(run.data.windows)
+    signal = np.random.default_rng(1).normal(size=(count, estimator.basis.shape[1]))
+    together = estimator.residual(signal, run.point.states)
+    order = np.array([2, 0, 2])
+    np.testing.assert_array_equal(
+        estimator.residual(signal[order], run.point.states[order], order), together[order])
 
 
 def test_a_window_in_which_nothing_moves_has_no_pulse():
