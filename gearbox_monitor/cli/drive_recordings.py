@@ -23,7 +23,7 @@ import sys
 from typing import Any
 
 from gearbox_monitor.errors import Undecided
-from gearbox_monitor.library.drive_file import load_model, origin_of
+from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.recording import load_recording as recording_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import REPEATED, UniformRecording
@@ -173,9 +173,8 @@ def load_recording(name: str, model: DriveModel, args: Namespace,
               'setpoint': getattr(args, 'setpoint_joint', 'setpoint')}
     recording, notes = recording_of(name, model, joints=joints, topic=args.topic,
                                     repeated=args.repeated).uniform(weigh)
-    of_file = origin_of(model).limits.notes
-    if getattr(args, 'noted', False):  # with the first recording
-        notes = notes[len(of_file):]
+    if not getattr(args, 'noted', False):  # with the first recording
+        notes = [*model.origin.limits.notes, *notes]
     args.noted = True
     return recording, notes
 

@@ -41,6 +41,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.friction_law import FrictionLaw
+from gearbox_monitor.plant.origin import NO_LIMIT
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled,
     is_off, mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)
@@ -48,7 +49,6 @@ from gearbox_monitor.robot.compiled_model import (
 INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between joints
 
 MAX_XML = 1 << 26  # bytes of a file
-NO_LIMIT = (-math.inf, math.inf)
 OPEN = 1e-4        # m or rad, of a closed loop of bodies that a posture leaves open
 SAME = 1e-6        # relative: limits that differ by less are symmetric
 ORDERS = (1, 40)   # of cogging, of the library

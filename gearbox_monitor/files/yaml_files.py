@@ -15,7 +15,7 @@
 """Read the YAML files of a user: model of the drive, parameters of a node."""
 from collections.abc import Iterator, Mapping, Sequence
 import contextlib
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 import re
 from typing import Any
@@ -26,7 +26,7 @@ from gearbox_monitor.errors import InputError, Problems
 from gearbox_monitor.files.bounded_yaml import parse_yaml
 from gearbox_monitor.files.opening import read_text
 from gearbox_monitor.parameters import check_values, Table
-from gearbox_monitor.plant.drive import DriveModel, model_from_dict
+from gearbox_monitor.plant.drive import DriveModel, KEYS, model_from_dict
 
 MAX_BYTES = 64 << 20  # of a file: baselines of a thousand operating points are a tenth of it
 # Parameters that every node has.
@@ -193,7 +193,7 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
     data, problems = file.content, Problems()
     if not isinstance(data, dict):
         raise InputError(f'{path}: {str(data)[:40]!r}, expected "{node}: ros__parameters: ..."')
-    model_keys = {row.name for row in fields(DriveModel)} & set(map(str, data))
+    model_keys = {*KEYS} & set(map(str, data))
     if model_keys:
         raise InputError(f'{path}: {min(model_keys)}: a key of a model file, expected '
                          f'"{node}: ros__parameters: ..."; use --model for a model file')

@@ -14,35 +14,18 @@
 
 """The model of a drive from a model file, or from one joint of a simulator's file."""
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.mjcf_file import MjcfDrive, model_of, NO_LIMIT, read_mjcf
+from gearbox_monitor.export.mjcf_file import MjcfDrive, model_of, read_mjcf
 from gearbox_monitor.files import yaml_files
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.origin import FileLimits, ModelOrigin, NO_LIMIT
 
 SIMULATORS = ('.xml', '.urdf', '.sdf')
-_ORIGIN = '_origin'  # attribute of a model, no field: what is compared and written stays the same
-
-
-class FileLimits(NamedTuple):
-    """What a simulator's file says of a recording: ranges (rad) of setpoints and positions."""
-
-    notes: tuple[str, ...] = ()
-    setpoints: tuple[float, float] = NO_LIMIT
-    travel: tuple[float, float] = NO_LIMIT
-
-
-NO_LIMITS = FileLimits()
-
-
-class ModelOrigin(NamedTuple):
-    """Where a model is from: what messages call its file, and the limits in it."""
-
-    name: str = 'the model'
-    limits: FileLimits = NO_LIMITS
 
 
 def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | None = None,
@@ -63,8 +46,8 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
         values: values that the simulator's file lacks, or a YAML file of them.
 
     Returns:
-        The model; what it has no key for (ranges of setpoints and of the joint) goes with it to
-        `load_recording`.
+        The model. What it has no key for (ranges of setpoints and of the joint) goes with it, and
+        with models derived from it, to `load_recording`.
 
     Raises:
         InputError: naming file, key, value and what was expected.
@@ -81,19 +64,13 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
         if values is not None:
             raise InputError(f'values: without joint (--joint), expected the file of a simulator, '
                              f'not {path}')
-        return _with_origin(yaml_files.load_model(path), ModelOrigin(path.name))
+        return replace(yaml_files.load_model(path), origin=ModelOrigin(path.name))
     drive = read_mjcf(path, joint, arm_joint, keyframe, actuator, root)
     model = model_of(drive, _given(values))
-    return _with_origin(model, ModelOrigin(path.name, limits_of(drive, model)))
+    return replace(model, origin=ModelOrigin(path.name, _limits(drive, model)))
 
 
-def origin_of(model: DriveModel) -> ModelOrigin:
-    """Return where `model` is from, as `load_model` has read it."""
-    origin: ModelOrigin = getattr(model, _ORIGIN, ModelOrigin())
-    return origin
-
-
-def limits_of(drive: MjcfDrive, model: DriveModel) -> FileLimits:
+def _limits(drive: MjcfDrive, model: DriveModel) -> FileLimits:
     """Return the FileLimits of a `drive` in a simulator's file, which makes a `model`."""
     own, setpoints = drive.actuator, NO_LIMIT
     if own is not None and own.law is not None and own.law.setpoint and model.controller:
@@ -108,11 +85,6 @@ def expect_path(value: object, name: str, what: str) -> Path:
         return Path(value)
     raise InputError(f'{name}: {type(value).__name__} {str(value)[:40]!r}, expected the path of '
                      f'{what}')
-
-
-def _with_origin(model: DriveModel, origin: ModelOrigin) -> DriveModel:
-    object.__setattr__(model, _ORIGIN, origin)
-    return model
 
 
 def _given(values: str | Path | Mapping[str, Any] | None) -> Mapping[str, Any]:

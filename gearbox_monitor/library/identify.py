@@ -64,13 +64,11 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     expect_jobs(jobs)
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise InputError(f'seed: {seed!r}, expected a whole number >= 0')
-    parts, notes = uniform(recordings, model, weigh=True)
-    last, more = uniform(validate, model, weigh=True) if validate is not None else ([], [])
-    parts = at_one_rate(parts) if len(parts) > 1 else parts
+    parts, validation, notes = uniform(recordings, model, validate, weigh=True)
     verdict = identification.diagnose(
-        parts, model, validate=last[0] if last else None, only=only, exclude=exclude, seed=seed,
-        jobs=jobs, progress=progress)
-    return replace(verdict, warnings=[*notes, *more, *verdict.warnings])
+        parts, model, validate=validation, only=only, exclude=exclude, seed=seed, jobs=jobs,
+        progress=progress)
+    return replace(verdict, warnings=[*notes, *verdict.warnings])
 
 
 def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
@@ -105,32 +103,41 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
     if seconds is not None and not (isinstance(seconds, (int, float)) and seconds >= 1.0):
         raise InputError(f'seconds: {seconds!r}, expected at least 1 s')
     expect_jobs(jobs)
-    parts, _ = uniform(recordings, model)
-    last = uniform(validate, model)[0][0] if validate is not None else None
-    return fit_nominal(at_one_rate(parts), model, free, validate=last, seconds=seconds, jobs=jobs,
+    parts, validation, _ = uniform(recordings, model, validate)
+    return fit_nominal(parts, model, free, validate=validation, seconds=seconds, jobs=jobs,
                        progress=progress)
 
 
-def uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel, weigh: bool = False
-             ) -> tuple[list[UniformRecording], list[str]]:
+def uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel,
+            validate: Recorded | None = None, weigh: bool = False
+            ) -> tuple[list[UniformRecording], UniformRecording | None, list[str]]:
     """
-    Return (recordings on even times, checked, notes about them). Raises InputError.
+    Return (recordings on even times, checked, at one rate; that for validation; notes).
 
     Args:
         recordings: one or several.
         model: of the drive.
+        validate: recording that is used for validation only.
         weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
+
+    Raises:
+        InputError: a recording allows no statement about the drive, or validate is not one.
     """
+    sources = list(all_of(recordings, model))
+    if validate is not None:
+        sources += all_of((validate,), model, 'validate')
     parts: list[UniformRecording] = []
     notes: list[str] = []
-    for one in all_of(recordings, model):
-        if isinstance(one, UniformRecording):
-            parts.append(one)
+    for source in sources:
+        if isinstance(source, UniformRecording):
+            parts.append(source)
             continue
-        part, remarks = one.uniform(weigh)
+        part, remarks = source.uniform(weigh)
         parts.append(part)
-        notes += remarks
-    return parts, list(dict.fromkeys(notes))
+        notes += source.limits.notes
+        notes += [f'{source.name}: {note}' for note in remarks] if len(sources) > 1 else remarks
+    validation = parts.pop() if validate is not None else None
+    return at_one_rate(parts), validation, list(dict.fromkeys(notes))
 
 
 def _expect_ids(option: str, ids: object) -> None:

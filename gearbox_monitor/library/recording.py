@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """A recording of one drive: of a bag, a table, a DataFrame or arrays."""
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -33,9 +33,9 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.kernels.array_input import column
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.library.drive_file import (
-    expect_path, FileLimits, NO_LIMITS, origin_of)
+from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel, expect_model
+from gearbox_monitor.plant.origin import FileLimits, NO_LIMITS
 from gearbox_monitor.plant.simulate import Trajectory
 from gearbox_monitor.presentation import Drawn
 from gearbox_monitor.quality.admission import admitted, prepared, require_samples, weighed
@@ -140,7 +140,7 @@ class Recording(Drawn):
     @property
     def notes(self) -> tuple[str, ...]:
         """Sentences about what was read and what was not."""
-        return tuple(self.readings.notes)
+        return (*self.limits.notes, *self.readings.notes)
 
     @property
     def duration(self) -> float:
@@ -164,7 +164,7 @@ class Recording(Drawn):
 
     def uniform(self, weigh: bool = False) -> tuple[UniformRecording, list[str]]:
         """
-        Return (recording on even times, repaired and checked, notes).
+        Return (recording on even times, repaired and checked, notes without those of the limits).
 
         Args:
             weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
@@ -181,7 +181,7 @@ class Recording(Drawn):
             """Return where the value of field in a row that is left stands."""
             return readings.place(int(rows[row]), field)
         columns = (readings.t[rows], values[:, 0], values[:, 1:3], values[:, 3])
-        words = (self.name, place, self.model, origin_of(self.model).name)
+        words = (self.name, place, self.model, self.model.origin.name)
         if weigh:
             recording, notes = prepared(*columns, *words)
             recording, doubts = weighed(recording, self.model)
@@ -232,7 +232,7 @@ def load_recording(source: Any, model: DriveModel, *, joints: Mapping[str, str] 
         if role not in ROLES:
             raise InputError(f'joints: {unknown(role, ROLES)}')
     read, usual = _reader(source, model, joints or {}, topic)
-    recording = Recording(name or usual, model, read, origin_of(model).limits, repeated)
+    recording = Recording(name or usual, model, read, model.origin.limits, repeated)
     if not len(recording):
         raise InputError(f'{recording.name}: no sample, expected some seconds of them')
     return recording
@@ -380,7 +380,7 @@ def _driving(states: JointStates, model: DriveModel, path: Path) -> JointStates:
 
 def _within_limits(readings: Readings, limits: FileLimits, model: DriveModel) -> Readings:
     """Return readings with the setpoints that the simulator takes, and notes about limits."""
-    notes, (low, high), u = [*limits.notes], limits.setpoints, readings.u
+    notes, (low, high), u = list[str](), limits.setpoints, readings.u
     if model.controller is not None:
         beyond = int(np.count_nonzero((u < low) | (u > high)))
         if beyond:
@@ -396,26 +396,28 @@ def _within_limits(readings: Readings, limits: FileLimits, model: DriveModel) ->
     return readings._replace(u=u, notes=[*notes, *readings.notes])
 
 
-def all_of(recordings: Any, model: DriveModel) -> Iterator[Recording | UniformRecording]:
+def all_of(recordings: Any, model: DriveModel, argument: str = 'recordings'
+           ) -> Iterator[Recording | UniformRecording]:
     """
     Return what `load_recording` gave, one or several, each read for a drive.
 
     Args:
         recordings: one recording or a sequence of them.
         model: of the drive.
+        argument: what messages call the recordings.
 
     Raises:
         InputError: something else, or none.
     """
     kinds = (Recording, UniformRecording)
-    several: Sequence[Any] = (recordings,) if isinstance(recordings, kinds) else recordings
-    if isinstance(several, (str, bytes, Mapping)) or not hasattr(several, '__iter__'):
-        several = (several,)
-    several = tuple(several)
-    if not several:
-        raise InputError('recordings: none, expected at least one of load_recording')
-    for number, one in enumerate(several):
-        if not isinstance(one, kinds):
-            raise InputError(f'recordings: {number}: {type(one).__name__} {str(one)[:40]!r}, '
+    if isinstance(recordings, (*kinds, str, bytes, Mapping)) or not hasattr(
+            recordings, '__iter__'):
+        recordings = (recordings,)
+    sequence = tuple(recordings)
+    if not sequence:
+        raise InputError(f'{argument}: none, expected at least one of load_recording')
+    for number, item in enumerate(sequence):
+        if not isinstance(item, kinds):
+            raise InputError(f'{argument}: {number}: {type(item).__name__} {str(item)[:40]!r}, '
                              'expected a recording, as load_recording returns it')
-        yield one.with_model(model) if isinstance(one, Recording) else one
+        yield item.with_model(model) if isinstance(item, Recording) else item

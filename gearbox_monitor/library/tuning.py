@@ -138,7 +138,7 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     expect_jobs(jobs)
     before = parameters if isinstance(parameters, EstimatorParameters) and not changes else (
         EstimatorParameters.of({'tau_k_model': MIXED, **estimator_values(parameters, changes)}))
-    parts, _ = uniform(recordings, expect_model(model))
+    parts, _, _ = uniform(recordings, expect_model(model))
     result = replace(unit_adaptation.adapt(parts, model, before, jobs, progress), estimator=before)
     kept = _kept_before(result, model, before, parts)
     if not kept:

@@ -32,7 +32,7 @@ The paper has no torque on the arm (tau_arm = 0) and no friction that depends on
 """
 import cmath
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 import math
 from typing import Any
 
@@ -50,6 +50,7 @@ from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.plant.friction_law import (
     ATAN, EXPLICIT_EULER, FrictionLaw, holding, IMPLICITFAST, INTEGRATORS, LAWS, RK4, side,
     side_slope, TANH, TWO_OVER_PI)
+from gearbox_monitor.plant.origin import ModelOrigin
 from gearbox_monitor.plant.transmission import KINDS, RIGID
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.presentation import Saved
@@ -165,6 +166,8 @@ class DriveModel(Saved):
     encoder_delay_tolerance: float = 0.002
     timestep: float | None = None
     integrator: str = INTEGRATORS[0]
+    # No value: it goes along where a model is derived, and is neither compared nor written.
+    origin: ModelOrigin = field(default=ModelOrigin(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         for name, usual, kind in _TYPES:  # searches make many: the usual type first
@@ -329,7 +332,7 @@ class DriveModel(Saved):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, as a model file holds them."""
-        data = {f.name: getattr(self, f.name) for f in fields(self)}
+        data = {name: getattr(self, name) for name in KEYS}
         if self.controller is None:
             del data['controller']
         else:
@@ -350,9 +353,10 @@ class DriveModel(Saved):
         names = {f.name for f in fields(Transmission)}
         for name, value in changes.items():
             (data['transmission'] if name in names else data)[name] = value
-        return model_from_dict(data, 'model')
+        return replace(model_from_dict(data, 'model'), origin=self.origin)
 
 
+KEYS = tuple(f.name for f in fields(DriveModel) if f.compare)  # of a model file
 _NUMBER = (int, float, np.number)
 _TYPES: tuple[tuple[str, type, Any], ...] = (
     *((f.name, float, _NUMBER) for f in fields(DriveModel) if f.type is float),
@@ -450,7 +454,7 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
 
     Raises InputError naming `source`, key, value and what was expected, of all that is wrong.
     """
-    allowed, problems = {f.name for f in fields(DriveModel)}, Problems()
+    allowed, problems = {*KEYS}, Problems()
     with problems:
         _mapping(data, 'model', source, allowed)
     values = {k: v for k, v in data.items() if k in allowed} if isinstance(data, dict) else {}

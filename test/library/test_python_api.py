@@ -20,6 +20,7 @@ import gearbox_monitor as gm
 from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
 from gearbox_monitor.bag.robot_example import write_robot_pair
 from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.library.identify import uniform
 from gearbox_monitor.plant.simulate import Noise
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
@@ -132,6 +133,16 @@ def test_a_recording_for_validation_is_read_for_the_model(verdict, trajectory):
         again.gap_after = 0.0
 
 
+def test_notes_name_their_recording_where_there_are_several(trajectory):
+    columns = {**table(trajectory), 'setpoint': trajectory.t}
+    first, second = (gm.load_recording(columns, MODEL, name=name) for name in ('run1', 'run2'))
+    note = 'column setpoint is not used: the model has no controller'
+    assert note in uniform(first, MODEL)[2]
+    parts, validation, notes = uniform(first, MODEL, second)
+    assert [part.name for part in parts] == ['run1'] and validation.name == 'run2'
+    assert {f'run1: {note}', f'run2: {note}'} <= set(notes) and note not in notes
+
+
 N = 600
 T = np.arange(N) * 0.01
 GOOD = {'t': T, 'torque': np.sin(T), 'motor': np.cos(T), 'arm': np.cos(T)}
@@ -174,6 +185,8 @@ RUN = gm.load_recording(GOOD, gm.DriveModel())
     (lambda: gm.diagnose([], gm.DriveModel()), 'recordings: none'),
     (lambda: gm.diagnose(RUN, gm.DriveModel(), only='gravity'), "only: 'gravity', expected a li"),
     (lambda: gm.diagnose(RUN, gm.DriveModel(), only=['gravty']), "did you mean 'gravity'"),
+    (lambda: gm.diagnose(RUN, gm.DriveModel(), validate=[RUN, RUN]), 'validate: 0: list'),
+    (lambda: gm.fit(RUN, gm.DriveModel(), validate='run2'), "validate: 0: str 'run2', expected a"),
     (lambda: gm.diagnose(RUN, gm.DriveModel(), jobs=0), 'jobs: 0, expected a whole nu'),
     (lambda: gm.diagnose(RUN, gm.DriveModel(), seed='a'), "seed: 'a', expected a whole number"),
     (lambda: gm.estimate(gm.load_recording({**GOOD, 't': T[::-1]}, gm.DriveModel())),
@@ -221,6 +234,10 @@ def test_a_setpoint_beyond_the_range_of_the_file_is_clipped_for_every_model(tmp_
     assert any('lie beyond ctrlrange' in note for note in run.notes)
     other = run.with_model(model.with_(damping=0.5))  # no longer the one that was loaded
     np.testing.assert_array_equal(other.setpoint, run.setpoint)
+    derived = model.with_(damping=0.5).with_values({'kp': 8.0})
+    again = gm.load_recording({'t': T, 'setpoint': np.sin(T), 'motor': 0.1 * T}, derived)
+    assert again.setpoint.max() == 0.5 and again.notes == run.notes
+    assert 'origin' not in derived.to_dict() and derived != model
     with pytest.raises(gm.InputError, match='no column torque'):
         gm.load_recording({'t': T, 'setpoint': T, 'motor': T}, gm.DriveModel())
 
