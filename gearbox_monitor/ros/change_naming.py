@@ -79,10 +79,10 @@ class NamingJob:
 
 
 class ChangeNamer:
-    """Runs NamingJobs one after the other; those beyond `most` that wait are refused."""
+    """Runs NamingJobs one after the other; those beyond `capacity` that wait are refused."""
 
-    def __init__(self, most: int) -> None:
-        self._most = most
+    def __init__(self, capacity: int) -> None:
+        self._capacity = capacity
         self._lock = Lock()
         self._waiting: deque[NamingJob] = deque()
         self._thread: Thread | None = None
@@ -93,8 +93,8 @@ class ChangeNamer:
         """Return the NamingJob of an `order`, done at once if too many wait."""
         job = NamingJob(order)
         with self._lock:
-            if self._ends or len(self._waiting) >= self._most:
-                job.problem, job.done = f'{self._most} diagnoses wait already', True
+            if self._ends or len(self._waiting) >= self._capacity:
+                job.problem, job.done = f'{self._capacity} diagnoses wait already', True
                 return job
             self._waiting.append(job)
             if self._thread is None:
