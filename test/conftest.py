@@ -101,6 +101,16 @@ def pytest_report_header():
     return 'found: ' + ', '.join(f'{name} {"yes" if yes else "NO"}' for name, yes in found.items())
 
 
+@pytest.fixture
+def graph(tmp_path, monkeypatch):
+    """Return a harness.Graph, whose processes end with the test."""
+    pytest.importorskip('rclpy')
+    from harness import Graph
+    graph = Graph(tmp_path, monkeypatch)
+    yield graph
+    graph.close()
+
+
 @pytest.fixture(scope='module')
 def browser(tmp_path_factory):
     """Return a headless Chromium, which must not talk to anyone."""

@@ -193,6 +193,30 @@ def add_json_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--json', metavar='FILE', help='write all figures as JSON')
 
 
+def add_drawn_options(parser: argparse.ArgumentParser, kind: str, count: int,
+                      explanation: str) -> None:
+    """
+    Add the options of a benchmark that draws its cases.
+
+    Args:
+        parser: of the benchmark.
+        kind: of what is drawn, in the plural: --KIND says how many; --seed draws others.
+        count: default number.
+        explanation: of --KIND.
+    """
+    parser.add_argument(f'--{kind}', type=int, default=count, metavar='N',
+                        help=f'{explanation} (default: %(default)s)')
+    parser.add_argument('--seed', type=int, default=0, metavar='S',
+                        help=f'other {kind} for another seed (default: %(default)s)')
+    add_json_option(parser)
+
+
+def require_drawn(args: argparse.Namespace, kind: str) -> None:
+    """Check the options `args` of add_drawn_options for this `kind`. Raises InputError."""
+    require_whole(f'--{kind}', getattr(args, kind))
+    require_whole('--seed', args.seed, 0)
+
+
 def require_compiled(command: str) -> None:
     """Raise InputError, naming the `command`, if the kernels are not compiled."""
     if not COMPILED:

@@ -34,8 +34,8 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_whole)
-from gearbox_monitor.benchmarks.wear import axis, DT, logged, model_of, SimulatedAxis
+    add_drawn_options, bar_lines, BarTable, finish, require_drawn)
+from gearbox_monitor.benchmarks.wear import axis, DT, file_of, logged, model_of, SimulatedAxis
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification.change_diagnosis import ChangeVerdict, diagnose_change
 from gearbox_monitor.plant.drive import DriveModel
@@ -80,9 +80,9 @@ def right(verdict: ChangeVerdict, change: str, size: float) -> bool:
         value = next(v for v in finding.values if v.name == names[finding.effect])
         if value.std is None:
             return False
-        found = value.now if change == 'gain' else value.now / value.before - 1.0
-        std = value.std if change == 'gain' else value.std / value.before
-        if abs(found - size) > max(3.0 * std, 0.1 * abs(size)):
+        stated, std = (value.now, value.std) if change == 'gain' else (
+            value.now / value.before - 1.0, value.std / value.before)
+        if abs(stated - size) > max(3.0 * std, 0.1 * abs(size)):
             return False
     return True
 
@@ -92,7 +92,7 @@ def case(number: int, seed: int) -> dict[str, Any]:
     random = np.random.default_rng([seed, number])
     change, file = CHANGES[number % len(CHANGES)], FILES[number % len(FILES)]
     drive = axis(random)
-    model = model_of(drive, random) if file == 'values off' else exact(drive.nominal)
+    model = model_of(drive, random) if file == 'values off' else file_of(drive.nominal)
     drive = replace(drive, effects=[e for e in drive.effects if file == 'effects missing'
                                     and e['id'] in HIDDEN])
     size = drawn(change, random)
@@ -106,14 +106,6 @@ def case(number: int, seed: int) -> dict[str, Any]:
     except InputError as error:
         row |= {'right': False, 'verdict': None, 'problem': str(error)}
     return row | {'cpu_s': time.process_time() - begin}
-
-
-def exact(nominal: Mapping[str, float]) -> DriveModel:
-    """Return the model file of an axis with its `nominal` values."""
-    return DriveModel(position_gain=0.0).with_values({
-        'motor_inertia': nominal['m1'], 'arm_inertia': nominal['m2'], 'damping': nominal['D'],
-        'viscous_friction': nominal['Cv'], 'coulomb_friction': nominal['Cc'],
-        'stiffness': nominal['K'], 'half_gap': nominal['b']})
 
 
 def recorded(drive: SimulatedAxis, model: DriveModel, name: str, random: np.random.Generator,
@@ -138,17 +130,12 @@ def recorded(drive: SimulatedAxis, model: DriveModel, name: str, random: np.rand
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this benchmark to `parser`."""
-    parser.add_argument('--cases', type=int, default=40, metavar='N',
-                        help='changes, a fifth of them none (default: %(default)s)')
-    parser.add_argument('--seed', type=int, default=0, metavar='S',
-                        help='other cases for another seed (default: %(default)s)')
-    add_json_option(parser)
+    add_drawn_options(parser, 'cases', 40, 'changes, a fifth of them none')
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    require_whole('--cases', args.cases)
-    require_whole('--seed', args.seed, 0)
+    require_drawn(args, 'cases')
     rows, bars = [], BarTable()
     case(1, args.seed + 1)  # compiles kernels
     for number in range(args.cases):

@@ -39,7 +39,7 @@ import numpy as np
 
 from gearbox_monitor.benchmarks.blind import plant
 from gearbox_monitor.benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_whole)
+    add_drawn_options, bar_lines, BarTable, finish, require_drawn)
 from gearbox_monitor.benchmarks.trust_drift import drawn, false_alarms, measured
 from gearbox_monitor.benchmarks.trust_runs import T0
 from gearbox_monitor.estimation.estimates import Samples
@@ -102,6 +102,11 @@ def model_of(drive: SimulatedAxis, random: np.random.Generator) -> DriveModel:
     """Return the model file of a SimulatedAxis `drive`, with values that are off."""
     values = {name: value * math.exp(spread * random.standard_normal()) for (name, value), spread
               in zip(drive.nominal.items(), (0.05, 0.1, 0.3, 0.2, 0.2, 0.0, 0.0, 0.2, 0.3))}
+    return file_of(values)
+
+
+def file_of(values: Mapping[str, float]) -> DriveModel:
+    """Return the model file of an axis with these nominal `values`."""
     return DriveModel(
         motor_inertia=values['m1'], arm_inertia=values['m2'], damping=values['D'],
         viscous_friction=values['Cv'], coulomb_friction=values['Cc'], position_gain=0.0,
@@ -267,17 +272,12 @@ def _line(row: dict[str, Any]) -> str:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this benchmark to `parser`."""
-    parser.add_argument('--axes', type=int, default=12, metavar='N',
-                        help='simulated axes (default: %(default)s)')
-    parser.add_argument('--seed', type=int, default=0, metavar='S',
-                        help='other axes for another seed (default: %(default)s)')
-    add_json_option(parser)
+    add_drawn_options(parser, 'axes', 12, 'simulated axes')
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    require_whole('--axes', args.axes)
-    require_whole('--seed', args.seed, 0)
+    require_drawn(args, 'axes')
     bars = BarTable()
     print('windows gap/true spread stated within2   +50 %   +20 %  false a day', flush=True)
     rows = evaluate(args.axes, args.seed, bars)

@@ -18,6 +18,7 @@ The recording of a healthy gearbox, kept beside the state of drift: to tell late
 A line of JSON says what it is of; packed rows follow. It is written whole, and belongs to one
 gearbox, one model file and one baseline, which the state of drift names.
 """
+from collections.abc import Iterable
 from dataclasses import dataclass
 import json
 from pathlib import Path
@@ -81,42 +82,48 @@ def load_recording(path: str | Path) -> BaselineRecording | None:
         if crc32(rows) != head['crc32'] or sum(head['blocks']) != len(rows):
             raise Damaged(f'{path}: {len(rows)} bytes of rows, expected those that its first line '
                           'describes: the file is damaged')
-        blocks, at = [], 0
-        for size in head['blocks']:
-            blocks.append(rows[at:at + size])
-            at += size
         motor, arm = head['joints']
         return BaselineRecording(int(head['stamp_ns']), str(head['gearbox_serial']),
-                                 (str(motor), str(arm)), dict(head['model']), tuple(blocks))
+                                 (str(motor), str(arm)), dict(head['model']),
+                                 tuple(split(rows, head['blocks'])))
     except (KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
         reason = f'no {error}' if isinstance(error, KeyError) else str(error)
         raise Damaged(f'{path}: {reason}, expected a baseline recording') from None
 
 
-def check_belongs(path: str | Path, found: BaselineRecording, expected: BaselineRecording) -> None:
+def split(data: bytes, sizes: Iterable[int]) -> list[bytes]:
+    """Return the parts of `data` that have these `sizes` (bytes), one behind the other."""
+    begin, parts = 0, []
+    for size in sizes:
+        parts.append(data[begin:begin + size])
+        begin += size
+    return parts
+
+
+def check_belongs(path: str | Path, recording: BaselineRecording,
+                  expected: BaselineRecording) -> None:
     """
     Refuse a recording of another gearbox, model file or baseline.
 
     Args:
         path: of its file.
-        found: what the file holds.
+        recording: what the file holds.
         expected: whose gearbox_serial, joints, model and stamp_ns it must have.
 
     Raises:
         InputError: naming what differs.
     """
-    if found.gearbox_serial != expected.gearbox_serial:
-        raise InputError(f'{path}: gearbox_serial: {found.gearbox_serial!r}, expected '
+    if recording.gearbox_serial != expected.gearbox_serial:
+        raise InputError(f'{path}: gearbox_serial: {recording.gearbox_serial!r}, expected '
                          f'{expected.gearbox_serial!r}')
-    if found.joints != expected.joints:
-        raise InputError(f'{path}: joints: {", ".join(found.joints)}, expected '
+    if recording.joints != expected.joints:
+        raise InputError(f'{path}: joints: {", ".join(recording.joints)}, expected '
                          f'{", ".join(expected.joints)}')
-    names = sorted({*found.model, *expected.model})
-    for name in names:
-        if found.model.get(name) != expected.model.get(name):
-            raise InputError(f'{path}: recorded with another model: {name}: '
-                             f'{str(found.model.get(name))[:60]}, expected '
-                             f'{str(expected.model.get(name))[:60]}')
-    if found.stamp_ns != expected.stamp_ns:
-        raise InputError(f'{path}: of another baseline, recorded until {found.stamp_ns} ns, '
+    for name in sorted({*recording.model, *expected.model}):
+        value, own_value = recording.model.get(name), expected.model.get(name)
+        if value != own_value:
+            raise InputError(f'{path}: recorded with another model: {name}: {str(value)[:60]}, '
+                             f'expected {str(own_value)[:60]}')
+    if recording.stamp_ns != expected.stamp_ns:
+        raise InputError(f'{path}: of another baseline, recorded until {recording.stamp_ns} ns, '
                          f'expected {expected.stamp_ns or "none"}')

@@ -28,6 +28,7 @@ import time
 from typing import TextIO
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.baseline_recording import SUFFIX
 from gearbox_monitor.files.baselines import set_aside, write_whole
 
 PREDECESSOR = 2.0  # s that a process waits at its start for one that is just ending
@@ -37,17 +38,19 @@ class StateFile:
     """
     Writes the newest of the texts that it is given; a text that is overtaken is left out.
 
-    path: of the file; owner: who writes it, for whom it refuses. problem: why the file is not
-    written now, '' while it is. held: whether the lock is ours: else nothing is written, and each
-    text tries again. readable: whether the file is ours to read: no rival keeps its state there.
+    path: of the file; owner: who writes it, for whom it refuses. recording: path of the baseline
+    recording beside it. problem: why the file is not written now, '' while it is. held: whether
+    the lock is ours: else nothing is written, and each text tries again. readable: whether the
+    file is ours to read: no rival keeps its state there.
     """
 
     def __init__(self, path: str | Path, owner: str) -> None:
         self.path = Path(path)
+        self.recording = self.path.with_name(self.path.name + SUFFIX)
         self.problem = ''
         self._change = Condition()
         self._text: str | None = None
-        self._beside: tuple[Path, Callable[[], bytes]] | None = None
+        self._rows: Callable[[], bytes] | None = None
         self._ends = False
         self._owner = f'{owner} (process {os.getpid()} on {socket.gethostname()})'
         self._writer: Thread | None = None
@@ -93,16 +96,17 @@ class StateFile:
         """
         Let `text` be written soon; return what to report, '' for nothing.
 
-        A lock that comes late may find a state that this process has not read: it is set aside.
+        A lock that comes late may find files that this process has not read: they are set aside.
         """
         note = ''
         if not self.held:
             lock = self._locked()
             if lock is None:
                 return ''
+            paths = [p for p in (self.recording, self.path) if self._unread and p.exists()]
             try:
-                if self._unread and self.path.exists():
-                    note = f'{self.path}: not read at the start, {set_aside(self.path, "unread")}'
+                note = '; '.join(f'{path}: not read at the start, {set_aside(path, "unread")}'
+                                 for path in paths)
             except InputError as error:
                 self.problem = str(error)
                 lock.close()
@@ -116,20 +120,15 @@ class StateFile:
             self._change.notify_all()
         return note
 
-    def beside(self, suffix: str) -> Path:
-        """Return the path of a file beside the state, whose name ends in `suffix`."""
-        return self.path.with_name(self.path.name + suffix)
-
-    def keep_beside(self, suffix: str, content: Callable[[], bytes]) -> None:
+    def keep_recording(self, content: Callable[[], bytes]) -> None:
         """
-        Let a file beside the state be written, before the next text that is kept.
+        Let the baseline recording be written, before the next text that is kept.
 
         Args:
-            suffix: of its name.
             content: returns its bytes; called in the thread that writes.
         """
         with self._change:
-            self._beside = self.beside(suffix), content
+            self._rows = content
 
     def _write(self) -> None:
         """Write what comes; the thread."""
@@ -138,18 +137,18 @@ class StateFile:
                 while self._text is None and not self._ends:
                     self._change.wait()
                 text, self._text = self._text, None
-                beside, self._beside = self._beside, None
+                rows, self._rows = self._rows, None
             if text is None:
                 return
             try:
-                if beside is not None:
-                    write_whole(beside[0], beside[1]())
+                if rows is not None:
+                    write_whole(self.recording, rows())
                 write_whole(self.path, text)
                 self.problem = ''
             except InputError as error:  # a full disk must not stop the estimates
                 self.problem = str(error)
                 with self._change:  # the next text tries again
-                    self._beside = self._beside or beside
+                    self._rows = self._rows or rows
 
     def close(self) -> None:
         """Write what waits, and let another process have the file."""

@@ -29,13 +29,11 @@ def sentence(verdict: Mapping[str, Any]) -> str:
     if kind == NONE:
         text = 'nothing named: no change beyond the baseline recording'
     elif kind == UNKNOWN:
-        text = (f'a change that no known effect explains '
-                f'({PLACES.get(verdict["remainder"], verdict["remainder"])})')
+        text = f'a change that no known effect explains ({_place(verdict["remainder"])})'
     else:
         text = ', '.join(map(_finding, verdict['findings']))
         if kind == INCOMPLETE:
-            text += (f', and more that no known effect explains '
-                     f'({PLACES.get(verdict["remainder"], verdict["remainder"])})')
+            text += f', and more that no known effect explains ({_place(verdict["remainder"])})'
     return f'{text}; {model_words(verdict)}'
 
 
@@ -52,7 +50,11 @@ def model_words(verdict: Mapping[str, Any]) -> str:
 
 def _finding(finding: Mapping[str, Any]) -> str:
     sizes = ', '.join(map(_value, finding['values']))
-    return f'{finding["effect"]} ({PLACES.get(finding["place"], finding["place"])}): {sizes}'
+    return f'{finding["effect"]} ({_place(finding["place"])}): {sizes}'
+
+
+def _place(location: str) -> str:
+    return PLACES.get(location, location)
 
 
 def _value(value: Mapping[str, Any]) -> str:

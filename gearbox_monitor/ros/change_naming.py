@@ -30,6 +30,7 @@ from threading import Lock, Thread
 from typing import Any
 
 import gearbox_monitor
+from gearbox_monitor.files.baseline_recording import BaselineRecording
 from gearbox_monitor.ros.naming_child import FAILED, SHORT_OF_MEMORY
 
 MB = 1 << 20
@@ -43,14 +44,12 @@ class Order:
     """
     What to compare: baseline recording and later one, both packed, and how.
 
-    model: plain values of the model file; arm_load: in force; effort_delay: samples; since_ns:
-    rows of the later recording before it do not count; seconds: of each that are used.
-    cpu_seconds, memory (MB): limits of the child.
+    arm_load: in force; effort_delay: samples; since_ns: rows of the later recording before it do
+    not count; seconds: of each that are used. cpu_seconds, memory (MB): limits of the child.
     """
 
-    reference: tuple[bytes, ...]
+    reference: BaselineRecording
     later: Callable[[], list[bytes]]
-    model: dict[str, Any]
     arm_load: str
     effort_delay: int
     since_ns: int
@@ -62,11 +61,11 @@ class Order:
         """Return what the child reads."""
         later = self.later()
         data = {name: getattr(self, name) for name in (
-            'model', 'arm_load', 'effort_delay', 'since_ns', 'seconds', 'cpu_seconds')}
-        data |= {'memory': self.memory * MB, 'parent': os.getpid(),
-                 'reference': [len(block) for block in self.reference],
-                 'later': [len(block) for block in later]}
-        return json.dumps(data).encode() + b'\n' + b''.join((*self.reference, *later))
+            'arm_load', 'effort_delay', 'since_ns', 'seconds', 'cpu_seconds')}
+        data |= {'model': self.reference.model, 'memory': self.memory * MB,
+                 'parent': os.getpid(), 'reference': list(map(len, self.reference.blocks)),
+                 'later': list(map(len, later))}
+        return json.dumps(data).encode() + b'\n' + b''.join((*self.reference.blocks, *later))
 
 
 @dataclass
@@ -76,15 +75,14 @@ class NamingJob:
     order: Order
     verdict: dict[str, Any] | None = None
     problem: str = ''
-    started: bool = False
     done: bool = False
 
 
 class ChangeNamer:
-    """Runs NamingJobs one after the other; those beyond `most` that wait are refused."""
+    """Runs NamingJobs one after the other; those beyond `capacity` that wait are refused."""
 
-    def __init__(self, most: int) -> None:
-        self._most = most
+    def __init__(self, capacity: int) -> None:
+        self._capacity = capacity
         self._lock = Lock()
         self._waiting: deque[NamingJob] = deque()
         self._thread: Thread | None = None
@@ -95,8 +93,8 @@ class ChangeNamer:
         """Return the NamingJob of an `order`, done at once if too many wait."""
         job = NamingJob(order)
         with self._lock:
-            if self._ends or len(self._waiting) >= self._most:
-                job.problem, job.done = f'{self._most} diagnoses wait already', True
+            if self._ends or len(self._waiting) >= self._capacity:
+                job.problem, job.done = f'{self._capacity} diagnoses wait already', True
                 return job
             self._waiting.append(job)
             if self._thread is None:
@@ -112,7 +110,6 @@ class ChangeNamer:
                     self._thread = None
                     return
                 job = self._waiting.popleft()
-                job.started = True
             try:
                 job.verdict = self._named(job.order)
             except Exception as error:  # whatever it is, the estimates must go on

@@ -18,7 +18,7 @@ When to name what changed in one gearbox, and what to say of it. No ROS, clock o
 A recording is kept when the baseline is healthy. After an alert, or a model mismatch that lasts,
 the rows since then are compared with it.
 """
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import json
 import math
 from pathlib import Path
@@ -26,7 +26,7 @@ from typing import Any
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baseline_recording import (
-    BaselineRecording, check_belongs, load_recording, SUFFIX)
+    BaselineRecording, check_belongs, load_recording)
 from gearbox_monitor.files.baselines import set_aside
 from gearbox_monitor.files.state_file import StateFile
 from gearbox_monitor.identification.findings import NONE
@@ -41,14 +41,16 @@ HEALTHY = 60.0      # s of healthy windows that a baseline recording takes, and 
 COMPARED = 8.0      # s of each recording that are compared
 # s between two diagnoses for a mismatch of the model alone: it may come and go.
 MISMATCH_INTERVAL = 600.0
+MISMATCH = 'model mismatch'
 
 
 @dataclass(frozen=True)
 class NamingAlert:
-    """Why a change is named: in words, since which stamp (ns) it lasts."""
+    """Why a change is named: in words, since which stamp (ns), and the tests that stand."""
 
     reason: str
     since_ns: int
+    causes: frozenset[str]
 
 
 class ChangeWatch:
@@ -64,19 +66,15 @@ class ChangeWatch:
                  state_file: StateFile | None, recording_ns: int = 0) -> None:
         self._monitor, self._buffer, self._namer = monitor, buffer, namer
         self._file = state_file
-        p = monitor.parameters
-        self._own = BaselineRecording(
-            recording_ns, p.gearbox_serial, (p.motor_joint, p.arm_joint),
-            json.loads(json.dumps(monitor.model.to_dict())), ())
         self.note = ''  # why a recording was refused
-        self._reference = self._loaded()
+        self._reference = self._loaded(recording_ns)
         self._healthy = 0  # windows in a row
         self._window_ns = monitor.tracker.stamp_ns
         self._stages: dict[str, int] = {}
         self._mismatch_ns, self._mismatch_named_ns = 0, 0
         self._due: NamingAlert | None = None
         self._job: NamingJob | None = None
-        self._alert: NamingAlert | None = None  # of the newest job
+        self._alert: NamingAlert | None = None  # the newest one that had its turn
         self._problem = ''
         self._verdict: dict[str, Any] | None = None
 
@@ -85,15 +83,21 @@ class ChangeWatch:
         """Stamp of the baseline recording, 0 without one."""
         return 0 if self._reference is None else self._reference.stamp_ns
 
-    def _loaded(self) -> BaselineRecording | None:
+    def _recording(self, stamp_ns: int, blocks: tuple[bytes, ...] = ()) -> BaselineRecording:
+        """Return a recording of this gearbox until `stamp_ns`."""
+        p, model = self._monitor.parameters, self._monitor.model
+        return BaselineRecording(stamp_ns, p.gearbox_serial, (p.motor_joint, p.arm_joint),
+                                 json.loads(json.dumps(model.to_dict())), blocks)
+
+    def _loaded(self, recording_ns: int) -> BaselineRecording | None:
         """Return the recording beside the state of drift, None without one that belongs to it."""
         if self._file is None or not self._file.readable:
             return None
-        path = self._file.beside(SUFFIX)
+        path = self._file.recording
         try:
             recording = load_recording(path)
             if recording is not None:
-                check_belongs(path, recording, self._own)
+                check_belongs(path, recording, self._recording(recording_ns))
             return recording
         except InputError as error:
             self.note = f'{error}: {_aside(path)}'
@@ -113,17 +117,29 @@ class ChangeWatch:
             self._healthy += 1
         needed = math.ceil(HEALTHY / self._monitor.parameters.drift_window)
         if self._reference is None and self._healthy >= needed:
-            self.keep()
+            self._keep()
 
-    def keep(self) -> None:
-        """Keep the newest rows as the baseline recording, in place of an older one."""
+    def accept(self) -> None:
+        """
+        Take the drive for healthy, as a saved baseline does.
+
+        The newest rows become the baseline recording, unless the drive rests: then the next
+        healthy minute does. An alert that waits for its rows is dropped.
+        """
+        self._due, self._reference, self._healthy = None, None, 0
+        pause = self._monitor.tracker.pause
+        if pause is None or pause.friction is not None:
+            self._keep()
+
+    def _keep(self) -> None:
+        """Keep the newest rows as the baseline recording."""
         if self._buffer is None or not self._buffer.newest_ns:
             return
-        blocks = tuple(self._buffer.blocks(HEALTHY)())
-        self._reference = replace(self._own, stamp_ns=self._buffer.newest_ns, blocks=blocks)
+        self._reference = self._recording(self._buffer.newest_ns,
+                                          tuple(self._buffer.blocks(HEALTHY)()))
         self.note = ''
         if self._file is not None:
-            self._file.keep_beside(SUFFIX, self._reference.to_bytes)
+            self._file.keep_recording(self._reference.to_bytes)
 
     # ------------------------------------------------------------------ naming
 
@@ -143,7 +159,7 @@ class ChangeWatch:
         self._stages = stages
         if grown:
             self._due = NamingAlert(', '.join(grown), max(
-                tracker.changes[test].since_ns for test in grown))
+                tracker.changes[test].since_ns for test in grown), frozenset(stages))
             return
         level, since_ns = self._monitor.model_lasts
         stamp_ns = self._monitor.stamp_ns
@@ -151,7 +167,7 @@ class ChangeWatch:
         if lasts and since_ns != self._mismatch_ns and not 0 <= stamp_ns - \
                 self._mismatch_named_ns < MISMATCH_INTERVAL * SECOND:
             self._mismatch_ns, self._mismatch_named_ns = since_ns, stamp_ns
-            self._due = self._due or NamingAlert('model mismatch', since_ns)
+            self._due = self._due or NamingAlert(MISMATCH, since_ns, frozenset((MISMATCH,)))
 
     def _begin(self, alert: NamingAlert) -> None:
         """Have a change named, once there are enough rows since it came."""
@@ -161,14 +177,17 @@ class ChangeWatch:
             self._problem = f'a change cannot be named: {self._lacking()}'
             return
         newest_ns = buffer.newest_ns
-        if 0 <= newest_ns - max(alert.since_ns, buffer.first_ns) < COMPARED * SECOND:
+        since_ns = buffer.first_ns
+        if alert.since_ns <= newest_ns:  # else it is from before a clock was set back
+            since_ns = max(alert.since_ns, since_ns)
+        if newest_ns - since_ns < COMPARED * SECOND:
             return
         self._due, self._alert, self._problem = None, alert, ''
+        self._mismatch_ns = self._monitor.model_lasts[1]  # one that stands is named with it
         # When a change began is an estimate; the newest rows show it for certain.
-        since_ns = max(alert.since_ns, newest_ns - round(HEALTHY * SECOND)) \
-            if alert.since_ns <= newest_ns else 0
+        since_ns = max(since_ns, newest_ns - round(HEALTHY * SECOND))
         self._job = self._namer.submit(Order(
-            reference.blocks, buffer.blocks(60.0 * p.keep_minutes), reference.model,
+            reference, buffer.blocks(60.0 * p.keep_minutes),
             self._monitor.estimator.drive.arm_load, p.effort_delay, since_ns, COMPARED,
             round(p.name_changes_cpu), p.name_changes_memory))
 
@@ -182,9 +201,9 @@ class ChangeWatch:
             self._verdict = None
             return None
         self._verdict = {
-            'gearbox_serial': self._own.gearbox_serial, 'alert': alert.reason,
+            'gearbox_serial': job.order.reference.gearbox_serial, 'alert': alert.reason,
             'since': when(alert.since_ns), 'since_ns': alert.since_ns,
-            'baseline_recording_ns': self.recording_ns, **job.verdict}
+            'baseline_recording_ns': job.order.reference.stamp_ns, **job.verdict}
         return self._verdict
 
     def _lacking(self) -> str:
@@ -194,30 +213,37 @@ class ChangeWatch:
         return 'there is no baseline recording; ~/save_baseline keeps one' + (
             f' ({self.note})' if self.note else '')
 
+    def _stands(self) -> bool:
+        """Return whether a cause of the newest alert is still there."""
+        present = {*self._stages}
+        if self._monitor.model_lasts[0] > Level.OK:
+            present.add(MISMATCH)
+        return self._alert is not None and not present.isdisjoint(self._alert.causes)
+
     def _outcome(self) -> Outcome:
         values: dict[str, Any] = {}
         if self._reference is not None:
             values['baseline_recording'] = when(self._reference.stamp_ns)
         if self._alert is not None:
             values |= {'alert': self._alert.reason, 'since': when(self._alert.since_ns)}
-        stands = bool(self._stages) or self._monitor.model_lasts[0] > Level.OK
+        over = '' if self._stands() else 'over: '
         if self._due is not None:
             return Outcome(Level.OK, f'{self._due.reason}: recording {COMPARED:g} s since it '
                            'came, then it is named', values)
         if self._job is not None:
             return Outcome(Level.OK, f'{_reason(self._alert)}: being named', values)
         if self._problem:
-            return Outcome(Level.WARN, f'{_reason(self._alert)}: {self._problem}', values)
+            return Outcome(Level.OK if over else Level.WARN,
+                           f'{over}{_reason(self._alert)}: {self._problem}', values)
         if self._verdict is not None:
             verdict = self._verdict
             values |= {
                 'verdict': verdict['verdict'],
                 'effect': '+'.join(f['effect'] for f in verdict['findings']),
                 'model_holds': int(verdict['model_holds']), 'cpu_s': float(verdict['cpu_s'])}
-            named = verdict['verdict'] != NONE and stands
-            return Outcome(Level.WARN if named else Level.OK,
-                           f'{verdict["text"]}, since {verdict["since"]}' if named else
-                           verdict['text'] if stands else f'over: {verdict["text"]}', values)
+            if over or verdict['verdict'] == NONE:
+                return Outcome(Level.OK, f'{over}{verdict["text"]}', values)
+            return Outcome(Level.WARN, f'{verdict["text"]}, since {verdict["since"]}', values)
         if self._buffer is None:
             return Outcome(Level.OK, f'changes are not named: {self._lacking()}', values)
         if self._reference is None:

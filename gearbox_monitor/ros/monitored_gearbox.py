@@ -405,7 +405,7 @@ class MonitoredGearbox:
         monitor.tracker = tracker
         monitor.outcomes = {**monitor.outcomes, **drift_words.outcomes(tracker)}
         if self._changes is not None:
-            self._changes.keep()
+            self._changes.accept()
         self._alert(monitor.outcomes)
         self._keep_state()
         self._publish_snapshot('baseline')

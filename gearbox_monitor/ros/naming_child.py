@@ -46,13 +46,13 @@ def limit(cpu_seconds: int, memory: int, parent: int) -> None:
     if os.getppid() != parent:  # it ended before the call
         sys.exit(FAILED)
     os.nice(NICE)
-    for what, soft, hard in ((resource.RLIMIT_CORE, 0, 0),
-                             (resource.RLIMIT_CPU, cpu_seconds, cpu_seconds + 5),
-                             (resource.RLIMIT_AS, memory, memory)):
-        _, most = resource.getrlimit(what)
-        if most != resource.RLIM_INFINITY:
-            soft, hard = min(soft, most), min(hard, most)
-        resource.setrlimit(what, (soft, hard))
+    for resource_id, soft, hard in ((resource.RLIMIT_CORE, 0, 0),
+                                    (resource.RLIMIT_CPU, cpu_seconds, cpu_seconds + 5),
+                                    (resource.RLIMIT_AS, memory, memory)):
+        _, ceiling = resource.getrlimit(resource_id)
+        if ceiling != resource.RLIM_INFINITY:
+            soft, hard = min(soft, ceiling), min(hard, ceiling)
+        resource.setrlimit(resource_id, (soft, hard))
 
 
 def verdict_of(order: dict[str, Any], data: bytes) -> dict[str, Any]:
@@ -67,16 +67,14 @@ def verdict_of(order: dict[str, Any], data: bytes) -> dict[str, Any]:
         InputError: a recording allows no statement; Undecided: none is possible.
     """
     from gearbox_monitor.errors import InputError
+    from gearbox_monitor.files.baseline_recording import split
     from gearbox_monitor.identification.change_diagnosis import diagnose_change
     from gearbox_monitor.plant.drive import model_from_dict
     from gearbox_monitor.report.change_words import sentence
     from gearbox_monitor.ros.recording_buffer import (
         MIN_STRETCH, SECOND, stretch, unpacked_rows)
     from gearbox_monitor.ros.recording_export import load_of, recording_of
-    blocks, at = [], 0
-    for size in (*order['reference'], *order['later']):
-        blocks.append(data[at:at + size])
-        at += size
+    blocks = split(data, (*order['reference'], *order['later']))
     count = len(order['reference'])
     parts = []
     for name, packed_rows, since_ns in (('baseline recording', blocks[:count], 0),
@@ -91,11 +89,11 @@ def verdict_of(order: dict[str, Any], data: bytes) -> dict[str, Any]:
     loads = {load_of(rows, model, order['arm_load']) for _, rows in parts}
     model = model.with_(arm_load=loads.pop() if len(loads) == 1 else 'unknown')
     reference, later = (recording_of(rows, model, name) for name, rows in parts)
+    span = parts[1][1]['stamp_ns'][[0, -1]]
     verdict = diagnose_change(reference, later, model).to_dict()
     usage = resource.getrusage(resource.RUSAGE_SELF)
     return {**verdict, 'text': sentence(verdict), 'cpu_s': usage.ru_utime + usage.ru_stime,
-            'recording': [int(rows['stamp_ns'][k]) / SECOND for rows in (parts[1][1],)
-                          for k in (0, -1)]}
+            'recording': [stamp_ns / SECOND for stamp_ns in span.tolist()]}
 
 
 def main() -> int:

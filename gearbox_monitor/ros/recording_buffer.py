@@ -53,7 +53,7 @@ class RecordingBuffer:
         self._full: deque[tuple[bytes, int]] = deque()
         self._rows, self._n = np.empty(block, DTYPE), 0
         self._newest = 0
-        self.first_ns = 0  # stamp of the first good row of all
+        self.first_ns = 0  # stamp of the first good row since the clock was set back
 
     def add(self, stamp_ns: int, good: bool, values: tuple[float, float, float, float]) -> None:
         """
@@ -70,8 +70,9 @@ class RecordingBuffer:
         self._rows[self._n] = (stamp_ns, good, values)
         self._n += 1
         if good:
+            if stamp_ns < self._newest or not self.first_ns:
+                self.first_ns = stamp_ns
             self._newest = stamp_ns
-            self.first_ns = self.first_ns or stamp_ns
 
     def _next_block(self) -> None:
         self._full.append((packed(self._rows), self._newest))
@@ -86,10 +87,15 @@ class RecordingBuffer:
         return len(self._full) * self._size + self._n
 
     def blocks(self, seconds: float) -> Callable[[], list[bytes]]:
-        """Return a function that gives the last `seconds` in packed blocks, from any thread."""
+        """
+        Return a function that gives the last `seconds` in packed blocks, from any thread.
+
+        Without rows stamped later than the newest one: they are from before a clock was set back.
+        """
         first = self._newest - round(seconds * SECOND)
-        full = [block for block, newest in self._full if newest > first]
-        newest_rows = self._rows[:self._n].copy()
+        full = [block for block, newest in self._full if first < newest <= self._newest]
+        rows = self._rows[:self._n]
+        newest_rows = rows[rows['stamp_ns'] <= self._newest]
         return lambda: [*full, packed(newest_rows)] if len(newest_rows) else full
 
     @property

@@ -20,7 +20,7 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baseline_recording import (
-    BaselineRecording, check_belongs, load_recording, SUFFIX)
+    BaselineRecording, check_belongs, load_recording)
 from gearbox_monitor.files.baselines import Damaged
 from gearbox_monitor.files.state_file import StateFile
 from gearbox_monitor.ros.recording_buffer import RecordingBuffer, SECOND, unpacked_rows
@@ -91,14 +91,14 @@ def test_the_newest_recording_is_on_disk_before_the_state_that_names_it(tmp_path
     monkeypatch.setattr(state_file, 'write_whole', limited)
     file = StateFile(tmp_path / 'state.json', 'estimator')
     old, new = recording()[0], recording(first=5000)[0]
-    file.keep_beside(SUFFIX, old.to_bytes)
+    file.keep_recording(old.to_bytes)
     file.keep('{"recording_ns": 1}')
     file.close()
     assert 'No space' in file.problem and not order
     file = StateFile(tmp_path / 'state.json', 'estimator')
     for healthy in (old, new):
-        file.keep_beside(SUFFIX, healthy.to_bytes)
+        file.keep_recording(healthy.to_bytes)
     file.keep('{"recording_ns": 2}')
     file.close()
     assert order == ['state.json.recording', 'state.json']
-    assert load_recording(file.beside(SUFFIX)) == new
+    assert load_recording(file.recording) == new

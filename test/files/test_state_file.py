@@ -114,9 +114,14 @@ def test_a_rival_that_ends_later_leaves_its_state(tmp_path, monkeypatch):
     path = tmp_path / 'state.json'
     first, second = StateFile(path, 'estimator/elbow'), StateFile(path, 'estimator/wrist')
     assert not second.readable and not second.held
+    first.keep_recording(lambda: b'rows of the elbow')
     first.keep('elbow')
     first.close()
-    assert 'unread' in second.keep('wrist')
+    second.keep_recording(lambda: b'rows of the wrist')
+    note = second.keep('wrist')
     second.close()
-    assert path.read_text() == 'wrist'
-    assert next(tmp_path.glob('state.json.unread-*')).read_text() == 'elbow'
+    assert (path.read_text(), second.recording.read_bytes()) == ('wrist', b'rows of the wrist')
+    for name, content in (('state.json', b'elbow'),
+                          ('state.json.recording', b'rows of the elbow')):
+        unread, = tmp_path.glob(f'{name}.unread-*')
+        assert unread.read_bytes() == content and unread.name in note

@@ -385,15 +385,6 @@ def test_bad_plugin_is_named(plugin_folder, old, new, words):
 # ---------------------------------------------------------------------- in the node
 
 
-@pytest.fixture
-def graph(tmp_path, monkeypatch):
-    pytest.importorskip('rclpy')
-    from harness import Graph
-    graph = Graph(tmp_path, monkeypatch)
-    yield graph
-    graph.close()
-
-
 @pytest.mark.ros
 def test_effects_of_a_plant_that_runs(graph):
     from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue

@@ -23,7 +23,6 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
-from harness import Graph  # noqa: E402
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import DescribeParameters, SetParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
@@ -59,13 +58,6 @@ ROBOT = {
         'motor_joint': 'elbow_motor', 'arm_joint': 'elbow', 'arm_topic': '/encoders/elbow',
         'pair_tolerance': 0.0004, 'coulomb_friction': 0.26}}}
 UNPAIRED = range(1000, 1100)
-
-
-@pytest.fixture
-def graph(tmp_path, monkeypatch):
-    graph = Graph(tmp_path, monkeypatch)
-    yield graph
-    graph.close()
 
 
 @pytest.fixture(scope='module')

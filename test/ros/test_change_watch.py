@@ -96,7 +96,7 @@ def test_an_alert_is_named_against_the_healthy_minute_by_rows_since_it_came():
     gearbox.run(4)
     (order,) = gearbox.orders
     assert order.since_ns == T0 + 96 * SECOND and order.cpu_seconds == 300
-    assert unpacked_rows(order.reference)['stamp_ns'][-1] == healthy
+    assert unpacked_rows(order.reference.blocks)['stamp_ns'][-1] == healthy
     later = unpacked_rows(order.later(), order.since_ns)['stamp_ns']
     assert (later[0], later[-1]) == (order.since_ns, gearbox.monitor.stamp_ns)
     assert gearbox.run(3)[0].message == 'gap: being named'
@@ -177,12 +177,93 @@ def test_the_recording_survives_a_restart_and_a_saved_baseline_replaces_it(tmp_p
     gearbox.run(7)
     assert not gearbox.orders
     gearbox.run(2)
-    assert unpacked_rows(gearbox.orders[0].reference)['stamp_ns'][-1] == first
-    gearbox.watch.keep()
+    assert unpacked_rows(gearbox.orders[0].reference.blocks)['stamp_ns'][-1] == first
+    gearbox.watch.accept()
     gearbox.run(10)
     gearbox.file.close()
     second = gearbox.watch.recording_ns
     assert second > 0 and load_recording(f'{path}.recording').stamp_ns == second != first
+
+
+def test_a_baseline_saved_while_a_child_runs_is_not_the_one_compared_with():
+    """And an alert that still waits for its rows is accepted with the baseline."""
+    gearbox = Gearbox()
+    gearbox.run(60)
+    healthy = gearbox.watch.recording_ns
+    gearbox.alert()
+    gearbox.run(11)
+    gearbox.alert('stiffness_loss')
+    gearbox.run(1)
+    gearbox.tracker.changes.clear()  # as a saved baseline does
+    gearbox.watch.accept()
+    assert gearbox.watch.recording_ns == gearbox.monitor.stamp_ns
+    gearbox.end(NAMED)
+    outcome, verdict = gearbox.run(1)
+    assert verdict['baseline_recording_ns'] == healthy
+    assert outcome.level == Level.OK and outcome.message == 'over: backlash_gap: +20 %'
+    gearbox.run(20)
+    assert len(gearbox.orders) == 1
+
+
+def test_a_baseline_saved_at_rest_waits_for_the_next_healthy_minute():
+    """A minute at rest tells nothing of the drive: each later alert would be refused for it."""
+    gearbox = Gearbox()
+    gearbox.run(60)
+    gearbox.tracker.pause = SimpleNamespace(friction=None)
+    gearbox.run(60)
+    gearbox.watch.accept()
+    assert not gearbox.watch.recording_ns
+    gearbox.tracker.pause = None
+    gearbox.run(59)
+    assert not gearbox.watch.recording_ns
+    gearbox.run(1)
+    assert gearbox.watch.recording_ns == gearbox.monitor.stamp_ns
+
+
+def test_what_is_over_does_not_come_back_with_another_alert():
+    gearbox = Gearbox()
+    gearbox.alert()
+    outcome, _ = gearbox.run(1)
+    assert outcome.level == Level.WARN and 'no baseline recording' in outcome.message
+    gearbox.tracker.changes.clear()
+    outcome, _ = gearbox.run(69)
+    assert outcome.level == Level.OK and outcome.message.startswith('over: gap: ')
+    gearbox.alert()
+    gearbox.run(11)
+    gearbox.end(NAMED)
+    assert gearbox.run(1)[0].level == Level.WARN
+    gearbox.tracker.changes.clear()
+    gearbox.run(1)
+    gearbox.monitor.model_lasts = (Level.WARN, gearbox.monitor.stamp_ns)
+    outcome, _ = gearbox.run(20)
+    assert outcome.level == Level.OK and outcome.message == 'over: backlash_gap: +20 %'
+
+
+def test_a_mismatch_that_stands_is_named_with_the_alert():
+    gearbox = Gearbox()
+    gearbox.run(60)
+    gearbox.monitor.model_lasts = (Level.WARN, gearbox.monitor.stamp_ns)
+    gearbox.run(9)
+    gearbox.alert(since_s=61.0)
+    gearbox.run(1)
+    gearbox.end(NAMED)
+    gearbox.run(120)
+    assert len(gearbox.orders) == 1
+
+
+def test_a_clock_set_back_leaves_no_rows_from_before_it():
+    """While an alert waits for its 8 s: they are counted from the clock's new start."""
+    gearbox = Gearbox()
+    gearbox.run(100)
+    gearbox.alert()
+    gearbox.run(3)
+    gearbox.seconds = 10
+    gearbox.run(7)
+    assert not gearbox.orders
+    gearbox.run(2)
+    (order,) = gearbox.orders
+    stamps = unpacked_rows(order.later(), order.since_ns)['stamp_ns']
+    assert (stamps[0], stamps[-1]) == (T0 + 10 * SECOND, gearbox.monitor.stamp_ns)
 
 
 @pytest.mark.parametrize(('changes', 'words'), [

@@ -26,7 +26,7 @@ import yaml
 
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
-from harness import Graph, RELIABLE  # noqa: E402
+from harness import RELIABLE  # noqa: E402
 from processes import refusals  # noqa: E402
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import DescribeParameters, SetParameters  # noqa: E402
@@ -52,13 +52,6 @@ T0 = 1_700_000_000_000_000_000
 DT = 2_000_000  # 500 Hz
 DEEP = QoSProfile(depth=10000)
 LATCHED = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-@pytest.fixture
-def graph(tmp_path, monkeypatch):
-    graph = Graph(tmp_path, monkeypatch)
-    yield graph
-    graph.close()
 
 
 @pytest.fixture(scope='module')

@@ -21,7 +21,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
-from harness import Graph, RELIABLE  # noqa: E402
+from harness import RELIABLE  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
@@ -35,13 +35,6 @@ from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 
 pytestmark = pytest.mark.ros
 EFFECT = '["torque_offset u0=0.6"]'
-
-
-@pytest.fixture
-def graph(tmp_path, monkeypatch):
-    graph = Graph(tmp_path, monkeypatch)
-    yield graph
-    graph.close()
 
 
 def healthy(path):

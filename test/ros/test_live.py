@@ -31,7 +31,7 @@ import pytest
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import (  # noqa: E402, I100, I202
     DiagnosticArray, DiagnosticStatus, KeyValue)
-from harness import DOMAIN, Graph, RELIABLE, ROOT  # noqa: E402
+from harness import DOMAIN, RELIABLE, ROOT  # noqa: E402
 from processes import put_down  # noqa: E402
 from rclpy.serialization import deserialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
@@ -47,13 +47,6 @@ DT = 2_000_000  # 500 Hz
 NAMES = ('base', 'elbow')
 RELIABLE_QOS = {key.rpartition('.')[2]: value for key, value in RELIABLE.items()}
 LIVE_TOPIC = 'qos_overrides./transmission_state_smoothed.subscription'
-
-
-@pytest.fixture
-def graph(tmp_path, monkeypatch):
-    graph = Graph(tmp_path, monkeypatch)
-    yield graph
-    graph.close()
 
 
 def live(*options):

@@ -20,7 +20,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
-from harness import Graph, RELIABLE  # noqa: E402
+from harness import RELIABLE  # noqa: E402
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import SetParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
@@ -31,13 +31,6 @@ pytestmark = [pytest.mark.ros, pytest.mark.system]
 SETTINGS = {'arm_load': 'none', 'drift_window': 5.0, 'angle_bin': 0.0, 'speed_bin': 1.0,
             'load_bin': 1.0, 'r_std_motor': 0.002, 'r_std_arm': 0.002, 'use_sim_time': True,
             **RELIABLE}
-
-
-@pytest.fixture
-def graph(tmp_path, monkeypatch):
-    graph = Graph(tmp_path, monkeypatch)
-    yield graph
-    graph.close()
 
 
 def test_a_wider_gap_is_named_after_a_restart_and_nothing_before(graph, tmp_path):

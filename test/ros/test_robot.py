@@ -23,7 +23,7 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
-from harness import Graph, RELIABLE  # noqa: E402
+from harness import RELIABLE  # noqa: E402
 from processes import refusals  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from rclpy.serialization import deserialize_message  # noqa: E402
@@ -63,13 +63,6 @@ PARAMETERS = {
         key.rpartition('.')[2]: value for key, value in RELIABLE.items()}}}}
 PARAMETERS['elbow'].update(q_std_tau_k=4.0, coulomb_friction=0.2, gearbox_serial='G-2')
 PARAMETERS['wrist'].update(filter='ukf', r_std_arm=0.01)
-
-
-@pytest.fixture
-def graph(tmp_path, monkeypatch):
-    graph = Graph(tmp_path, monkeypatch)
-    yield graph
-    graph.close()
 
 
 def written(tmp_path, **changes):

@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 
 rclpy = pytest.importorskip('rclpy')
-from harness import Graph, RELIABLE  # noqa: E402, I100, I202
+from harness import RELIABLE  # noqa: E402, I100, I202
 from rcl_interfaces.srv import SetParameters  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
@@ -43,13 +43,6 @@ T0 = 1_700_000_000_000_000_000
 DT = 2_000_000  # 500 Hz
 GEARBOXES = {'elbow': 2, 'tilt': 4}  # joint numbers
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-@pytest.fixture
-def graph(tmp_path, monkeypatch):
-    graph = Graph(tmp_path, monkeypatch)
-    yield graph
-    graph.close()
 
 
 def test_live_is_replay_with_a_description_and_a_payload(graph, tmp_path):
