@@ -26,6 +26,7 @@ from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import BarRow, bars, BarView, PageTable
 from gearbox_monitor.report.robot_words import (
     finding_words, MEANINGS, next_steps, remainder_words, SUBJECTS, unit_of)
+from gearbox_monitor.report.words import sentence
 from gearbox_monitor.robot.chain import Chain, rotations
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a robot's verdict
@@ -47,7 +48,7 @@ def robot_gap_page(data: VerdictData, chain: Chain, posture: Array) -> str:
     """
     return render_page(Page(
         f'The gap of {", ".join(data["logs"])}', RobotGapSummary.of(data), (
-            NextSteps([f'{step[0].upper()}{step[1:]}.' for step in next_steps(data)]),
+            NextSteps([sentence(step) for step in next_steps(data)]),
             RobotPicture.of(data, chain, posture), RobotFindings.of(data), RobotGaps.of(data),
             VisibleSizes.of(data), RobotNumbers.of(data))))
 
