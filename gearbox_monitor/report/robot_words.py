@@ -40,6 +40,13 @@ def unit_of(effect: str, name: str) -> str:
     return pretty(OF_CHANGES.get(name) or UNITS.get(effect, {}).get(name, ''))
 
 
+def size_unit(effect: str) -> str:
+    """Return the unit of the value by which a report states an effect."""
+    first = {'payload': 'm', 'base_tilt': 'ax', 'link_inertia': 'Ixx'}.get(
+        effect) or SUBJECTS.get(effect, ('', ''))[0]
+    return unit_of(effect, first)
+
+
 def rounded(value: float, deviation: float | None) -> str:
     """Return `value` ± `deviation`, or in words that the motion does not determine it."""
     if deviation is None:
@@ -162,16 +169,14 @@ def robot_text(data: Mapping[str, Any]) -> str:
                      for g in data['ranked'][:4])
     lines.append(f'gap of the torque, N m rms before -> after: {gaps}')
     if data['verdict'] in ('none', 'unknown'):
-        sizes = [(e, p, v) for e in ('payload', MOTOR_COULOMB.id, MOTOR_VISCOUS.id)
-                 for p, v in data['visible'].get(e, {}).items()]
-        small: dict[str, tuple[str, float]] = {}
-        for e, p, v in sizes:
-            if e not in small or v < small[e][1]:
-                small[e] = (p, v)
-        units = {'payload': 'kg', MOTOR_COULOMB.id: 'N m', MOTOR_VISCOUS.id: 'N m s/rad'}
-        seen = ', '.join(f'{e} of {v:.2g} {units[e]} at {p}' for e, (p, v) in small.items())
-        if seen:
-            lines.append(f'would have been seen, from: {seen}')
+        sizes = []
+        for effect in ('payload', MOTOR_COULOMB.id, MOTOR_VISCOUS.id):
+            places = data['visible'].get(effect)
+            if places:
+                place, size = min(places.items(), key=lambda item: item[1])
+                sizes.append(f'{effect} of {size:.2g} {size_unit(effect)} at {place}')
+        if sizes:
+            lines.append(f'would have been seen, from: {", ".join(sizes)}')
     lines += [f'caution: {c}' for c in data['cautions'][:3]]
     lines += [f'note: {n}' for n in data['warnings'][:3]]
     lines += [f'next: {s}' for s in next_steps(data)[:2]]

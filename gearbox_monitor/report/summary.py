@@ -63,7 +63,7 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     if data['verdict'] == 'unknown':
         return _nothing_fits(data, before)
     findings = [finding_sentence(f, data, axis) for f in data['findings']]
-    return ' '.join([*findings, _share(data, len(findings)), *_rivals(data)])
+    return ' '.join([*findings, _share(data, len(findings)), *_rivals(data, len(findings))])
 
 
 def finding_sentence(finding: Mapping[str, Any], data: Mapping[str, Any], axis: str) -> str:
@@ -137,10 +137,11 @@ def _place(left: Mapping[str, Any]) -> str:
     return PLACES.get(left['location'], left['location']) + over
 
 
-def _rivals(data: Mapping[str, Any]) -> list[str]:
-    """Return the sentence on effects that explain the recording as well, none without them."""
+def _rivals(data: Mapping[str, Any], count: int) -> list[str]:
+    """Return the sentence on rivals of `count` findings, none without rivals."""
     rivals = data.get('confusable') or ()
-    return [f'This motion does not distinguish it from {", ".join(rivals)}.'] if rivals else []
+    return [f'This motion does not distinguish {"it" if count == 1 else "them"} from '
+            f'{", ".join(rivals)}.'] if rivals else []
 
 
 def sized(value: float) -> str:

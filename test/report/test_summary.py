@@ -46,6 +46,10 @@ def data_of(kind, *findings, remainder=None, model=MODEL, **more):
     (data_of('effect', HEAVY, WEIGHT),
      "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). The arm's weight is 1.50 N m; the "
      'model has none. Together they explain the whole difference.'),
+    (data_of('effect', HEAVY, OFFSET, confusable=['coulomb_asymmetry']),
+     "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). The actuator's torque offset is "
+     '0.100 N m beyond the 0.200 N m of the model. Together they explain the whole difference. '
+     'This motion does not distinguish them from coulomb_asymmetry.'),
     (data_of('effect', OFFSET, confusable=['coulomb_asymmetry']),
      "The actuator's torque offset is 0.100 N m beyond the 0.200 N m of the model. This explains "
      'the whole difference. This motion does not distinguish it from coulomb_asymmetry.'),
