@@ -31,7 +31,7 @@ TERMS = {
 NO_PROSE = (r'^```.*?^```', r'^ {4}[^\n]*$', r'^#[^\n]*$', r'`[^`\n]*`', r'!?\[[^\]]*\]\([^)]*\)')
 
 
-def prose(text):
+def prose(text: str) -> str:
     """Return `text` with blanks in place of code, headings and links, as long as before."""
     for pattern in NO_PROSE:
         text = re.sub(pattern, lambda match: re.sub(r'[^\n]', ' ', match[0]), text,
@@ -39,7 +39,7 @@ def prose(text):
     return text
 
 
-def linked(text):
+def linked(text: str) -> str:
     """Return the `text` of a page in which the first use of each word links to the glossary."""
     for anchor, words in TERMS.items():
         link = f'(glossary.md#{anchor})'
@@ -50,7 +50,7 @@ def linked(text):
     return text
 
 
-def pages():
+def pages() -> list[Path]:
     """Return the pages that people write."""
     return [page for page in sorted(DOCS.glob('*.md'))
             if page.stem not in (*GENERATED, 'glossary')]

@@ -44,9 +44,9 @@ def drawn(page: Path, picture: Path, width: int, height: int) -> None:
 
 for name, (commands, page, width, height) in PICTURES.items():
     with tempfile.TemporaryDirectory() as folder:
-        for command in commands:  # diagnose: 1, something is different
+        for command in commands:
             code = subprocess.run([sys.executable, '-m', 'gearbox_monitor', *command.split()],
                                   cwd=folder).returncode
-            if code not in (0, 1):
+            if code not in (0, 1):  # 1: diagnose identified a difference
                 sys.exit(code)
         drawn(Path(folder) / page, DOCS / name, width, height)

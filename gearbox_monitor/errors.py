@@ -90,5 +90,10 @@ class Problems:
 def unknown(word: object, names: Iterable[object]) -> str:
     """Return what was expected instead of `word`: the most similar of `names`, or all of them."""
     words = sorted(map(str, names))
-    matches = get_close_matches(str(word)[:100], words, 1)
-    return f'did you mean {matches[0]!r}?' if matches else 'expected one of ' + ', '.join(words)
+    similar = most_similar(word, words)
+    return f'did you mean {similar!r}?' if similar else 'expected one of ' + ', '.join(words)
+
+
+def most_similar(word: object, names: Iterable[str]) -> str:
+    """Return the most similar of `names` to `word`, '' if none is similar."""
+    return next(iter(get_close_matches(str(word)[:100], list(names), 1)), '')

@@ -51,7 +51,7 @@ from gearbox_monitor.monitoring.backlash.recording_windows import (
     combine, GAP_ERROR, reason_of, RecordingWindows, separable_of, STIFFNESS_ERROR)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.report.summary import sized
+from gearbox_monitor.report.summary import with_deviation
 
 UNITS = {'': 1.0, 'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
          'arcmin': math.radians(1.0) / 60.0}
@@ -220,11 +220,9 @@ def write_model(path: str, model: DriveModel, data: Mapping[str, Any], bag: str)
     save_model(path, model.with_(**changes), [
         f'Transmission measured by "gearbox_monitor accept" in {Path(bag).name}, '
         f'{data["windows_used"]} windows:',
-        on_axis(f'backlash {gap:.5g} +- {data["gap_rad_std"]:.2g} rad, '
-                f'stiffness {stiffness:.5g} +- '
-                f'{data["stiffness_std"]:.2g} N m/rad' + (
-                    f', hysteresis {height:.3g} +- {data["hysteresis_std"]:.2g} N m'
-                    if 'hysteresis' in data else '') + '.', model.axis),
+        on_axis(', '.join(f'{noun} {_measured(data, name)} {unit}' for name, noun, unit in (
+            ('gap_rad', 'backlash', 'rad'), ('stiffness', 'stiffness', 'N m/rad'),
+            ('hysteresis', 'hysteresis', 'N m')) if name in data) + '.', model.axis),
         'All other values as before.'])
 
 
@@ -240,8 +238,7 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     for name, noun, unit, limit, words in rows:
         if name in data:
             bound = f' ({words.format(f"{data[limit]:.4g} {unit}")})' if data[limit] else ''
-            sizes.append(f'{noun} is {sized(data[name])} +- {data[name + "_std"]:.2g} {unit}'
-                         + bound)
+            sizes.append(f'{noun} is {_measured(data, name)} {unit}{bound}')
     reason = f': {data["reason"]}' if data['reason'] else ''
     return on_axis('; '.join([data['verdict'].capitalize() + reason, *sizes]) + '.', axis)
 
@@ -254,18 +251,15 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     if 'gap_rad' in data:
         if data['separable']:
             results += [
-                f'backlash     {data["gap_rad"]:.4g} +- {data["gap_rad_std"]:.2g} rad'
-                + _arcmin(data['gap_rad'], data['gap_rad_std'], axis),
-                f'stiffness    {data["stiffness"]:.4g} +- {data["stiffness_std"]:.2g} N m/rad']
+                f'backlash     {_measured(data, "gap_rad")} rad' + _arcmin(data, 'gap_rad', axis),
+                f'stiffness    {_measured(data, "stiffness")} N m/rad']
             if 'hysteresis' in data:
-                results.append(f'hysteresis   {data["hysteresis"]:.3g} +- '
-                               f'{data["hysteresis_std"]:.2g} N m')
+                results.append(f'hysteresis   {_measured(data, "hysteresis")} N m')
         else:
             results.append('backlash     not distinguished from compliance by this motion')
         if 'lost_motion_rad' in data:
-            value, std = data['lost_motion_rad'], data['lost_motion_rad_std']
-            results.append(f'lost motion  {value:.4g} +- {std:.2g} rad'
-                           + _arcmin(value, std, axis))
+            results.append(f'lost motion  {_measured(data, "lost_motion_rad")} rad'
+                           + _arcmin(data, 'lost_motion_rad', axis))
     for name, noun, limit, unit, sign in (
             ('gap', 'backlash', 'max_gap', 'rad', '<='),
             ('stiffness', 'stiffness', 'min_stiffness', 'N m/rad', '>=')):
@@ -282,8 +276,12 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     return '\n'.join(lines)
 
 
-def _arcmin(value: float, std: float, axis: str) -> str:
-    """Return an angle of `value` +- `std` rad in arc minutes, '' for a prismatic axis."""
+def _measured(data: Mapping[str, Any], name: str, unit: float = 1.0) -> str:
+    """Return the value `name` of `data` and its deviation in a `unit`."""
+    return with_deviation(data[name] / unit, data[f'{name}_std'] / unit, '+-')
+
+
+def _arcmin(data: Mapping[str, Any], name: str, axis: str) -> str:
+    """Return the angle `name` of `data` in arc minutes, '' for a prismatic axis."""
     return '' if axis == 'prismatic' else (
-        f' = {math.degrees(value) * 60.0:.4g} +- {math.degrees(std) * 60.0:.2g} arcmin at the '
-        'output')
+        f' = {_measured(data, name, UNITS["arcmin"])} arcmin at the output')

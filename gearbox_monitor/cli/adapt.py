@@ -84,18 +84,18 @@ def run(args: Namespace) -> int:
         'gap_after': result.fit.gap_after if result.fit else None,
         'tolerances': result.tolerances, 'parameters': result.parameters, 'open': result.open,
         'notes': [note for _, notes in loaded for note in notes]})
-    summary = {'summary': answer(result, summary, bool(result.kept)), **summary}
+    summary = {'summary': answer(result, summary), **summary}
     print(json.dumps(summary, indent=2) if args.json else text(result, summary, folder))
     if result.fit is None:
         return UNDECIDED
     return int(bool(result.kept) or bool(result.tuning.get('kept')))
 
 
-def answer(result: Adapted, summary: Mapping[str, Any], kept: bool) -> str:
-    """Return the `result` with its figures in `summary` in words; kept: values of before stay."""
+def answer(result: Adapted, summary: Mapping[str, Any]) -> str:
+    """Return the `result`, of which `summary` holds the figures, in words."""
     if result.fit is None:
         return f'Nothing was adapted: {"; ".join(result.open)}.'
-    if kept:
+    if result.kept:
         return 'Model file and parameters stay as they are: the adapted values are less likely.'
     sure = {name: v for name, v in summary['values'].items() if v['determined']}
     return ' '.join([f'{len(sure)} of {counted(len(summary["values"]), "value")} of the model are '

@@ -23,7 +23,7 @@ from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import measures_twist, shows_place
-from gearbox_monitor.report.summary import PLACES
+from gearbox_monitor.report.summary import PLACES, with_deviation
 from gearbox_monitor.report.words import (
     dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number, percent, place_text,
     SUGGESTED, torque_map_of, undefined, unit_of, UserFiles, value_rows, value_text)
@@ -193,7 +193,7 @@ def _simulator(data: VerdictData) -> list[str]:
                         f'{number(part["gap_before"])} before, {number(part["gap_after"])} after, '
                         f'closed {closed}')
     ways = ', '.join(f'{name} as {way}' for name, way in theirs['passed'].items())
-    fitted = ', '.join(f'{name} {key} = {number(value)} +- {deviation:.2g}'
+    fitted = ', '.join(f'{name} {key} = {with_deviation(value, deviation, "+-")}'
                        for name, values in theirs['values'].items()
                        for key, (value, deviation) in values.items())
     for words, row in (('passed to it', ways), ('values in it', fitted)):

@@ -18,7 +18,7 @@ Explain an effect, a condition of a component or a level in words.
 Of an effect: what it is, how it shows in data, what it is confused with and the motion that tells
 them apart, what it becomes in each simulator, since which version. Of a condition: when it is
 raised, the values that show it, what to do. NAME is an id of diagnose, the words of a message, a
-component, or a key of /diagnostics. Without NAME: the list.
+component, a key of /diagnostics that shows a condition, or a level. Without NAME: the list.
 
 usage examples:
   gearbox_monitor explain
@@ -32,7 +32,7 @@ import textwrap
 
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.cli.options import dump
-from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.errors import InputError, most_similar
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.plant.effects import EFFECTS, library, LOCATIONS
 from gearbox_monitor.report.explanation import ALL_CONDITIONS, Explanation, explanations
@@ -67,8 +67,8 @@ def named(word: str) -> list[Explanation]:
             table.setdefault(name, []).append(explanation)
     key = word.casefold()
     if key not in table:
-        near = unknown(key, table)
-        raise InputError(f'{word!r}: ' + (near if near.startswith('did you mean') else
+        similar = most_similar(key, sorted(table))
+        raise InputError(f'{word!r}: ' + (f'did you mean {similar!r}?' if similar else
                                           'expected a name that gearbox_monitor explain lists'))
     return table[key]
 

@@ -51,7 +51,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.quality.recording import at_one_rate
-from gearbox_monitor.report.summary import change, pretty, sized
+from gearbox_monitor.report.summary import change, in_unit, sized
 from gearbox_monitor.report.words import counted, number
 from gearbox_monitor.ros.child_processes import cores
 
@@ -136,7 +136,7 @@ def largest_change(values: Mapping[str, Mapping[str, Any]]) -> list[str]:
         return ['None of them differs from the model file by more than its error.']
     v = values[name]
     by = f' ({change(v["value"], v["start"])})' if v['start'] else ''
-    return [f'{name} is {sized(v["value"])} {pretty(v["unit"])}, not {sized(v["start"])}{by}.']
+    return [f'{name} is {in_unit(sized(v["value"]), v["unit"])}, not {sized(v["start"])}{by}.']
 
 
 def text(data: Mapping[str, Any], args: Namespace) -> str:

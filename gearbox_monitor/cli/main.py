@@ -74,6 +74,7 @@ SAYINGS = (
     (r'one of the arguments (.*) is required', r'expected one of \1'),
     (r'argument ([^:]+): invalid int value: (.*)', r'\1: \2, expected a whole number'),
     (r'argument ([^:]+): invalid float value: (.*)', r'\1: \2, expected a number'),
+    (r'argument ([^:]+): expected (\d+ arguments)', r'\1: expected \2'),
     (r'argument ([^:]+): expected (.*)', r'\1: no value, expected \2'),
     (r'argument ([^:]+): not allowed with argument (.*)', r'\1 and \2 exclude each other'),
     (r'ambiguous option: (.*) could match (.*)', r'\1: expected one of \2'),

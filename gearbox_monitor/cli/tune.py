@@ -61,7 +61,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, MIXED
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.admission import measured_samples
-from gearbox_monitor.report.summary import change, sized
+from gearbox_monitor.report.summary import change, in_unit, sized
 
 SAME = 1.0  # of log-likelihood: parameters as good as tuned ones
 
@@ -123,7 +123,7 @@ def _reference(reader: BagReader, topic: str) -> tuple[Integers, Array]:
 def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the result `data` of a drive with `axis` in words: what changes, what it gains."""
     if data['kept']:
-        return 'The parameters before stay: no others that were tried are likelier.'
+        return 'The parameters stay as they were: none that was tried is likelier.'
     gain = data['after']['loglik'] - data['before']['loglik']
     sentences = [f'The tuned filter is likelier: log-likelihood {data["after"]["loglik"]:.1f} '
                  f'({gain:+.1f}), mean NIS {data["after"]["nis"]:.2f} '
@@ -136,8 +136,8 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     name = max(moved, key=lambda n: moved[n], default=None)
     if name is not None and moved[name] > 0.0:
         value, before = data['parameters'][name], data['before_parameters'][name]
-        unit = on_axis(units[name], axis)
-        sentences.append(f'{name} changes most: {sized(value)} {unit}, not {sized(before)} '
+        size = in_unit(sized(value), on_axis(units[name], axis))
+        sentences.append(f'{name} changes most: {size}, not {sized(before)} '
                          f'({change(value, before)}).')
     return ' '.join(sentences)
 

@@ -34,7 +34,8 @@ from gearbox_monitor.report.figures import (
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
 from gearbox_monitor.report.words import (
     dense_regions, gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES, number,
-    percent, place_text, torque_map_of, undefined, unit_of, UserFiles, value_rows, value_text)
+    percent, place_text, sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows,
+    value_text)
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 ROLES = ('nominal', 'closed')
@@ -87,12 +88,6 @@ def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
 def short_name(recording: UniformRecording) -> str:
     """Return the name of `recording` without its folders."""
     return re.split(r'[\\/]', recording.name)[-1]
-
-
-def sentence(words: str) -> str:
-    """Return `words` with a capital letter, unless an id comes first, and a full stop."""
-    first = words[0] if '_' in words.split(' ')[0] else words[0].upper()
-    return f'{first}{words[1:]}.'.replace('..', '.')
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from gearbox_monitor.monitoring.checks.outcome import Condition, Level, LEVELS
 from gearbox_monitor.monitoring.monitor import CONDITIONS
 from gearbox_monitor.plant.effects import Effect, EFFECTS, library, Parameter
 from gearbox_monitor.report.summary import PLACES
-from gearbox_monitor.report.words import SEPARATES
+from gearbox_monitor.report.words import sentence, SEPARATES
 
 OF_EFFECT = ('What it is', 'In the data', 'Confused with', 'In simulators', 'Since')
 OF_CONDITION = ('What it says', 'When', 'Window', 'Values', 'What to do')
@@ -58,11 +58,6 @@ def bounds(parameter: Parameter) -> str:
     if low and high:
         return f', {low} to {high}'
     return f', >= {low}' if low else f', <= {high}' if high else ''
-
-
-def sentence(words: str) -> str:
-    """Return `words` with a capital letter and a full stop."""
-    return f'{words[:1].upper()}{words[1:]}.'
 
 
 def parameters_of(effect: Effect) -> str:

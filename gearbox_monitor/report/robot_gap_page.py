@@ -25,7 +25,8 @@ from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import BarRow, bars, BarView, PageTable
 from gearbox_monitor.report.robot_words import (
-    finding_words, MEANINGS, next_steps, remainder_words, SUBJECTS, unit_of)
+    finding_words, MEANINGS, next_steps, remainder_words, size_unit)
+from gearbox_monitor.report.words import sentence
 from gearbox_monitor.robot.chain import Chain, rotations
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a robot's verdict
@@ -47,7 +48,7 @@ def robot_gap_page(data: VerdictData, chain: Chain, posture: Array) -> str:
     """
     return render_page(Page(
         f'The gap of {", ".join(data["logs"])}', RobotGapSummary.of(data), (
-            NextSteps([f'{step[0].upper()}{step[1:]}.' for step in next_steps(data)]),
+            NextSteps([sentence(step) for step in next_steps(data)]),
             RobotPicture.of(data, chain, posture), RobotFindings.of(data), RobotGaps.of(data),
             VisibleSizes.of(data), RobotNumbers.of(data))))
 
@@ -218,17 +219,11 @@ class VisibleSizes(Section):
         for effect, places in data['visible'].items():
             if places:
                 low, high = min(places, key=places.get), max(places, key=places.get)
-                unit = _unit(effect)
+                unit = size_unit(effect)
                 rows.append((MEANINGS.get(effect, effect), f'{places[low]:.2g} {unit}', low,
                              f'{places[high]:.2g} {unit}', high))
         return cls(PageTable(('effect', 'visible from', 'at', 'elsewhere up to', 'at'), rows),
                    list(data['not_tried'].items()))
-
-
-def _unit(effect: str) -> str:
-    first = {'payload': 'm', 'base_tilt': 'ax', 'link_inertia': 'Ixx'}.get(
-        effect) or SUBJECTS.get(effect, ('', ''))[0]
-    return unit_of(effect, first)
 
 
 @dataclass(frozen=True)

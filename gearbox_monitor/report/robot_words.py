@@ -21,7 +21,7 @@ from typing import Any
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
-from gearbox_monitor.report.summary import change, sized
+from gearbox_monitor.report.summary import change, in_unit, pretty, sized, with_deviation
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
               'T_change': 's', 'kp_factor': '', 'Ca': 'N m'}
@@ -37,18 +37,21 @@ SUBJECTS = {**{e.id: (e.column.states or e.parameters[0].name, e.noun)
 
 def unit_of(effect: str, name: str) -> str:
     """Return the unit of the value `name` of an effect, '' for a pure number."""
-    unit = OF_CHANGES.get(name) or UNITS.get(effect, {}).get(name, '')
-    return '' if unit == '-' else unit
+    return pretty(OF_CHANGES.get(name) or UNITS.get(effect, {}).get(name, ''))
+
+
+def size_unit(effect: str) -> str:
+    """Return the unit of the value by which a report states an effect."""
+    first = {'payload': 'm', 'base_tilt': 'ax', 'link_inertia': 'Ixx'}.get(
+        effect) or SUBJECTS.get(effect, ('', ''))[0]
+    return unit_of(effect, first)
 
 
 def rounded(value: float, deviation: float | None) -> str:
-    """Return `value` +- `deviation`, as many digits as the deviation has."""
+    """Return `value` ± `deviation`, or in words that the motion does not determine it."""
     if deviation is None:
         return f'about {value:.2g} (not determined by this motion)'
-    if deviation <= 0.0 or not math.isfinite(deviation):
-        return f'{value:.3g}'
-    digits = min(max(1 - math.floor(math.log10(deviation)), 0), 6)
-    return f'{value:.{digits}f} ± {deviation:.{digits}f}'
+    return with_deviation(value, deviation) if 0.0 < deviation < math.inf else sized(value)
 
 
 def finding_words(finding: Mapping[str, Any]) -> str:
@@ -76,7 +79,7 @@ def finding_words(finding: Mapping[str, Any]) -> str:
     elif name.endswith('_change'):
         text = f'{where}: {words} {_changed(effect, name, finding)}'
     else:
-        text = f'{where}: {words} {rounded(value, deviation)} {unit_of(effect, name)}'.rstrip()
+        text = f'{where}: {words} ' + in_unit(rounded(value, deviation), unit_of(effect, name))
     if 'Ca' in values and name != 'Ca':
         text += f', {rounded(values["Ca"], deviations["Ca"])} N m more one way than the other'
     if 'N' in values:
@@ -90,7 +93,7 @@ def _changed(effect: str, name: str, finding: Mapping[str, Any]) -> str:
     """Return the change `name` in words, beside the whole value and the model's where known."""
     value, deviation = finding['values'][name], finding['deviations'][name]
     unit = unit_of(effect, name)
-    signed = f'{"+" * (value >= 0.0)}{rounded(value, deviation)} {unit}'
+    signed = '+' * (value >= 0.0) + in_unit(rounded(value, deviation), unit)
     whole = finding['values'].get(name.removesuffix('_change'))
     if whole is None:
         return signed
@@ -166,16 +169,14 @@ def robot_text(data: Mapping[str, Any]) -> str:
                      for g in data['ranked'][:4])
     lines.append(f'gap of the torque, N m rms before -> after: {gaps}')
     if data['verdict'] in ('none', 'unknown'):
-        sizes = [(e, p, v) for e in ('payload', MOTOR_COULOMB.id, MOTOR_VISCOUS.id)
-                 for p, v in data['visible'].get(e, {}).items()]
-        small: dict[str, tuple[str, float]] = {}
-        for e, p, v in sizes:
-            if e not in small or v < small[e][1]:
-                small[e] = (p, v)
-        units = {'payload': 'kg', MOTOR_COULOMB.id: 'N m', MOTOR_VISCOUS.id: 'N m s/rad'}
-        seen = ', '.join(f'{e} of {v:.2g} {units[e]} at {p}' for e, (p, v) in small.items())
-        if seen:
-            lines.append(f'would have been seen, from: {seen}')
+        sizes = []
+        for effect in ('payload', MOTOR_COULOMB.id, MOTOR_VISCOUS.id):
+            places = data['visible'].get(effect)
+            if places:
+                place, size = min(places.items(), key=lambda item: item[1])
+                sizes.append(f'{effect} of {size:.2g} {size_unit(effect)} at {place}')
+        if sizes:
+            lines.append(f'would have been seen, from: {", ".join(sizes)}')
     lines += [f'caution: {c}' for c in data['cautions'][:3]]
     lines += [f'note: {n}' for n in data['warnings'][:3]]
     lines += [f'next: {s}' for s in next_steps(data)[:2]]

@@ -35,6 +35,7 @@ PLACES = {
     'controller': 'controller', 'actuator': 'actuator', 'motor_sensor': 'motor encoder',
     'arm_sensor': 'arm encoder'}
 DIGITS = 3  # of a size in a sentence
+LONGEST = 8  # digits after the point
 
 
 def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
@@ -62,7 +63,7 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     if data['verdict'] == 'unknown':
         return _nothing_fits(data, before)
     findings = [finding_sentence(f, data, axis) for f in data['findings']]
-    return ' '.join([*findings, _share(data, len(findings)), *_rivals(data)])
+    return ' '.join([*findings, _share(data, len(findings)), *_rivals(data, len(findings))])
 
 
 def finding_sentence(finding: Mapping[str, Any], data: Mapping[str, Any], axis: str) -> str:
@@ -81,10 +82,10 @@ def finding_sentence(finding: Mapping[str, Any], data: Mapping[str, Any], axis: 
     if effect is None or effect.parameters[0].name not in values:
         return f'{name} acts on the drive.'
     parameter = effect.parameters[0]
-    unit = '' if parameter.unit == '-' else f' {pretty(on_axis(parameter.unit, axis))}'
+    unit = on_axis(parameter.unit, axis)
     value = values[parameter.name]
     owner = OWNERS.get(finding['place'], 'The')
-    size = f'{sized(value)}{unit}'
+    size = in_unit(sized(value), unit)
     if finding['deviations'].get(parameter.name) is None:
         size = f'about {size} (not well determined by this recording)'
     turns = f', {values["N"]:.0f} per turn' if 'N' in values else ''
@@ -98,7 +99,7 @@ def _beside(effect: str, name: str, value: float, data: Mapping[str, Any], unit:
     if not nominal:
         return '; the model has none'
     if effect in EFFECTS and EFFECTS[effect].adds_to:
-        return f' beyond the {sized(nominal)}{unit} of the model'
+        return f' beyond the {in_unit(sized(nominal), unit)} of the model'
     return f', not {sized(nominal)} ({change(value, nominal)})'
 
 
@@ -136,10 +137,11 @@ def _place(left: Mapping[str, Any]) -> str:
     return PLACES.get(left['location'], left['location']) + over
 
 
-def _rivals(data: Mapping[str, Any]) -> list[str]:
-    """Return the sentence on effects that explain the recording as well, none without them."""
+def _rivals(data: Mapping[str, Any], count: int) -> list[str]:
+    """Return the sentence on rivals of `count` findings, none without rivals."""
     rivals = data.get('confusable') or ()
-    return [f'This motion does not distinguish it from {", ".join(rivals)}.'] if rivals else []
+    return [f'This motion does not distinguish {"it" if count == 1 else "them"} from '
+            f'{", ".join(rivals)}.'] if rivals else []
 
 
 def sized(value: float) -> str:
@@ -152,6 +154,28 @@ def sized(value: float) -> str:
     return f'{value:.{max(0, DIGITS - 1 - magnitude)}f}'
 
 
+def to_deviation(value: float, deviation: float) -> tuple[str, str]:
+    """
+    Return `value` and its `deviation`, both to the same place.
+
+    The deviation has two digits; one that is 0 or infinite says nothing of the digits of `value`.
+    """
+    if not 0.0 < deviation < math.inf:
+        return sized(value), f'{deviation:.2g}'
+    decimals = 1 - int(f'{deviation:.1e}'.partition('e')[2])
+    if decimals > LONGEST:
+        digits = decimals + math.floor(math.log10(max(abs(value), deviation)))
+        return f'{value:.{digits}e}', f'{deviation:.1e}'
+    value_text, deviation_text = (f'{round(x, decimals):.{max(decimals, 0)}f}'
+                                  for x in (value, deviation))
+    return value_text, deviation_text
+
+
+def with_deviation(value: float, deviation: float, sign: str = '±') -> str:
+    """Return `value`, `sign` and `deviation`, both to the second digit of the deviation."""
+    return f' {sign} '.join(to_deviation(value, deviation))
+
+
 def change(value: float, nominal: float) -> str:
     """Return the change from `nominal`, which is not 0, to `value` in percent."""
     percent = 100.0 * (value - nominal) / abs(nominal)
@@ -159,5 +183,10 @@ def change(value: float, nominal: float) -> str:
 
 
 def pretty(unit: str) -> str:
-    """Return `unit` with its exponents as signs."""
-    return unit.replace('^2', '²').replace('^3', '³')
+    """Return `unit` with its exponents as signs, '' for that of a pure number."""
+    return '' if unit == '-' else unit.replace('^2', '²').replace('^3', '³')
+
+
+def in_unit(value: str, unit: str) -> str:
+    """Return `value` with its `unit`, alone if it is a pure number."""
+    return f'{value} {pretty(unit)}'.rstrip()

@@ -24,7 +24,8 @@ from gearbox_monitor.monitoring.backlash.recording_windows import GAP_ERROR
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.report.summary import change, NEAR_FLOOR, PLACES
+from gearbox_monitor.report.summary import (
+    change, NEAR_FLOOR, PLACES, pretty, to_deviation, with_deviation)
 
 LACKING = ('incomplete', 'unknown')  # verdicts with a remainder
 NAMING = ('effect', 'incomplete')  # verdicts with findings
@@ -62,6 +63,12 @@ def counted(count: int, noun: str) -> str:
     """Return `count` with the `noun` in singular or plural."""
     plural = f'{noun}es' if noun.endswith('x') else f'{noun}s'
     return f'{count} {noun if count == 1 else plural}'
+
+
+def sentence(words: str) -> str:
+    """Return `words` with a capital letter, unless an id comes first, and a full stop."""
+    first = words[0] if '_' in words.split(' ')[0] else words[0].upper()
+    return f'{first}{words[1:]}.'.replace('..', '.')
 
 
 def number(value: float | None) -> str:
@@ -106,11 +113,13 @@ def value_rows(data: Mapping[str, Any], axis: str) -> list[ValueRow]:
             error = (errors.get(effect) or {}).get(name)
             is_number = isinstance(value, (int, float))
             nominal = stated.get(effect, {}).get(name)
+            words = (number(value), '') if is_number else (str(value), '')
+            if (effect, name) in undetermined:
+                words = words[0], UNDETERMINED
+            elif error and is_number:
+                words = to_deviation(value, error)
             rows.append(ValueRow(
-                effect, name, number(value) if is_number else str(value),
-                UNDETERMINED if (effect, name) in undetermined
-                else f'{error:.2g}' if error and is_number else '',
-                '' if unit == '-' else unit, '' if nominal is None else number(nominal),
+                effect, name, *words, pretty(unit), '' if nominal is None else number(nominal),
                 change(value, nominal) if nominal and is_number else ''))
     return rows
 
@@ -137,7 +146,7 @@ def width_and_std(width: float, std: float, unit: str) -> str:
         Width and standard deviation.
 
     """
-    return f'{width:.4g} ± {math.hypot(std, GAP_ERROR * width):.2g} {unit}'
+    return f'{with_deviation(width, math.hypot(std, GAP_ERROR * width))} {unit}'
 
 
 def gain_text(gains: Mapping[str, float], name: str) -> str:
@@ -168,7 +177,7 @@ def torque_map_of(data: Mapping[str, Any]) -> tuple[str, list[tuple[str, str, st
     table = (data.get('remainder') or {}).get('torque_map')
     if not table:
         return None
-    rows = [(number(x), number(torque), f'{deviation:.2g}') for x, torque, deviation in zip(
+    rows = [(number(x), *to_deviation(torque, deviation)) for x, torque, deviation in zip(
         table['knots'], table['values'], table['deviations'])]
     return f'{PLACES[table["place"]]}, torque over {table["variable"]}', rows
 

@@ -27,6 +27,7 @@ from gearbox_monitor.cli.main import main
     (['diagnose', 'BAG', '--model', 'M', '--seed', 'x'], "--seed: 'x', expected a whole number;"),
     (['suggest', '--model', 'M', '--max-torque', 'x'], "--max-torque: 'x', expected a number;"),
     (['check', 'BAG', '--json'], '--json: no value, expected one argument;'),
+    (['suggest', '--model', 'M', '--pair', 'lugre'], 'suggest: --pair: expected 2 arguments;'),
     (['check', 'BAG', 'BAG2'], 'BAG2: no option of this command, expected none of it;'),
     (['live', '--foxglove', '--rerun'], '--rerun and --foxglove exclude each other;'),
     (['live', '--port', 'x'], "--port: 'x', expected a whole number from 0 to 65535;"),

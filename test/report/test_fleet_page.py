@@ -43,7 +43,7 @@ def test_kind_of_the_headline(gap, kind):
     assert f'class="verdict {kind}"' in html
     assert ('Inspect SN1' in html) == (kind != 'good') and 'What to do next' in html
     # 1 % of the method, as accept states it.
-    assert f'{gap:.4g}\u00a0±\u00a0{0.01 * gap:.2g}\u00a0rad' in html
+    assert f'{gap:.4f}\u00a0±\u00a0{0.01 * gap:.4f}\u00a0rad' in html
 
 
 def test_one_bag_is_no_verdict():

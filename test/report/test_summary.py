@@ -15,12 +15,14 @@
 """The first sentence of a verdict: what differs, by how much, and what that explains."""
 import pytest
 
+from gearbox_monitor.cli import fit_nominal, tune
 from gearbox_monitor.identification.findings import Finding, Remainder
 from gearbox_monitor.identification.verdict import model_values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.robot_words import finding_words, robot_headline
-from gearbox_monitor.report.summary import sized, summary
-from gearbox_monitor.report.words import next_steps, UserFiles
+from gearbox_monitor.report.summary import sized, summary, with_deviation
+from gearbox_monitor.report.words import (
+    next_steps, sentence, UserFiles, value_rows, value_text, width_and_std)
 
 MODEL = DriveModel(arm_inertia=0.0235, torque_offset=0.2)
 HEAVY = Finding('arm_inertia', 'arm_side', {'m2': 0.033}, {'m2': 1e-4}, 900.0, share=0.93)
@@ -44,6 +46,10 @@ def data_of(kind, *findings, remainder=None, model=MODEL, **more):
     (data_of('effect', HEAVY, WEIGHT),
      "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). The arm's weight is 1.50 N m; the "
      'model has none. Together they explain the whole difference.'),
+    (data_of('effect', HEAVY, OFFSET, confusable=['coulomb_asymmetry']),
+     "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). The actuator's torque offset is "
+     '0.100 N m beyond the 0.200 N m of the model. Together they explain the whole difference. '
+     'This motion does not distinguish them from coulomb_asymmetry.'),
     (data_of('effect', OFFSET, confusable=['coulomb_asymmetry']),
      "The actuator's torque offset is 0.100 N m beyond the 0.200 N m of the model. This explains "
      'the whole difference. This motion does not distinguish it from coulomb_asymmetry.'),
@@ -82,6 +88,37 @@ def test_a_slide_has_masses_and_forces():
     (-0.5, '-0.500')])
 def test_sizes_have_three_digits(value, expected):
     assert sized(value) == expected
+
+
+@pytest.mark.parametrize('value, deviation, expected', [
+    (1.99, 0.0074, '1.9900 ± 0.0074'), (3.02, 0.0996, '3.02 ± 0.10'),
+    (0.2, 0.002, '0.2000 ± 0.0020'), (12345.0, 1234.0, '12300 ± 1200'),
+    (0.0234531, 3.8e-7, '0.02345310 ± 0.00000038'),
+    (1.2345e-9, 3e-11, '1.235e-09 ± 3.0e-11'), (0.5, 0.0, '0.500 ± 0')])
+def test_a_value_has_the_digits_of_its_deviation(value, deviation, expected):
+    assert with_deviation(value, deviation) == expected
+
+
+def test_values_and_widths_have_the_digits_of_their_deviations():
+    data = data_of('effect', HEAVY, params={'arm_inertia': {'m2': 0.0234531}},
+                   standard_errors={'arm_inertia': {'m2': 3.8e-7}})
+    row, = value_rows(data, 'rotary')
+    assert value_text(row).startswith('m2 = 0.02345310 ± 0.00000038 kg m² (model: 0.0235')
+    assert width_and_std(0.2, 0.0, 'rad') == '0.2000 ± 0.0020 rad'
+
+
+def test_a_pure_number_has_no_unit():
+    fitted = {'torque_gain.g': {'value': 0.1, 'start': 0.05, 'error': 1e-3, 'unit': '-'}}
+    assert fit_nominal.largest_change(fitted) == ['torque_gain.g is 0.100, not 0.0500 (+100 %).']
+    likelihood = {'loglik': 1.0, 'nis': 2.0}
+    assert 'ukf_beta changes most: 3.00, not 2.00 (+50 %).' in tune.summary({
+        'kept': False, 'before': likelihood, 'after': likelihood, 'parameters': {'ukf_beta': 3.0},
+        'before_parameters': {'ukf_beta': 2.0}})
+
+
+def test_a_sentence_leaves_ids_as_they_are():
+    assert sentence('use it') == 'Use it.'
+    assert sentence('motor_coulomb at j1') == 'motor_coulomb at j1.'
 
 
 def test_next_steps_have_the_names_and_options_of_the_user():

@@ -294,8 +294,8 @@ class Tracker:
                 values[column], std[column] = value / place.scale, deviation / place.scale
                 continue
             reference = self.data.reference[column]
-            least = math.exp(reference - FLOOR) if math.isfinite(reference) else 1e-12
-            value = max(value, least)
+            lowest = math.exp(reference - FLOOR) if math.isfinite(reference) else 1e-12
+            value = max(value, lowest)
             values[column], std[column] = math.log(value), deviation / value
         return values, std ** 2
 
@@ -374,8 +374,8 @@ class Tracker:
                    ) -> tuple[wear.Wear, wear.Scan]:
         prior, course = self._prior(column, points), self._course(column)
         noise = math.sqrt(self.data.points[self.data.newest].variance()[column])
-        found = wear.estimate(o, prior, course, noise)
-        return found, wear.scan(o, found.fit)
+        estimate = wear.estimate(o, prior, course, noise)
+        return estimate, wear.scan(o, estimate.fit)
 
     def _learn(self, column: int, fit: wear.Fit, points: list[int], here: int) -> None:
         """Keep what a fit says of temperature, spread of offsets and the healthy level."""
@@ -396,16 +396,16 @@ class Tracker:
             self._levels[column] = at @ fit.mean
             self._level_stds[column] = math.sqrt(max(float(at @ fit.covariance @ at), 0.0))
 
-    def _scored(self, column: int, o: wear.Observations, found: wear.Scan
+    def _scored(self, column: int, o: wear.Observations, scanned: wear.Scan
                 ) -> tuple[Array, Array]:
         """Return (up, down): normal scores [M] of stretches that have enough before them."""
         m = o.rows
-        least = MIN_COMPLETE if column == SHARP else scan.MIN_BASELINE
+        required = MIN_COMPLETE if column == SHARP else scan.MIN_BASELINE
         before = o.count[:-m].sum() + np.concatenate([[0.0], np.cumsum(o.count[-m:])[:-1]])
         # Only the noise is known by so many windows, not what priors add (Satterthwaite).
-        dof = self.data.points[self.data.newest].dof(column) / np.maximum(found.noise, 1e-3) ** 2
-        up, down = (np.where(before >= least, scan.normal_score(score, dof), 0.0)
-                    for score in (found.up, found.down))
+        dof = self.data.points[self.data.newest].dof(column) / np.maximum(scanned.noise, 1e-3) ** 2
+        up, down = (np.where(before >= required, scan.normal_score(score, dof), 0.0)
+                    for score in (scanned.up, scanned.down))
         return up, down
 
     def _step(self, column: int, results: dict[int, tuple[wear.Wear, wear.Scan]],
@@ -426,11 +426,11 @@ class Tracker:
                 raw = scores[GAP][0 if test.sign > 0 else 1][k]
                 if not (self._stayed(scores, results, k) and raw > AGREES):
                     continue
-                least = min(test.sign * size - std, test.sign * float(results[GAP][1].size[k]))
+                smallest = min(test.sign * size - std, test.sign * float(results[GAP][1].size[k]))
             else:
-                least = test.sign * size - std
-            least -= PRIORS[column].crosstalk * self._moves(column, results, scores)
-            if score[k] > self.settings.threshold(test) and least >= notice:
+                smallest = test.sign * size - std
+            smallest -= PRIORS[column].crosstalk * self._moves(column, results, scores)
+            if score[k] > self.settings.threshold(test) and smallest >= notice:
                 detected.append((float(score[k]) - self.settings.threshold(test), k))
         if detected:
             _, k = max(detected)
@@ -442,11 +442,11 @@ class Tracker:
                scores: dict[int, tuple[Array, Array]]) -> float:
         """Return the largest change of other features, known or only suspected."""
         largest = 0.0
-        for c, (found, scanned) in results.items():
+        for c, (estimate, scanned) in results.items():
             if c in (column, SHARP):
                 continue
             if self.wear[c].steps:
-                largest = max(largest, abs(found.value))
+                largest = max(largest, abs(estimate.value))
             for side in scores[c]:
                 k = int(np.argmax(side))
                 if side[k] > STAYED:
@@ -459,9 +459,9 @@ class Tracker:
         for c in OTHERS:
             if c not in scores or not self.data.couplings[c]:
                 continue
-            found, scanned = results[c]
+            estimate, scanned = results[c]
             known = not self.wear[c].pending and (
-                not self.wear[c].steps or found.moving < MOVING
+                not self.wear[c].steps or estimate.moving < MOVING
                 and self.wear[c].steps[-1] < self.data.stamps[max(len(self.data) - SETTLE, 0)])
             if not known or max(scores[c][0][k], scores[c][1][k]) > STAYED \
                     or abs(scanned.newest) > STAYED:
@@ -490,19 +490,19 @@ class Tracker:
             return False
         if feature.steps:
             return self._resolved(column, results[column][0].fit)
-        found = results[column][0]
+        estimate = results[column][0]
         stamps = np.array(self.data.stamps, np.int64)
         since = stamps > feature.pending[0]
         measured = since & np.isfinite(self.data.values[:, column])
-        sign = 1 if found.value > 0.0 else -1
+        sign = 1 if estimate.value > 0.0 else -1
         test = next(t for t in TESTS if t.column == column and t.sign == sign)
-        std = max(found.std, 1e-12)
+        std = max(estimate.std, 1e-12)
         share = self.data.points[self.data.newest].variance()[column] / (
             max(int(measured.sum()), 1) * std ** 2)
         dof = self.data.points[self.data.newest].dof(column) / min(max(share, 1e-3), 1.0) ** 2
-        score = float(scan.normal_score(np.array(abs(found.value) / std), np.array(dof)))
+        score = float(scan.normal_score(np.array(abs(estimate.value) / std), np.array(dof)))
         notice = self.settings.notice(column)
-        suspected = score > self.settings.threshold(test) and abs(found.value) >= notice
+        suspected = score > self.settings.threshold(test) and abs(estimate.value) >= notice
         # Not from one window alone, wherever it lies.
         feature.suspected = feature.suspected + 1 if suspected else 0
         if feature.suspected > 1:
@@ -512,7 +512,7 @@ class Tracker:
             return True
         older = np.array([self.data.points[p].since_ns <= feature.pending[0]
                           for p in self.data.where])
-        if found.std <= OVER * notice and abs(found.value) < notice \
+        if estimate.std <= OVER * notice and abs(estimate.value) < notice \
                 or (measured & older).sum() >= RESOLVED and score < STAYED:
             feature.pending = []
             return True
@@ -551,8 +551,8 @@ class Tracker:
                 feature.steps[0] <= data.stamps[max(len(data) - SETTLE, 0)]:
             return False
         before, feature.steps = feature.steps[0], []
-        found = wear.scan(o, wear.fit(o, self._prior(source, points), self._course(source)))
-        k = int(np.argmax(np.maximum(found.up, found.down)))
+        scanned = wear.scan(o, wear.fit(o, self._prior(source, points), self._course(source)))
+        k = int(np.argmax(np.maximum(scanned.up, scanned.down)))
         feature.steps = [data.stamps[k - 1] if k else data.stamps[0] - 1]
         return feature.steps[0] != before
 
@@ -568,12 +568,12 @@ class Tracker:
             others: standard deviation that the wear of other features adds.
 
         """
-        feature, (found, scanned) = self.wear[column], result
+        feature, (estimate, scanned) = self.wear[column], result
         if o.weight[-1] > 0.0:
             feature.compared_ns = self.stamp_ns
-        feature.value, feature.std = found.value, math.hypot(found.std, others)
+        feature.value, feature.std = estimate.value, math.hypot(estimate.std, others)
         feature.slope, feature.slope_std, feature.moving = (
-            found.slope, found.slope_std, found.moving)
+            estimate.slope, estimate.slope_std, estimate.moving)
         if not feature.steps and not feature.pending:
             recent = np.flatnonzero(o.weight[-o.rows:] > 0.0)
             if len(recent):
@@ -622,9 +622,9 @@ class Tracker:
     def _over(self, column: int, change: Change | None) -> bool:
         """Return whether a change has gone, for some windows in a row by now."""
         feature, notice = self.wear[column], self.settings.notice(column)
-        found = abs(change.found) if change else 0.0
+        size = abs(change.found) if change else 0.0
         gone = (abs(feature.value) < max(OVER * notice, OVER_STD * feature.std)
-                and feature.std <= max(OVER * notice, OVER_SHARE * found))
+                and feature.std <= max(OVER * notice, OVER_SHARE * size))
         feature.gone = feature.gone + 1 if gone else 0
         return feature.gone >= OVER_WINDOWS
 
@@ -733,11 +733,11 @@ class Tracker:
         since = max((f.steps[-1] for f in self.wear if f.steps), default=0)
         if since:
             observed, points = data.observations(self.stamp_ns, length)
-            found = {column: self._estimated(column, observed[column], len(points))[0]
-                     for column, feature in enumerate(self.wear) if feature.steps}
+            estimates = {column: self._estimated(column, observed[column], len(points))[0]
+                         for column, feature in enumerate(self.wear) if feature.steps}
             data.shift_by({c: w.value - w.fit.wear(wear.ages(
-                data.middles(), self.stamp_ns, length)) for c, w in found.items()},
-                {c: w.std ** 2 for c, w in found.items()}, since)
+                data.middles(), self.stamp_ns, length)) for c, w in estimates.items()},
+                {c: w.std ** 2 for c, w in estimates.items()}, since)
             used = int((np.array(data.stamps, np.int64) > since).sum())
         for feature in self.wear:
             feature.steps, feature.pending = [], []

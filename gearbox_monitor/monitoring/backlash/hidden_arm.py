@@ -200,9 +200,9 @@ def _candidate(model: DriveModel, torque: float) -> CandidateModel:
         coordinates += [Coordinate(i, parameter, sum(e[parameter] for e in own), scale * torque,
                                    low, prior=prior * torque) for parameter in parameters]
     shape = model.transmission
-    least = SMALLEST * torque / shape.stiffness
-    start = max(shape.half_gap, 100.0 * least)
-    coordinates.append(Coordinate(len(ids), 'b', start, 0.2, least, 1e6 * least, True))
+    smallest = SMALLEST * torque / shape.stiffness
+    start = max(shape.half_gap, 100.0 * smallest)
+    coordinates.append(Coordinate(len(ids), 'b', start, 0.2, smallest, 1e6 * smallest, True))
     return CandidateModel(model, (*ids, BACKLASH_GAP.id), tuple(coordinates))
 
 

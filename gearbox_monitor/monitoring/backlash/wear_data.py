@@ -157,12 +157,12 @@ class WearData:
         x = np.concatenate(parts)
         stated = np.mean([p.stated[used] for p in self.points if p.stated_count[GAP]], axis=0)
         try:
-            found = np.linalg.solve(x[:, 1:].T @ x[:, 1:] + RIDGE * np.diag(stated),
-                                    x[:, 1:].T @ x[:, 0])
+            coupling = np.linalg.solve(x[:, 1:].T @ x[:, 1:] + RIDGE * np.diag(stated),
+                                       x[:, 1:].T @ x[:, 0])
         except np.linalg.LinAlgError:
             return
         self.couplings = np.zeros(len(FEATURES))
-        self.couplings[used] = found
+        self.couplings[used] = coupling
         self._scatter_again()
 
     def _scatter_again(self) -> None:

@@ -250,7 +250,7 @@ def _start(data: Array, law: ElasticLaw, base: Array, prior: Array, centre: floa
 
     """
     n, reach = data.shape[0], 1.5 * (law.half_gap + law.width)
-    chosen, least = np.zeros(N_SHAPE), math.inf
+    chosen, lowest_cost = np.zeros(N_SHAPE), math.inf
     columns, weights, e, stretch = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
     memory, side = data[0, D_TWIST] - law.side * law.width, law.side
     for i in range(n):
@@ -275,8 +275,8 @@ def _start(data: Array, law: ElasticLaw, base: Array, prior: Array, centre: floa
             cost += base[i] * min(abs(e[i]), SIGMA)
             for p in range(3):
                 right[p, 0] += weights[i] * columns[i, p] * e[i]
-        if cost < least:
-            least = cost
+        if cost < lowest_cost:
+            lowest_cost = cost
             chosen[:] = 0.0
             chosen[ZERO] = zero
         _normal(columns, weights, prior[FIRST:LAST], normal)
@@ -289,8 +289,8 @@ def _start(data: Array, law: ElasticLaw, base: Array, prior: Array, centre: floa
             for p in range(3):
                 off -= columns[i, p] * errors[p]
             cost += base[i] * min(abs(off), SIGMA)
-        if cost < least:
-            least = cost
+        if cost < lowest_cost:
+            lowest_cost = cost
             chosen[:] = 0.0
             chosen[ZERO] = zero
             for p in range(3):
