@@ -13,7 +13,7 @@ setup(
     version='0.2.0',
     packages=find_packages(exclude=['test', 'test.*']),
     package_data={package_name: [
-        'py.typed', 'benchmarks/*.cpp', 'report/assets/*', 'report/templates/*.html',
+        'py.typed', 'benchmarks/*.cpp', 'export/firmware/*', 'report/assets/*', 'report/templates/*.html',
         'report/templates/*/*.html']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),

@@ -68,6 +68,26 @@ static gm_real root(gm_real x)
     return scale * y;
 }
 
+#if GM_TANH
+/* exp(x), |x| <= 40: 2^k exp(r), |r| <= ln(2)/2. */
+static gm_real exponential(gm_real x)
+{
+    const int32_t k = (int32_t)(x * R(1.4426950408889634) + (x < R(0.0) ? R(-0.5) : R(0.5)));
+    const gm_real r = (x - R(k) * R(0.6931471803691238)) - R(k) * R(1.9082149292705877e-10);
+    gm_real y = R(1.0), term = R(1.0), power = k < 0 ? R(0.5) : R(2.0);
+    int32_t i;
+    for (i = 1; i < 16; i++) {
+        term *= r / R(i);
+        y += term;
+    }
+    for (i = k < 0 ? -k : k; i > 0; i >>= 1) {
+        if (i & 1)
+            y *= power;
+        power *= power;
+    }
+    return y;
+}
+#else
 /* Arc tangent, reduced to |t| <= tan(pi/8); there Chebyshev's approximation. */
 static gm_real arc_tangent(gm_real x)
 {
@@ -88,26 +108,6 @@ static gm_real arc_tangent(gm_real x)
            + (R(0.045515932201417086) * z - R(0.052304542705439556));
     y = offset + (t * z * (z4 * (z4 * high + mid) + low) + t);
     return x < R(0.0) ? -y : y;
-}
-
-#if GM_TANH
-/* exp(x), |x| <= 40: 2^k exp(r), |r| <= ln(2)/2. */
-static gm_real exponential(gm_real x)
-{
-    const int32_t k = (int32_t)(x * R(1.4426950408889634) + (x < R(0.0) ? R(-0.5) : R(0.5)));
-    const gm_real r = (x - R(k) * R(0.6931471803691238)) - R(k) * R(1.9082149292705877e-10);
-    gm_real y = R(1.0), term = R(1.0), power = k < 0 ? R(0.5) : R(2.0);
-    int32_t i;
-    for (i = 1; i < 16; i++) {
-        term *= r / R(i);
-        y += term;
-    }
-    for (i = k < 0 ? -k : k; i > 0; i >>= 1) {
-        if (i & 1)
-            y *= power;
-        power *= power;
-    }
-    return y;
 }
 #endif
 
