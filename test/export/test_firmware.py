@@ -97,6 +97,8 @@ def damaged(stamps, u, y):
 def test_estimates_are_those_of_the_estimator(tmp_path, changes, parameters):
     model, parameters = DriveModel().with_(**changes), {**OUT, **parameters}
     stamps, u, y = damaged(*recording(30_000))
+    if parameters.get('arm_joint') == '':
+        y[:, 1] = np.nan
     expected = Estimator(model, parameters).run(Samples(stamps, u, y))
     codes, _, out = run(built(tmp_path, model, parameters), stamps, u, y)
     np.testing.assert_array_equal(codes, expected.codes)
@@ -105,7 +107,7 @@ def test_estimates_are_those_of_the_estimator(tmp_path, changes, parameters):
     for i, name in enumerate(COLUMNS):
         if name in columns:
             wanted = getattr(expected, name)
-            bound = 1e-8 * np.sqrt(np.nanmean(wanted ** 2))
+            bound = (1e-9 if i < 7 else 1e-8) * np.sqrt(np.nanmean(wanted ** 2))
             np.testing.assert_allclose(out[codes == 0, i], wanted, rtol=0.0, atol=bound,
                                        err_msg=name)
 
