@@ -113,6 +113,46 @@ def test_estimates_are_those_of_the_estimator(tmp_path, changes, parameters):
 
 
 @needs_gcc
+@pytest.mark.parametrize('changes, parameters', [
+    ({}, {'tau_k_model': 'learned'}),
+    ({'transmission': {'kind': 'play', 'stiffness': 25.0, 'half_gap': 0.1,
+                       'hysteresis_width': 0.02}}, {'tau_k_model': 'elastic'})],
+    ids=['learned', 'play'])
+def test_with_a_play_rounding_decides_only_about_single_deviations(tmp_path, changes, parameters):
+    """Where the twist is at the end of its play, either slope is right: tau_K hardly differs."""
+    model, parameters = DriveModel().with_(**changes), {**OUT, **parameters}
+    stamps, u, y = damaged(*recording(30_000))
+    expected = Estimator(model, parameters).run(Samples(stamps, u, y))
+    codes, _, out = run(built(tmp_path, model, parameters), stamps, u, y)
+    np.testing.assert_array_equal(codes, expected.codes)
+    rms = np.sqrt(np.mean(expected.tau_k ** 2))
+    assert np.abs(out[codes == 0, COLUMNS.index('tau_k')] - expected.tau_k).max() < 1e-4 * rms
+
+
+@needs_gcc
+@pytest.mark.system
+def test_a_million_samples_agree(tmp_path):
+    stamps, u, y = damaged(*recording(1_000_000))
+    expected = Estimator(DriveModel(), OUT).run(Samples(stamps, u, y))
+    codes, _, out = run(built(tmp_path, DriveModel(), OUT), stamps, u, y)
+    np.testing.assert_array_equal(codes, expected.codes)
+    for name in ('tau_k', 'tau_k_std'):
+        wanted = getattr(expected, name)
+        error = np.abs(out[codes == 0, COLUMNS.index(name)] - wanted).max()
+        assert error < 1e-9 * np.sqrt(np.mean(wanted ** 2)), (name, error)
+
+
+@needs_gcc
+def test_single_precision_is_off_as_far_as_the_page_says(tmp_path):
+    stamps, u, y = recording(30_000)
+    expected = Estimator(DriveModel(), OUT).run(Samples(stamps, u, y))
+    codes, _, out = run(built(tmp_path, DriveModel(), OUT, 'float'), stamps, u, y)
+    np.testing.assert_array_equal(codes, expected.codes)
+    error = out[codes == 0, COLUMNS.index('tau_k')] - expected.tau_k
+    assert np.abs(error).max() < 0.05 * np.sqrt(np.mean(expected.tau_k ** 2))
+
+
+@needs_gcc
 def test_instances_share_nothing_and_begin_anew(tmp_path):
     library = built(tmp_path, DriveModel(), OUT)
     one, two = recording(4000), recording(4000, seed=5)
