@@ -4,8 +4,8 @@
 """
 Beyond the paper: the EKF that learns the curve of the torque, and the mixture of models.
 
-On the drives of "benchmarks paper", from wrong stiffness and gap, without hysteresis; judged on the
-second half of each run. Two plants whose curve no stiffness, gap and hysteresis describes show
+On the drives of "benchmarks paper", from wrong stiffness and gap, without hysteresis; judged on
+the second half of each run. Two plants whose curve no stiffness, gap and hysteresis describes show
 what a wrong kind of curve costs beside the random walk.
 """
 from collections.abc import Callable, Mapping
