@@ -79,11 +79,11 @@ def rivals(name: str) -> dict[str, str]:
     return out
 
 
-def in_simulators(effect: Effect) -> tuple[str, ...]:
+def in_simulators(effect: Effect, mujoco: bool = True) -> tuple[str, ...]:
     """Return what an effect becomes in each simulator, those that have the same as one."""
     mjcf = EXPRESSIONS.get(effect.id)
     words = {'MuJoCo': f'{mjcf.words}{WAYS[mjcf.kind]}' if mjcf else
-             'an effect of a plug-in: add its torque in your code'}
+             'an effect of a plug-in: add its torque in your code'} if mujoco else {}
     words |= {title: expressed_as(effect, target) for target, title in SIMULATORS.items()}
     alike: dict[str, list[str]] = {}
     for title, text in words.items():

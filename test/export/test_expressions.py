@@ -31,9 +31,9 @@ def test_each_effect_is_native_a_construct_or_refused():
 
 
 def test_the_page_has_the_table():
-    text = (Path(__file__).parents[2] / 'docs/mujoco.md').read_text(encoding='utf-8')
+    text = (Path(__file__).parents[2] / 'docs/effects.md').read_text(encoding='utf-8')
     for name, row in EXPRESSIONS.items():
-        assert f'\n| `{name}` | {row.kind} | {row.words} |\n' in text
+        assert f'\n| `{name}` | {row.kind} | {row.words} |' in text
 
 
 def test_what_is_not_expressed_has_a_reason():
