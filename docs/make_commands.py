@@ -1,0 +1,53 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Write commands.md from the commands and their exit codes: python docs/make_commands.py."""
+import argparse
+from importlib import import_module
+from pathlib import Path
+import sys
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from gearbox_monitor.cli.exit_codes import EXIT_CODES  # noqa: E402
+from gearbox_monitor.cli.main import COMMANDS  # noqa: E402
+
+PAGE = ROOT / 'docs/commands.md'
+HEAD = """\
+# Commands
+
+`docs/make_commands.py` generates this page. `gearbox_monitor COMMAND --help` shows options and
+examples. `--json` is for programs: where it takes a FILE, `-` prints it.
+
+Codes of every command: 0 success, 2 bad usage or bad input (one line on stderr), 130 Ctrl-C
+(`live` and `play`: 0). Code 1 is a finding that requires action, code 3 means undecided: the input
+is valid but does not answer the question.
+
+| command | what | exit codes 1 and 3 | `--json` |
+|---|---|---|---|
+"""
+
+
+def json_of(module):
+    """Return what `--json` of a command takes: FILE, prints, or no."""
+    parser = argparse.ArgumentParser()
+    import_module(f'gearbox_monitor.cli.{module}').add_arguments(parser)
+    option = parser._option_string_actions.get('--json')
+    if parser._subparsers is not None:
+        return 'each its own'
+    return 'no' if option is None else option.metavar or 'prints'
+
+
+def page():
+    """Return the text of the page."""
+    rows = []
+    for name, (module, summary) in COMMANDS.items():
+        codes = '; '.join(f'{code}: {EXIT_CODES[name][code]}' for code in (1, 3)
+                          if code in EXIT_CODES[name])
+        rows.append(f'| `gearbox_monitor {name}` | {summary} | {codes} | {json_of(module)} |\n')
+    return HEAD + ''.join(rows)
+
+
+if __name__ == '__main__':
+    PAGE.write_text(page(), encoding='utf-8')
