@@ -43,7 +43,12 @@ def expect_matplotlib(what: str) -> None:
     """Raise InputError if `what`, which draws a picture, lacks matplotlib."""
     if not has_matplotlib():
         raise InputError(f'{what}: matplotlib is not installed, expected '
-                         "pip install 'gearbox_monitor[pictures]'")
+                         f'{installed_by("pictures")}')
+
+
+def installed_by(extra: str) -> str:
+    """Return the command that installs the packages of an `extra`: the package is on no index."""
+    return f"pip install '.[{extra}]' in a checkout"
 
 
 def _line(problem: object) -> str:

@@ -200,3 +200,19 @@ def test_missing_configuration_is_one_line(tmp_path):
     from gearbox_monitor.files.resources import config_path
     with pytest.raises(InputError, match='^nothing.yaml: not found, expected in .*config$'):
         config_path('nothing.yaml')
+
+
+def test_lines_that_install_extras_work_in_a_checkout():
+    """No index has the package: each line is of a checkout, and names extras of setup.py."""
+    extras = {*re.findall(r"^        '(\w+)': \[|^        '(\w+)': \w+,", SETUP, re.MULTILINE)}
+    extras = {name for pair in extras for name in pair if name}
+    assert {'tables', 'ros', 'test', 'mujoco'} <= extras
+    files = [*ROOT.glob('*.md'), *ROOT.glob('docs/*.md'), *ROOT.glob('gearbox_monitor/**/*.py')]
+    named = set()
+    for path in files:
+        text = path.read_text(encoding='utf-8')
+        assert not re.search(r'pip install[^\n]*gearbox_monitor\[', text), path
+        for names in re.findall(r"'?\.\[([a-z,]+)\]", text) + re.findall(
+                r"""installed_by\(["'](\w+)["']\)""", text):
+            named |= {*names.split(',')}
+    assert len(named) > 8 and named <= extras, named - extras

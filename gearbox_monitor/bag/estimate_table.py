@@ -12,7 +12,7 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.player import EstimatePlayer, ReplayPart
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.kernels.jit import KERNELS
@@ -121,8 +121,8 @@ class ParquetTable(EstimateTable):
             import pyarrow
             from pyarrow import parquet
         except ImportError:
-            raise InputError(f'{self._path}: pyarrow is missing, expected "pip install pyarrow", '
-                             'or a .csv file') from None
+            raise InputError(f'{self._path}: pyarrow is missing, expected '
+                             f'{installed_by("tables")}, or a .csv file') from None
         self._arrow, self._rows = pyarrow, 0
         self._stamps = np.empty(ROW_GROUP, np.int64)
         self._columns = np.empty((len(self._names), ROW_GROUP))

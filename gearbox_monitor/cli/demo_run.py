@@ -12,7 +12,7 @@ import sys
 import time
 from typing import Any
 
-from gearbox_monitor.errors import expect_matplotlib, InputError
+from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
 from gearbox_monitor.ros.child_processes import Child, ChildFailed, Interrupt
 
 # Heavy modules are imported where they are used, after the handler of Ctrl-C is installed.
@@ -203,7 +203,7 @@ class Demo:
             from gearbox_monitor.ros.watcher import Watcher
         except ImportError as error:
             raise InputError(f'rclpy: {error}; expected a sourced ROS 2 or an installation with '
-                             "pip install 'gearbox_monitor[ros]'") from None
+                             f'{installed_by("ros")}') from None
         self.check_interrupt()
         return Watcher('demo', domain, self.gearboxes)
 

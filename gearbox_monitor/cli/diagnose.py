@@ -41,7 +41,7 @@ from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, joint_options, load_drive, load_recording, recording_options)
 from gearbox_monitor.cli.options import check_jobs, dump, expect_new, JSON_FILE_HELP, plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
-from gearbox_monitor.errors import has_matplotlib, InputError
+from gearbox_monitor.errors import has_matplotlib, InputError, installed_by
 from gearbox_monitor.export.mjcf import refused
 from gearbox_monitor.export.robot_patch import ROOTS
 from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
@@ -224,8 +224,8 @@ def draw(verdict: Verdict, data: Mapping[str, Any],
     drawn: dict[str, str | Figure] = {
         'report.html': diagnosis_page(data, evidence, recordings, context)}
     if not has_matplotlib():
-        print("diagnose: no pictures, matplotlib is not installed: pip install "
-              "'gearbox_monitor[pictures]'", file=sys.stderr)
+        print('diagnose: no pictures, matplotlib is not installed, expected '
+              f'{installed_by("pictures")}', file=sys.stderr)
         return drawn
     from gearbox_monitor.report import overlay_plot
     drawn |= {

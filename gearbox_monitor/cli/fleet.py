@@ -35,7 +35,7 @@ from typing import Any
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
 from gearbox_monitor.cli.options import estimator_options
 from gearbox_monitor.cli.progress import count_bar
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model
 from gearbox_monitor.ros.child_processes import cores, Interrupt
 
@@ -79,8 +79,8 @@ def run(args: Namespace) -> int:
         from gearbox_monitor.fleet.fleet_table import FleetTable
         from gearbox_monitor.fleet.paths import find_bags
     except ModuleNotFoundError as error:
-        raise InputError(f'{error.name} is not installed, expected it: pip install pyarrow '
-                         'fsspec') from None
+        raise InputError(f'{error.name} is not installed, expected '
+                         f'{installed_by("tables")}') from None
     settings = _settings(args)
     bags = find_bags(args.bags)
     with FleetTable(args.out) as table:

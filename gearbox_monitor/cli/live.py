@@ -23,7 +23,7 @@ import importlib.util
 import re
 
 from gearbox_monitor.cli.ros_option import add_ros_option, rclpy_required, ros_words
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, installed_by
 
 NODE_NAME = r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*'
 PAGE_PORT, FOXGLOVE_PORT, RERUN_PORT = 8808, 8765, 9876
@@ -77,8 +77,8 @@ def _port_of(args: Namespace, default: int) -> int:
 def _require(option: str, module: str, package: str) -> None:
     """Raise InputError if `module`, which `option` needs, is not installed."""
     if importlib.util.find_spec(module) is None:
-        raise InputError(f'{option}: {package} is not installed, expected this package with the '
-                         f'extra [{module}]')
+        raise InputError(f'{option}: {package} is not installed, expected '
+                         f'{installed_by(module)}')
 
 
 def _port(text: str) -> int:

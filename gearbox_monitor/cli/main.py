@@ -57,8 +57,8 @@ class OneLineParser(argparse.ArgumentParser):
 
 # What argparse says, and how all other errors say it.
 SAYINGS = (
+    (r'unrecognized arguments: (.*)', r'\1: no option, expected none of it'),
     (r'the following arguments are required: (.*)', r'\1: missing, expected it'),
-    (r'unrecognized arguments: (.*)', r'\1: no option of this command, expected none of it'),
     (r'one of the arguments (.*) is required', r'expected one of \1'),
     (r'argument ([^:]+): invalid int value: (.*)', r'\1: \2, expected a whole number'),
     (r'argument ([^:]+): invalid float value: (.*)', r'\1: \2, expected a number'),
@@ -162,7 +162,17 @@ def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
             sub.description = shell.__doc__
             shell.add_arguments(sub)
             sub.set_defaults(run=shell.run)
-    return parser.parse_args(argv)
+    args, rest = parser.parse_known_args(argv)
+    if rest and command in COMMANDS:
+        shell_parser = subparsers.choices[command]
+        word = rest[0].partition('=')[0]
+        options = sorted(shell_parser._option_string_actions)
+        shell_parser.exit(BAD_INPUT, f'{shell_parser.prog}: {word}: ' + (
+            f'no option of this command, {unknown(word, options)}' if word.startswith('-') else
+            'one argument too many, expected none') + f'; see {shell_parser.prog} --help\n')
+    if rest:
+        parser.error(f'unrecognized arguments: {rest[0]}')
+    return args
 
 
 if __name__ == '__main__':

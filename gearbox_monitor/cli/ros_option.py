@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, installed_by
 
 
 def add_ros_option(parser: argparse.ArgumentParser) -> None:
@@ -27,4 +27,4 @@ def rclpy_required() -> Iterator[None]:
         yield
     except ImportError as error:
         raise InputError(f'rclpy: not installed here ({error}), expected a sourced ROS 2 or '
-                         'this package installed with the extra [ros]') from None
+                         f'{installed_by("ros")}') from None

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.filter_kind import Belief, Reading
 from gearbox_monitor.estimation.process_model import (
@@ -78,8 +78,8 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
         from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints
         from filterpy.kalman import UnscentedKalmanFilter
     except ImportError:
-        raise InputError(f'{name}: filterpy is not installed, expected "pip install filterpy"'
-                         ) from None
+        raise InputError(f'{name}: filterpy is not installed, expected '
+                         f'{installed_by("compare")}') from None
     parameters = EstimatorParameters.of(parameters).replace(filter='ekf')
     if parameters.arm_load != 'model':
         model = model.with_(arm_load=parameters.arm_load)

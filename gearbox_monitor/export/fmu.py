@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.errors import InputError, installed_by, unknown
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
 
@@ -94,7 +94,7 @@ def open_fmu(path: Path, names_file: str, parameters: tuple[str, ...]) -> Fmu:
     try:
         import fmpy  # type: ignore[import-not-found,import-untyped,unused-ignore]
     except ImportError:
-        raise InputError("fmpy: not installed, expected pip install 'gearbox_monitor[fmu]' "
+        raise InputError(f'fmpy: not installed, expected {installed_by("fmu")} '
                          f'for --simulator {path}') from None
     where = f'--simulator {path}'
     if not path.is_file():

@@ -27,7 +27,7 @@ import threading
 import time
 from typing import Any, ClassVar, Protocol, TypeAlias
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, installed_by
 
 PRELOADED = 'gearbox_monitor.fleet.preload'
 CONNECT_TIMEOUT = 10.0  # s to wait for a scheduler
@@ -271,8 +271,8 @@ class DaskExecutor:
             from distributed import Client, KilledWorker
             from distributed.comm import get_address_host_port
         except ImportError:
-            raise InputError('--scheduler: dask.distributed is not installed, expected what '
-                             '"pip install gearbox_monitor[fleet]" brings') from None
+            raise InputError('--scheduler: dask.distributed is not installed, expected '
+                             f'{installed_by("fleet")}') from None
         for name in list(logging.Logger.manager.loggerDict):  # our messages say the same
             if name.startswith(('distributed', 'tornado')):
                 logging.getLogger(name).setLevel(logging.CRITICAL + 1)

@@ -12,7 +12,7 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.stamp_matching import match_stamps
-from gearbox_monitor.errors import expect_matplotlib, InputError
+from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.parameter_file import write_parameters
@@ -288,7 +288,7 @@ def frame(result: Any) -> Any:
         import pandas as pd
     except ImportError:
         raise InputError('to_frame: pandas is not installed, expected '
-                         "pip install 'gearbox_monitor[frames]'") from None
+                         f'{installed_by("frames")}') from None
     return pd.DataFrame(dict(columns(result)))
 
 

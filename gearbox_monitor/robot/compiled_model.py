@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.kernels.types import Array, Flags
 
 READ, REFUSED, IRRELEVANT = KINDS = ('read', 'refused', 'irrelevant')
@@ -194,8 +194,7 @@ def mujoco_module() -> Any:
     try:
         import mujoco
     except ImportError:
-        raise InputError("mujoco: not installed, expected pip install 'gearbox_monitor[mujoco]'"
-                         ) from None
+        raise InputError(f'mujoco: not installed, expected {installed_by("mujoco")}') from None
     return mujoco
 
 

@@ -22,7 +22,7 @@ from gearbox_monitor.bag.comparison import Comparer
 from gearbox_monitor.bag.player import Player
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay_summary import ReplaySummary
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.monitoring.checks.outcome import Level
 
 AWAY = 3.0  # s without a source
@@ -47,7 +47,7 @@ class ScenarioNodes:
             from gearbox_monitor.ros.watcher import Watcher
         except ImportError as error:
             raise InputError(f'--node: rclpy: {error}; expected a sourced ROS 2 or an '
-                             "installation with pip install 'gearbox_monitor[ros]'") from None
+                             f'installation with {installed_by("ros")}') from None
         os.environ.update({'ROS_DOMAIN_ID': str(domain),
                            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **(environment or {})})
         self.folder, self.processes, self._logs = folder, [], {}

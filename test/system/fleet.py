@@ -29,7 +29,8 @@ from tqdm import tqdm
 
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.benchmarks.harness import add_json_option, bar_lines, BarTable, finish
+from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.fleet.executors import DaskExecutor, PoolExecutor, SerialExecutor
 from gearbox_monitor.fleet.fleet_run import FleetRun
@@ -95,7 +96,7 @@ def cores(seconds=1.0):
 def evaluate(count, seconds, rounds):
     """Return all figures as plain data."""
     skipped = None if importlib.util.find_spec('distributed') else \
-        'distributed is not installed: pip install gearbox_monitor[fleet]'
+        f'distributed is not installed, expected {installed_by("fleet")}'
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         for k in tqdm(range(count), 'bags', disable=None, leave=False):
