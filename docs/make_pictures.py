@@ -248,7 +248,7 @@ class Picture:
 
 PICTURES = {
     'robot_gap.png': Picture(robot_gap, 1000, 1010),
-    'live.png': Picture(live, 1000, 900, ready='!!document.querySelector("#condition0")'),
+    'live.png': Picture(live, 1000, 1300, ready='!!document.querySelector("#condition0")'),
     'mujoco.png': Picture(mujoco, 1000, 620),
     'fleet.png': Picture(fleet, 1000, 760)}
 
