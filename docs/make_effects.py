@@ -36,7 +36,7 @@ The plain model, everything on the arm side (SI units, N m, rad, s):
                                                 encoder
     y1 = x1 + noise,  y2 = x2 + noise           encoders
 
-`'` is the time derivative, t the time since the start of the recording. "replaced": the parameter
+`'` is the time derivative, t the time since the start of the recording. "another": the parameter
 replaces the value of the model file. N is the integer number of periods per turn of the motor (on
 the arm side). `gearbox_monitor explain ID` prints an entry.
 """

@@ -144,9 +144,9 @@ class Browser:
         result = self._call('Runtime.evaluate', expression=script, returnByValue=True)
         return result['result'].get('value')
 
-    def picture(self, top: float, width: int, height: int) -> bytes:
-        """Return the PNG of a part of the page."""
-        clip = {'x': 0, 'y': top, 'width': width, 'height': height, 'scale': 1}
+    def picture(self, width: int, height: int) -> bytes:
+        """Return the PNG of the top of the page."""
+        clip = {'x': 0, 'y': 0, 'width': width, 'height': height, 'scale': 1}
         return b64decode(self._call('Page.captureScreenshot', clip=clip,
                                     captureBeyondViewport=True)['data'])
 
@@ -175,7 +175,8 @@ def mujoco(folder: Path) -> Iterator[str]:
     for text in re.findall(r'```(?:xml|yaml)\n(.*?)```', page, re.DOTALL):
         (folder / re.findall(r'\S+\.(?:xml|yaml)', text)[0]).write_text(text, encoding='utf-8')
     run('example run --model true.yaml --seconds 10 --process-noise 0', folder)
-    run('diagnose run --model robot.xml --joint elbow --values gearbox.yaml --out identified',
+    run('diagnose run --model robot.xml --joint elbow --values gearbox.yaml --out identified '
+        '--only arm_inertia gravity',
         folder)
     yield (folder / 'identified/report.html').as_uri()
 
@@ -237,12 +238,11 @@ def live(folder: Path) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Picture:
-    """What is drawn: a page, from the element `begin` on, `width` x `height` pixels."""
+    """What is drawn: the top of a page, `width` x `height` pixels."""
 
     page: Callable[[Path], AbstractContextManager[str]]
     width: int
     height: int
-    begin: str = 'body'
     ready: str = 'true'
 
 
@@ -262,9 +262,7 @@ def draw(browser: Browser, name: str, folder: Path) -> list[str]:
             faults += [f'{name}: {width} px, {scheme}: {fault}'
                        for fault in browser.value(FAULTS)]
         browser.show(address, picture.width, picture.height, 'light', picture.ready)
-        top = browser.value('document.querySelector("{}").getBoundingClientRect().top'.format(
-            picture.begin))
-        data = browser.picture(top, picture.width, picture.height)
+        data = browser.picture(picture.width, picture.height)
     if len(data) > LIMIT:
         faults.append(f'{name}: {len(data)} bytes, expected at most {LIMIT}')
     (DOCS / name).write_bytes(data)

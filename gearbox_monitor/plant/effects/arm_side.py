@@ -61,12 +61,12 @@ LOAD_TORQUE = Effect(
     separated_by={'torque_offset': 'slow moves and dwells'})
 
 ARM_INERTIA = Effect(
-    'arm_inertia', 'arm_side', 'm2 replaced', (_M2,),
+    'arm_inertia', 'arm_side', 'another m2 than in the model file', (_M2,),
     noun='inertia',
     shows='The arm accelerates less (or more) than in the model, and its resonance with the '
           'gearbox has another frequency.',
     since='0.1.0',
-    meaning='inertia of the arm is not that of the model, as with a payload',
+    meaning='inertia of the arm differs from the model, as with a payload',
     replaces='arm_inertia', merges_if_rigid=True,
     starts=of_model(_M2, 'arm_inertia', (1.0, 0.7, 1.4)))
 

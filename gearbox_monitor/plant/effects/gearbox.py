@@ -35,12 +35,12 @@ def _backlash_starts(s: Scales) -> Starts:
 
 
 BACKLASH_GAP = Effect(
-    'backlash_gap', 'transmission', 'b replaced', (_B,),
+    'backlash_gap', 'transmission', 'another b than in the model file', (_B,),
     noun='half backlash',
     shows='At a reversal the motor moves by another angle before the arm follows; the twist steps'
           ' by another width.',
     since='0.1.0',
-    meaning='backlash is not that of the model', replaces='half_gap', starts=_backlash_starts)
+    meaning='backlash differs from the model', replaces='half_gap', starts=_backlash_starts)
 
 
 def _stiffness_starts(s: Scales) -> Starts:
@@ -52,12 +52,12 @@ def _stiffness_starts(s: Scales) -> Starts:
 
 
 STIFFNESS = Effect(
-    'stiffness', 'transmission', 'K replaced', (_K,),
+    'stiffness', 'transmission', 'another K than in the model file', (_K,),
     noun='stiffness',
     shows='Under load the twist is larger or smaller than in the model in proportion to the '
           'torque, and the resonance shifts.',
     since='0.1.0',
-    meaning='stiffness of the gearbox is not that of the model', replaces='stiffness',
+    meaning='stiffness of the gearbox differs from the model', replaces='stiffness',
     starts=_stiffness_starts,
     separated_by={'hardening': 'several load amplitudes',
                   'backlash_gap': 'several load amplitudes on both flanks'})
@@ -207,11 +207,11 @@ BRANCH = Effect(
     twist=branch_twist, memory=branch_memory, memory_starts=LOOP_STARTS, starts=_branch_starts)
 
 TRANSMISSION_DAMPING = Effect(
-    'transmission_damping', 'transmission', 'D replaced', (_D,),
+    'transmission_damping', 'transmission', 'another D than in the model file', (_D,),
     noun='damping',
     shows='Oscillations of the arm against the motor decay faster or slower than in the model.',
     since='0.1.0',
-    meaning='damping of the gearbox is not that of the model', replaces='damping',
+    meaning='damping of the gearbox differs from the model', replaces='damping',
     starts=of_model(_D, 'damping', usual=lambda s: 0.1 * s.torque / s.speed))
 
 

@@ -47,12 +47,12 @@ def friction_side(x3: float, base: MotorFriction) -> float:
 
 
 MOTOR_VISCOUS = Effect(
-    'motor_viscous', 'motor_side', 'Cv replaced', (_CV,),
+    'motor_viscous', 'motor_side', 'another Cv than in the model file', (_CV,),
     noun='viscous friction',
     shows='The torque that the model lacks is proportional to the speed: fast moves are too fast '
           'or too slow, slow ones fit.',
     since='0.1.0',
-    meaning='viscous friction of the motor is not that of the model',
+    meaning='viscous friction of the motor differs from the model',
     replaces='viscous_friction', counterpart='arm_viscous',
     starts=of_model(_CV, 'viscous_friction', usual=lambda s: s.torque / s.speed),
     separated_by={'motor_coulomb': _SEVERAL_SPEEDS,
@@ -64,12 +64,12 @@ MOTOR_VISCOUS = Effect(
         states='Cv_change', twins=('arm_viscous',)))
 
 MOTOR_COULOMB = Effect(
-    'motor_coulomb', 'motor_side', 'Cc replaced', (_CC,),
+    'motor_coulomb', 'motor_side', 'another Cc than in the model file', (_CC,),
     noun='Coulomb friction',
     shows='The torque that the model lacks has one size at all speeds and changes sign with the '
           'direction; the difference is largest right after a reversal.',
     since='0.1.0',
-    meaning='Coulomb friction of the motor is not that of the model',
+    meaning='Coulomb friction of the motor differs from the model',
     replaces='coulomb_friction', counterpart='arm_coulomb',
     starts=of_model(_CC, 'coulomb_friction', usual=lambda s: s.friction),
     column=BalanceColumn(
@@ -286,12 +286,12 @@ LOAD_FRICTION = Effect(
         lambda m, _: (np.abs(m.load) * m.sign)[:, None], one('Cl'), low=not_negative))
 
 MOTOR_INERTIA = Effect(
-    'motor_inertia', 'motor_side', 'm1 replaced', (_M1,),
+    'motor_inertia', 'motor_side', 'another m1 than in the model file', (_M1,),
     noun='rotor inertia',
     shows='The difference follows the acceleration of the motor, also while the backlash '
           'separates it from the arm.',
     since='0.1.0',
-    meaning='inertia of the motor is not that of the model', replaces='motor_inertia',
+    meaning='inertia of the motor differs from the model', replaces='motor_inertia',
     starts=of_model(_M1, 'motor_inertia', (1.0, 0.7, 1.4)),
     column=BalanceColumn(
         lambda m, _: m.v[:, None], one('m1_change'), momentum=True,
