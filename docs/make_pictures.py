@@ -223,7 +223,7 @@ def live(folder: Path) -> Iterator[str]:
         if monitor.tracker.stages().get('backlash'):
             outcome = monitor.outcomes['backlash']
             gearbox.add_alert(StatusAlert('backlash', int(outcome.level), outcome.message,
-                                          '2026-03-02 09:01:12'))
+                                          '2026-03-02 08:00:46'))
             wears = True
             break
     if not wears:
@@ -248,7 +248,7 @@ class Picture:
 
 PICTURES = {
     'robot_gap.png': Picture(robot_gap, 1000, 1010),
-    'live.png': Picture(live, 1000, 1300, ready='!!document.querySelector("#condition0")'),
+    'live.png': Picture(live, 1000, 1275, ready='!!document.querySelector("#condition0")'),
     'mujoco.png': Picture(mujoco, 1000, 620),
     'fleet.png': Picture(fleet, 1000, 760)}
 
