@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
+from benchmarks.__main__ import _parse as parse_benchmark
 from gearbox_monitor.cli.main import _parse
 from gearbox_monitor.estimation.adaptation import ADAPTABLE
 from gearbox_monitor.estimation.estimates import Samples
