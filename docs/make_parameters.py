@@ -11,8 +11,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.parameters import (  # noqa: E402
-    ARM_PLANT, AT_ONCE, ESTIMATOR, MODEL, ParameterRow, PLANT, RECORDER, RESTART, ROBOT,
-    Table)
+    ARM_PLANT, AT_ONCE, ESTIMATOR, MODEL, ParameterRow, PAYLOAD_NODE, PLANT, RECORDER, RESTART,
+    ROBOT, Table)
 
 PAGE = ROOT / 'docs/parameters.md'
 CHANGES = {AT_ONCE: 'live', RESTART: 'live, restart'}
@@ -70,6 +70,7 @@ def page() -> str:
     return (f'{HEAD}\n## estimator\n\n{listed(ROBOT + ESTIMATOR)}\n\n{VALUES}\n{listed(MODEL)}\n\n'
             f'## plant\n\n{listed(PLANT)}\n\n'
             f'## arm_plant\n\n{listed(ARM_PLANT)}\n\n'
+            f'## payload\n\n{listed(PAYLOAD_NODE)}\n\n'
             f'## recorder\n\n{listed(RECORDER)}\n{MODEL_FILE}')
 
 

@@ -21,6 +21,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     load_robot            a whole robot, from an MJCF or URDF file
     diagnose_robot        what is different about it, beside its file or a healthy reference
     learn_robot           a healthy robot as a reference
+    track_payload         what it held over a log, and the external torque on its joints
     load_robot_logs       logs of all joints, checked
 
     DriveModel            the drive: inertias, friction, transmission, effects
@@ -35,6 +36,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     ReportPages           what write_report returns
     Robot                 what load_robot returns
     RobotDiagnosis        what diagnose_robot returns
+    PayloadTrack          what track_payload returns
     SimulatorFile         what export_model returns
     InputError            the one exception that bad input raises
 
@@ -69,7 +71,8 @@ _PUBLIC = {
     'ReportPages': 'library.recording_report', 'load_robot': 'library.robot',
     'load_robot_logs': 'library.robot', 'learn_robot': 'library.robot',
     'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
-    'RobotDiagnosis': 'library.robot',
+    'RobotDiagnosis': 'library.robot', 'track_payload': 'library.payload',
+    'PayloadTrack': 'library.payload',
 }
 __all__ = list(_PUBLIC)
 

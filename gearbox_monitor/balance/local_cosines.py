@@ -20,7 +20,7 @@ COVERED = 0.3  # share of a segment in motion from which its energy counts
 
 
 @dataclass(frozen=True, eq=False)
-class LocalCosines:
+class TestFunctions:
     """
     Test functions of one motion, with the masks of its joints.
 
@@ -68,7 +68,7 @@ class LocalCosines:
             - self._project(x * self.mask_slope[:, joint, None], self.value)
 
 
-def local_cosines(motion: RobotMotion, highest: float, settings: Settings) -> LocalCosines:
+def local_cosines(motion: RobotMotion, highest: float, settings: Settings) -> TestFunctions:
     """Return the test functions of `motion` up to `highest` Hz."""
     step = motion.step
     hop = int(round(settings.hop / step))
@@ -84,7 +84,7 @@ def local_cosines(motion: RobotMotion, highest: float, settings: Settings) -> Lo
                              for s in motion.sections])
     frequency = np.tile(order / (2 * hop * step), len(starts))
     mask, mask_slope = _masks(motion, settings)
-    return LocalCosines(value, slope, starts, frequency,
+    return TestFunctions(value, slope, starts, frequency,
                         np.digitize(frequency, settings.bands) - 1, mask, mask_slope)
 
 

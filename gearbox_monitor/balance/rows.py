@@ -16,7 +16,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
-from gearbox_monitor.balance.local_cosines import local_cosines, LocalCosines
+from gearbox_monitor.balance.local_cosines import local_cosines, TestFunctions
 from gearbox_monitor.balance.motion import motion_of, RobotMotion, smooth_sign
 from gearbox_monitor.balance.robot_log import RobotLog, SETPOINT
 from gearbox_monitor.balance.settings import SETTINGS, Settings
@@ -78,7 +78,7 @@ class Rows:
     name: str
     robot: RobotModel
     motion: RobotMotion
-    tests: LocalCosines
+    tests: TestFunctions
     sign: Array
     target: Array
     model: Array
@@ -137,11 +137,30 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
         mean: {label: coefficient} that a reference taught, for the torque of the model.
         settings: limits.
     """
-    motion, chain = motion_of(log, settings), robot.chain
-    setpoint = log.kind == SETPOINT
+    motion, setpoint = motion_of(log, settings), log.kind == SETPOINT
     highest = min(settings.highest_servo if setpoint else settings.highest,
                   settings.highest_share * log.rate)
-    tests = local_cosines(motion, highest, settings)
+    rows = tested(motion, local_cosines(motion, highest, settings), robot, shapes, mean,
+                  setpoint=setpoint, settings=settings)
+    return replace(rows, name=log.name, measured=log.measured, rate=log.rate)
+
+
+def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
+           shapes: Sequence[tuple[int, str]] = (), mean: Mapping[str, float] | None = None, *,
+           setpoint: bool = False, settings: Settings = SETTINGS) -> Rows:
+    """
+    Return the Rows of a motion.
+
+    Args:
+        motion: of the robot.
+        tests: functions that every term is multiplied by.
+        robot: its model.
+        shapes: (joint, name) of shapes that a reference needed.
+        mean: {label: coefficient} that a reference taught, for the torque of the model.
+        setpoint: whether the input of the motion is a setpoint.
+        settings: limits.
+    """
+    chain = robot.chain
     count, n = len(chain.links), len(motion.t)
     inertial: dict[tuple[int, int], Array] = {}
     load, weight, momentum, more, more_momentum = (np.zeros((n, count)) for _ in range(5))
@@ -183,8 +202,8 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
         float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
         float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
         robot.learnt, *np.zeros((2, n))) for j in range(count)]
-    rows = Rows(log.name, robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
-                log.measured, setpoint, log.rate, settings)
+    rows = Rows('', robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
+                setpoint=setpoint, settings=settings)
     if robot.learnt and mean:
         joints = [_taught(replace(m, model=m.model + more[:, j], smooth=m.smooth + more[:, j]),
                           name, shapes, mean, j, _rate(motion, motion.v)[:, j])

@@ -15,11 +15,12 @@ from typing import Any
 from gearbox_monitor.cli.options import dump, expect_new, write_new
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.cli.robot_inputs import (
-    add_robot_arguments, recorded_names, robot_of, robot_options)
+    add_robot_arguments, robot_of, robot_options)
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDiagnosis
+from gearbox_monitor.library.robot import (
+    diagnose_robot, recorded_names, robot_effects, RobotDiagnosis)
 from gearbox_monitor.quality.recording import REPEATED
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text

@@ -17,11 +17,11 @@ from argparse import ArgumentParser, Namespace
 from gearbox_monitor.cli.drive_recordings import add_root_argument
 from gearbox_monitor.cli.options import dump, expect_new
 from gearbox_monitor.cli.progress import percent_bar, progress_of
-from gearbox_monitor.cli.robot_inputs import add_robot_arguments, recorded_names, robot_of
+from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.library.robot import learn_robot
+from gearbox_monitor.library.robot import learn_robot, recorded_names
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -12,12 +12,16 @@ table: estimates from the whole recording (fixed-interval smoother, with the fil
 except a fifth of the noise density of tau_K and softened friction); it keeps the whole recording
 in memory.
 
+With the MJCF or URDF file of a whole robot as --model, it says what the robot held and which
+external torque acted on its joints, ten times a second.
+
 usage examples:
   gearbox_monitor replay gearbox_2026_11_21-10_00_00
   gearbox_monitor replay BAG --out estimates.parquet --estimates-only
   gearbox_monitor replay BAG --model drive.yaml --params estimator.yaml --out estimates.csv
   gearbox_monitor replay BAG --filter ekf --out BAG2 --json
   gearbox_monitor replay BAG --smooth --out smoothed.csv
+  gearbox_monitor replay LOG --model robot.urdf --reference robot.knowledge --out held.csv
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
@@ -33,6 +37,7 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import interval_error, ReplayCollector, smoothed
 from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.replay_summary import ReplaySummary
+from gearbox_monitor.cli import replay_robot
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, estimator_options, expect_new_file, warn)
 from gearbox_monitor.cli.progress import count_bar, Progress
@@ -57,10 +62,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--smooth', action='store_true',
                         help='smooth over the whole recording; columns for a table')
     parser.add_argument('--json', action='store_true', help='print the summary as JSON')
+    replay_robot.add_arguments(parser)
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
+    if replay_robot.is_robot(args):
+        return replay_robot.run(args)
     parameters, model_file = estimator_options(args)
     if args.filter:
         parameters['filter'] = args.filter

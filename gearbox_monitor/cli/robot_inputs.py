@@ -3,10 +3,8 @@
 
 """Options of commands about whole robots, and the robot that they name."""
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
 import shlex
 
-from gearbox_monitor.errors import InputError
 from gearbox_monitor.library.robot import load_robot, Robot
 
 
@@ -24,17 +22,6 @@ def robot_options(args: Namespace) -> str:
     if args.recorded:
         words.append(f'--recorded {shlex.join(args.recorded)}')
     return ' '.join(words)
-
-
-def recorded_names(words: Sequence[str]) -> dict[str, str]:
-    """Return {joint: name in the log} of NAME=LOGNAME `words`. Raises InputError."""
-    names = {}
-    for word in words:
-        joint, equals, name = word.partition('=')
-        if not equals or not name:
-            raise InputError(f'--recorded: {word!r}, expected NAME=LOGNAME')
-        names[joint] = name
-    return names
 
 
 def robot_of(args: Namespace) -> Robot:

@@ -13,6 +13,7 @@ from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.identification.nominal import NominalFit
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
+from gearbox_monitor.library.payload import PayloadTrack
 from gearbox_monitor.library.recording import Recording, SECOND
 from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.monitoring.backlash.features import Backlash
@@ -130,4 +131,21 @@ def _(diagnosis: RobotDiagnosis) -> Figure:
     axes.set_xlabel('gap of the torque (N m rms)')
     axes.invert_yaxis()
     axes.legend(fontsize=8)
+    return sketch
+
+
+@picture.register
+def _(track: PayloadTrack) -> Figure:
+    sketch = Figure(figsize=(9, 5), layout='constrained')
+    upper, lower = sketch.subplots(2, 1, sharex=True)
+    upper.plot(track.t, track.mass, color=plots.BLUE)
+    upper.fill_between(track.t, track.mass - 2.0 * track.mass_std,
+                       track.mass + 2.0 * track.mass_std, color=plots.BLUE, alpha=0.2, lw=0)
+    upper.set_ylabel(f'held at {track.link} (kg)')
+    upper.set_title(textwrap.fill(str(track), 90), fontsize=10, loc='left')
+    for j, joint in enumerate(track.joints):
+        lower.plot(track.t, track.external[:, j], lw=0.9, label=joint)
+    lower.set_ylabel('external torque (N m)')
+    lower.set_xlabel('time (s); band: two standard deviations')
+    lower.legend(fontsize=8, ncols=3)
     return sketch

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """A whole robot: its file, its logs, a healthy reference, and the diagnosis of all joints."""
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -105,6 +105,17 @@ def load_robot(path: str | Path, *, values: str | Path | None = None,
                          'joint of it, or a model file of a drive, goes to load_model (--joint)')
     file = read_robot(path, root)
     return Robot(file, load_values(None if values is None else str(values), file))
+
+
+def recorded_names(words: Iterable[str], option: str = '--recorded') -> dict[str, str]:
+    """Return {joint: name in the log} of the NAME=LOGNAME of `option`. Raises InputError."""
+    names = {}
+    for word in words:
+        joint, equals, name = word.partition('=')
+        if not equals or not name:
+            raise InputError(f'{option}: {word!r}, expected NAME=LOGNAME')
+        names[joint] = name
+    return names
 
 
 def load_robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,

@@ -22,6 +22,7 @@ from gearbox_monitor.identification.nominal import NominalFit
 from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
+from gearbox_monitor.library.payload import PayloadTrack
 from gearbox_monitor.library.recording import Recording
 from gearbox_monitor.library.recording_report import ReportPages
 from gearbox_monitor.library.robot import RobotDiagnosis
@@ -31,6 +32,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
+from gearbox_monitor.report.payload_words import payload_words, push_words
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import summary
@@ -181,6 +183,18 @@ def _(diagnosis: RobotDiagnosis) -> str:
 
 
 @brief.register
+def _(track: PayloadTrack) -> str:
+    return f'PayloadTrack({track.log!r}: {words(track)})'
+
+
+@words.register
+def _(track: PayloadTrack) -> str:
+    held = payload_words(track.mass[-1], track.mass_std[-1], track.centre[-1], track.link,
+                         track.since[-1])
+    return f'{held}; {push_words(track.t, track.external, track.external_std, track.joints)}.'
+
+
+@brief.register
 def _(pages: ReportPages) -> str:
     return f'ReportPages({pages.page}: {pages.extent})'
 
@@ -274,6 +288,18 @@ def _(diagnosis: RobotDiagnosis) -> Columns:
     rows = [(f.effect, f.joint or f.link, name, value, f.deviations.get(name))
             for f in diagnosis.findings for name, value in f.values.items()]
     return _by_name(rows, ('effect', 'at', 'parameter', 'value', 'deviation'))
+
+
+@columns.register
+def _(track: PayloadTrack) -> Columns:
+    table = {'t': track.t, 'mass': track.mass, 'mass_std': track.mass_std, 'since': track.since}
+    for i, axis in enumerate('xyz'):
+        table |= {f'centre_{axis}': track.centre[:, i],
+                  f'centre_{axis}_std': track.centre_std[:, i]}
+    for j, joint in enumerate(track.joints):
+        table |= {f'external_{joint}': track.external[:, j],
+                  f'external_{joint}_std': track.external_std[:, j]}
+    return table
 
 
 @columns.register

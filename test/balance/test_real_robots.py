@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.balance.knowledge import learn
+from gearbox_monitor.balance.payload import PayloadTracker
 from gearbox_monitor.balance.robot_log import checked_log, RawLog
 from gearbox_monitor.balance.rows import RobotModel, rows_of
 from gearbox_monitor.balance.verdict import diagnose
@@ -125,3 +126,22 @@ def test_unloaded_recordings_are_none_in_every_pair(path, names, read):
             if k != i:
                 verdict = diagnose(model, [log], knowledge)
                 assert verdict.kind == 'none', (reference.name, log.name, verdict.findings)
+
+
+@pytest.mark.system
+def test_a_real_arm_takes_a_load_and_is_weighed_on_another_day_empty():
+    """The authors state 2.8 kg; the joints begin another recording without a gap in time."""
+    model, constants = robot('ur10e/ur10e.urdf'), controller_constants()
+    joints = model.chain.joints
+    knowledge = learn(model, [ur10e(UNLOADED[0], joints, constants=constants)])
+    tracker, estimates, begin = PayloadTracker(model, knowledge=knowledge), {}, 0.0
+    for name in (*UNLOADED[1:], 'ur-20_01_31-load'):
+        for s in ur10e(name, joints, constants=constants).sections:
+            for t, q, u in zip(s.t - s.t[0] + begin, s.position, s.input):
+                estimates.setdefault(name, []).extend(tracker.take(round(t * 1e9), q, u))
+            begin = t + 0.05
+    for name in UNLOADED[1:]:
+        last = estimates[name][-1]
+        assert abs(last.mass) < 3.0 * last.mass_std < 0.3, name
+    last = estimates['ur-20_01_31-load'][-1]
+    assert last.mass == pytest.approx(2.8, abs=0.15) and last.mass_std < 0.15

@@ -236,8 +236,12 @@ def _path(rng, n, seconds, slides):
     return t, q, v
 
 
-def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
-    """Return (RobotLog, oracle [N, J] at its first section's grid times, t) of one recording."""
+def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushed=lambda t: 0.0):
+    """
+    Return (RobotLog, oracle [N, J] at its first section's grid times, t) of one recording.
+
+    pushed: external torque [J] at a time. A change with a `start` acts from then on.
+    """
     rng = np.random.default_rng(case.seed * 1000 + number)
     changes = case.truth if changed else []
     model, plain = _truth(case, changes)
@@ -269,6 +273,7 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
               for _ in range(8)]
     swing = np.zeros(2)
     limit = {e['joint']: e['size'] for e in changes if e['kind'] == 'saturation'}
+    start = max((e.get('start', 0.0) for e in changes), default=0.0)  # s: when a load is taken
     for k in range(steps):
         q, v = data.qpos.copy(), data.qvel.copy()
         if k % CONTROL == 0:
@@ -347,9 +352,10 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
                     torque = np.clip(x * (swing[0] + q[j]), -3 * x, 3 * x)
                 extra[j] -= torque
                 seen[j] += torque
-        model.dof_frictionloss[:] = np.maximum(loss, 1e-4)
-        data.qfrc_applied[:] = extra + act
-        mujoco.mj_step(model, data)
+        acting = model if t[k] >= start else plain
+        acting.dof_frictionloss[:] = np.maximum(loss, 1e-4)
+        data.qfrc_applied[:] = extra + act + pushed(t[k])
+        mujoco.mj_step(acting, data)
         load = act + extra - model.dof_frictionloss * s - model.dof_damping.ravel()[:n] * v
         bodies = any(e['kind'] in ('payload', 'motor_inertia', 'base_tilt') for e in changes)
         if bodies and k % 5 == 0:

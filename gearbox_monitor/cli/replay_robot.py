@@ -1,0 +1,88 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Replay a whole robot's log: what it held, and the external torque on its joints.
+
+replay calls this where --model is the file of a robot.
+"""
+from argparse import ArgumentParser, Namespace
+import csv
+from pathlib import Path
+
+from gearbox_monitor.cli.drive_recordings import add_root_argument
+from gearbox_monitor.cli.options import dump, expect_new_file
+from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.robot_model import SUFFIXES
+from gearbox_monitor.library.payload import PayloadTrack, track_payload
+from gearbox_monitor.library.robot import recorded_names
+from gearbox_monitor.library.views import columns
+
+OF_ESTIMATOR = ('params', 'filter', 'estimates_only', 'smooth')
+OF_ROBOT = ('reference', 'values', 'root', 'recorded', 'link', 'empty')
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` of replay what only whole robots take."""
+    parser.add_argument('--reference', metavar='LOG', nargs='+', default=[],
+                        help='of a whole robot: logs without a load, or one file of learn')
+    parser.add_argument('--values', metavar='FILE',
+                        help='of a whole robot: what is known beside its file')
+    add_root_argument(parser)
+    add_robot_arguments(parser)
+    parser.add_argument('--link', default='', metavar='NAME',
+                        help='of a whole robot: link that carries (default: the last)')
+    parser.add_argument('--empty', action='store_true',
+                        help='of a whole robot: it holds nothing at the beginning')
+
+
+def is_robot(args: Namespace) -> bool:
+    """Return whether the options `args` of replay are about a whole robot. Raises InputError."""
+    robot = args.model is not None and Path(args.model).suffix.lower() in SUFFIXES
+    for name in OF_ESTIMATOR if robot else OF_ROBOT:
+        if getattr(args, name):
+            option = name.replace('_', '-')
+            raise InputError(
+                f'--{option}: of the estimator of a drive, but --model {args.model} is a whole '
+                'robot' if robot else f'--{option}: of a whole robot, expected its MJCF or URDF '
+                'file as --model')
+    return robot
+
+
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    if args.out and not args.out.lower().endswith('.csv'):
+        raise InputError(f'--out: {args.out}, expected FILE.csv: of a whole robot replay writes '
+                         'a table')
+    paths = [path for path in (args.out, args.csv) if path]
+    for path in paths:
+        expect_new_file(path)
+    with percent_bar('replay') as bar:
+        track = track_payload(
+            args.bag, robot_of(args), reference=args.reference or None, link=args.link,
+            empty=args.empty, recorded=recorded_names(args.recorded), topic=args.topic,
+            progress=progress_of(bar))
+    for path in paths:
+        _write(path, track)
+    if args.json:
+        print(dump({'summary': str(track), 'log': track.log, 'link': track.link,
+                    'joints': list(track.joints), 'estimates': len(track.t),
+                    'warnings': list(track.notes),
+                    'last': {name: values[-1] for name, values in columns(track).items()}}))
+        return 0
+    print('\n'.join([str(track), f'{len(track.t)} estimates', *(
+        f'note: {note}' for note in track.notes), *(f'written: {path}' for path in paths)]))
+    return 0
+
+
+def _write(path: str, track: PayloadTrack) -> None:
+    table = columns(track)
+    try:
+        with open(path, 'x', newline='', encoding='utf-8') as file:
+            writer = csv.writer(file, lineterminator='\n')
+            writer.writerow(table)
+            writer.writerows(zip(*(values.tolist() for values in table.values())))
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
