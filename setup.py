@@ -11,10 +11,9 @@ TABLES = ['fsspec>=2023.6', 'pyarrow>=14.0.1']
 setup(
     name=package_name,
     version='0.2.0',
-    packages=find_packages(exclude=['test', 'test.*']),
+    packages=find_packages(exclude=['benchmarks', 'benchmarks.*', 'test', 'test.*']),
     package_data={package_name: [
-        'py.typed', 'benchmarks/*.cpp', 'report/assets/*', 'report/templates/*.html',
-        'report/templates/*/*.html']},
+        'py.typed', 'report/assets/*', 'report/templates/*.html', 'report/templates/*/*.html']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),
@@ -52,7 +51,7 @@ setup(
         'frames': ['pandas>=2.0'],
         # "import" of HDF5 and MATLAB 7.3 files
         'import': ['h5py>=3.10'],
-        # "benchmark bam", Python 3.12; no rosdep key
+        # "python -m benchmarks bam", Python 3.12; no rosdep key
         'bam': ['better-actuator-models>=1.0; python_version>="3.12"'],
         # "compare" with filters of filterpy
         'compare': ['filterpy>=1.4'],

@@ -4,7 +4,7 @@
 """
 The layers: each module imports only from its own layer or from below.
 
-cli -> benchmarks -> ros, fleet, library -> report, bag, export -> files -> interfaces
+cli -> ros, fleet, library -> report, bag, export -> files -> interfaces
 -> monitoring -> identification -> quality -> estimation, parameters -> robot -> plant -> kernels
 """
 import ast
@@ -23,8 +23,7 @@ LAYERS = {
     'files': 5,
     'report': 6, 'bag': 6, 'export': 6,
     'ros': 7, 'fleet': 7, 'library': 7,
-    'benchmarks': 8,
-    'cli': 9, '__main__': 10,
+    'cli': 8, '__main__': 9,
 }
 EVERYWHERE = ('errors', 'presentation', '__init__')
 CORE = 4  # up to here nothing reads, writes or asks the clock
@@ -88,13 +87,13 @@ def test_imports_only_downwards():
     assert not wrong, '\n'.join(wrong)
 
 
-def test_only_the_command_benchmark_imports_benchmarks():
-    """Benchmarks are no library: what another module shares with them stands in that module."""
-    importers = {
-        '.'.join(name_of(path)) for path in MODULES if name_of(path)[:1] != ('benchmarks',)
-        if any(dotted.startswith('gearbox_monitor.benchmarks') for _, dotted in imported(path))
-        or "'gearbox_monitor.benchmarks." in path.read_text(encoding='utf-8')}
-    assert importers == {'cli.benchmark'}
+def test_package_imports_no_benchmark():
+    """Benchmarks stand beside the package and are not installed with it."""
+    assert (PACKAGE.parent / 'benchmarks/__main__.py').is_file()
+    wrong = [f'{path.relative_to(PACKAGE)}:{line}: {dotted}'
+             for path in MODULES for line, dotted in imported(path)
+             if dotted.split('.')[0] == 'benchmarks']
+    assert not wrong, '\n'.join(wrong)
 
 
 def test_core_neither_opens_nor_prints():

@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 REPORT = ROOT / 'gearbox_monitor/report'
-SOURCES = ['gearbox_monitor', 'test', 'docs', 'setup.py']
+SOURCES = ['gearbox_monitor', 'benchmarks', 'test', 'docs', 'setup.py']
 HEADER = '# Copyright 2026 gearbox_monitor authors\n# SPDX-License-Identifier: Apache-2.0\n'
 pytestmark = pytest.mark.linter
 
@@ -40,7 +40,7 @@ def test_imports_are_in_the_order_of_ament_flake8():
     setup.read(ROOT / 'setup.cfg')
     rules, wrong = setup['flake8'], []
     options = {'import_order_style': styles.lookup_entry_point(rules['import-order-style']),
-               'application_import_names': [rules['application-import-names']]}
+               'application_import_names': rules['application-import-names'].split(',')}
     for path in python_files():
         text = path.read_text(encoding='utf-8')
         file = checker(str(path), ast.parse(text))

@@ -57,16 +57,17 @@ def text_of(tag):
 
 
 def imports():
-    """Return {top-level name: a file that imports it} of everything outside of the package."""
+    """Return {top-level name: a file that imports it} of what is not ours."""
     found = {}
-    for path in (ROOT / 'gearbox_monitor').rglob('*.py'):
+    for path in (p for folder in ('gearbox_monitor', 'benchmarks')
+                 for p in (ROOT / folder).rglob('*.py')):
         for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
             names = ([a.name for a in node.names] if isinstance(node, ast.Import) else
                      [node.module] if isinstance(node, ast.ImportFrom) else [])
             for name in names:
                 found[name.split('.')[0]] = path.relative_to(ROOT)
     return {name: path for name, path in found.items()
-            if name not in sys.stdlib_module_names and name != 'gearbox_monitor'}
+            if name not in (*sys.stdlib_module_names, 'benchmarks', 'gearbox_monitor')}
 
 
 def test_package_xml_is_valid():
@@ -160,7 +161,8 @@ def test_everything_is_installed(installed):
                             if p.is_file()}
     assert (share / 'package.xml').is_file()
     assert (prefix / 'share/ament_index/resource_index/packages/gearbox_monitor').is_file()
-    for sources in ('*.py', '*.cpp', '*.html', '*.css', '*.js'):
+    assert [p.name for p in library.iterdir()] == ['gearbox_monitor'], 'no benchmarks, no tests'
+    for sources in ('*.py', '*.html', '*.css', '*.js'):
         modules = {p.relative_to(ROOT) for p in (ROOT / 'gearbox_monitor').rglob(sources)
                    if p.parent.name != 'launch'}
         assert modules == {p.relative_to(library) for p in library.rglob(sources)} != set()

@@ -11,7 +11,6 @@ from typing import ParamSpec
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.number_text import csv_rows
 from gearbox_monitor.bag.player import EstimatePlayer, ReplayPart
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates
@@ -103,11 +102,12 @@ class CsvTable(EstimateTable):
     """CSV file; its numbers are read back bit for bit."""
 
     def _open(self, player: EstimatePlayer) -> None:
-        self._file = open(self._part, 'wb')
-        self._file.write((','.join(('stamp_ns', *self._names)) + '\n').encode())
+        self._file = open(self._part, 'w', encoding='utf-8')
+        self._file.write(','.join(('stamp_ns', *self._names)) + '\n')
 
     def _write(self, stamps: Integers, columns: Sequence[Array]) -> None:
-        self._file.write(csv_rows(stamps, columns))
+        rows = zip(stamps.tolist(), *(column.tolist() for column in columns))
+        self._file.writelines(f'{stamp},{",".join(map(repr, row))}\n' for stamp, *row in rows)
 
     def _close(self) -> None:
         self._file.close()

@@ -3,6 +3,7 @@
 
 
 """The exit codes of all commands: --help shows them, docs/README.md and a test agree with them."""
+from collections.abc import Mapping
 import textwrap
 
 BAD_INPUT, UNDECIDED, INTERRUPTED = 2, 3, 130
@@ -37,13 +38,17 @@ EXIT_CODES = {
     'export': {0: 'all is expressed', 1: 'some is not'},
     'fleet': {0: 'every bag has its row', 1: 'run it again: some bags failed for reasons that may '
               'pass', 2: 'bad usage or input, disk full, scheduler lost'},
-    'benchmark': {0: 'all bars are met', 1: 'a bar is missed'},
 }
 
 
 def exit_code_help(command: str) -> str:
     """Return the lines of --help about the exit codes of `command`."""
-    codes = {BAD_INPUT: 'bad usage or input', **EXIT_CODES[command]}
+    return exit_code_text(EXIT_CODES[command])
+
+
+def exit_code_text(meanings: Mapping[int, str]) -> str:
+    """Return the lines of --help about exit codes, {code: meaning}; 2 and 130 are added."""
+    codes = {BAD_INPUT: 'bad usage or input', **meanings}
     if 'Ctrl-C' not in codes[0]:
         codes[INTERRUPTED] = 'ended by Ctrl-C'
     words = '; '.join(f'{code} {meaning}' for code, meaning in sorted(codes.items()))

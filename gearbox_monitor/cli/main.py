@@ -3,7 +3,7 @@
 
 """The command line ``gearbox_monitor``: runs a subcommand and turns errors into exit codes."""
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import contextlib
 from functools import partial
 import importlib
@@ -41,11 +41,10 @@ COMMANDS = {
     'adapt': ('adapt', 'adapt a model file to one unit, without a torque sensor'),
     'export': ('export', 'write a model into the file of your simulator'),
     'fleet': ('fleet', 'replay many bags and report which gearboxes wear'),
-    'benchmark': ('benchmark', 'measure this package against its bars'),
 }
 
 
-LIVE = ('demo', 'live', 'play', 'benchmark')  # print on their own what they do
+LIVE = ('demo', 'live', 'play')  # print on their own what they do
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -90,20 +89,42 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns its exit code, see exit_codes.
     """
     argv = sys.argv[1:] if argv is None else argv
-    command = next((word for word in argv if not word.startswith('-')), None)
+    words = [word for word in argv if not word.startswith('-')]
+    command = words[0] if words else None
+    if command == 'benchmark':
+        benchmark = ' '.join(words[1:2]) or 'NAME'
+        print('gearbox_monitor benchmark: benchmarks are no part of the package, run them from a '
+              f'checkout: python -m benchmarks {benchmark}', file=sys.stderr)
+        return BAD_INPUT
+    return run_parsed(f'gearbox_monitor {command}', lambda: _parse(argv, command),
+                      '' if command in LIVE else str(command))
+
+
+def run_parsed(name: str, parse: Callable[[], argparse.Namespace], timed: str = '') -> int:
+    """
+    Run what a command line asks for, and turn errors into exit codes.
+
+    Args:
+        name: of the command, at the head of its messages.
+        parse: returns the parsed command line; its `run` takes it and returns an exit code.
+        timed: shown beside the elapsed time; '' for a command that shows its progress itself.
+
+    Returns:
+        The exit code, see exit_codes.
+    """
     try:
-        args = _parse(argv, command)
+        args = parse()
         # Of a command that uses no kernel: absent.
         kernels = sys.modules.get('gearbox_monitor.kernels.jit')
         if kernels and kernels.CACHE_PROBLEM:
-            print(f'gearbox_monitor {command}: {kernels.CACHE_PROBLEM}', file=sys.stderr)
+            print(f'{name}: {kernels.CACHE_PROBLEM}', file=sys.stderr)
         from gearbox_monitor.cli.progress import shown_time
         with (_announced_compilation() if kernels else contextlib.nullcontext(),
-              contextlib.nullcontext() if command in LIVE else shown_time(str(command))):
+              shown_time(timed) if timed else contextlib.nullcontext()):
             code: int = args.run(args) or 0
             return code
     except InputError as error:
-        print(f'gearbox_monitor {command}: {error}', file=sys.stderr)
+        print(f'{name}: {error}', file=sys.stderr)
         return UNDECIDED if isinstance(error, Undecided) else BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED

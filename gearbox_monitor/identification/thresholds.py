@@ -5,7 +5,7 @@
 Thresholds of the verdict, each with its derivation: what decides stands here and nowhere else.
 
 Settings of an optimiser or of a numerical method, which change how soon a fit arrives and not what
-counts as an answer, stand where they are used. "Blind sets" are those of `benchmark blind`: true
+counts as an answer, stand where they are used. "Blind sets" are those of `benchmarks blind`: true
 answers must stay on the one side of a threshold, wrong ones on the other. A comment without a
 measurement says what the number means.
 """

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks import bam
-from gearbox_monitor.cli.main import main
+from benchmarks import bam
+from benchmarks.__main__ import main
 from gearbox_monitor.plant.simulate import Plant
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'bam_servo_pendulum'
@@ -45,14 +45,14 @@ def test_a_servo_as_stated_has_no_error_at_its_own_gain(tmp_path):
 
 
 def test_a_folder_without_recordings_is_one_line(tmp_path, capsys):
-    assert main(['benchmark', 'bam', str(tmp_path), '--servo', 'xl330']) == 2
+    assert main(['bam', str(tmp_path), '--servo', 'xl330']) == 2
     assert 'xl330: no *.json.gz with the torque on' in capsys.readouterr().err
 
 
 @pytest.mark.system
 @pytest.mark.skipif(not DATA.is_dir(), reason='no recordings of BAM beside the repository')
 def test_load_friction_is_identified_and_the_other_gain_predicted(tmp_path):
-    main(['benchmark', 'bam', str(DATA), '--servo', 'xl330', '--json', str(tmp_path / 'bam.json')])
+    main(['bam', str(DATA), '--servo', 'xl330', '--json', str(tmp_path / 'bam.json')])
     data, = json.loads((tmp_path / 'bam.json').read_text())['servos']
     assert data['identified'] == ['load_friction']
     assert np.mean(data['errors'][data['judged']]['held out']) < 0.04

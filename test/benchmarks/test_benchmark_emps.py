@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks import emps
-from gearbox_monitor.cli.main import main
+from benchmarks import emps
+from benchmarks.__main__ import main
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.quality.recording import UniformRecording
 
@@ -31,14 +31,14 @@ def test_the_error_is_that_of_the_model_and_not_of_where_the_run_begins():
 
 
 def test_a_folder_without_the_recordings_is_one_line(tmp_path, capsys):
-    assert main(['benchmark', 'emps', str(tmp_path)]) == 2
+    assert main(['emps', str(tmp_path)]) == 2
     assert 'DATA_EMPS.mat: no such file, expected' in capsys.readouterr().err
 
 
 @pytest.mark.system
 @pytest.mark.skipif(not DATA.is_dir(), reason='no recordings of the EMPS beside the repository')
 def test_the_second_recording_within_six_millimetres(tmp_path):
-    assert main(['benchmark', 'emps', str(DATA), '--json', str(tmp_path / 'emps.json')]) == 0
+    assert main(['emps', str(DATA), '--json', str(tmp_path / 'emps.json')]) == 0
     data = json.loads((tmp_path / 'emps.json').read_text())
     assert data['effect'] == 'viscous_asymmetry'
     assert data['errors']['with effect']['test'] < 6.0 < 50.0 < (

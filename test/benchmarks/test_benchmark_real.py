@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks import real, real_fit
-from gearbox_monitor.benchmarks.static_compensation import fit_static
-from gearbox_monitor.cli.main import main
+from benchmarks import real, real_fit
+from benchmarks.__main__ import main
+from benchmarks.static_compensation import fit_static
 from gearbox_monitor.kernels.jit import COMPILED
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'
 BURN_IN = 1000
-# What "benchmark real" finds on the training runs of split orig.
+# What "benchmarks real" finds on the training runs of split orig.
 FITTED = {
     'torque_constant': 0.9302, 'motor_inertia': 8.743e-4, 'coulomb_friction': 0.02259,
     'viscous_friction': -7.869e-4, 'torque_offset': -0.008554, 'q_std_motor_speed': 0.5773,
@@ -61,7 +61,7 @@ def test_command_fits_judges_and_says_what_is_missing(recordings, tmp_path, caps
         (tmp_path / f'{name}.TXT.gz').symlink_to(DATA / f'{name}.TXT.gz')
     fit = real_fit.fit
     monkeypatch.setattr(real_fit, 'fit', lambda *a, **k: fit(*a, **{**k, 'budget': (2, 1, 1)}))
-    code = main(['benchmark', 'real', str(tmp_path)])
+    code = main(['real', str(tmp_path)])
     lines = capsys.readouterr().out.splitlines()
     assert code == any(line.startswith('MISSED') for line in lines)
     assert 'split orig: fitted on 00' in lines[0] and lines[1].startswith('missing: 01 02')
@@ -70,5 +70,5 @@ def test_command_fits_judges_and_says_what_is_missing(recordings, tmp_path, caps
 
 
 def test_folder_without_recordings(tmp_path, capsys):
-    assert main(['benchmark', 'real', str(tmp_path)]) == 2
+    assert main(['real', str(tmp_path)]) == 2
     assert 'no training run of split orig, expected recordings' in capsys.readouterr().err

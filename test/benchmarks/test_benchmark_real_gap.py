@@ -10,14 +10,15 @@ import subprocess
 import numpy as np
 import pytest
 
+from benchmarks import real_gap
+from benchmarks.__main__ import main
+from benchmarks.least_squares import ranked_of_robot
+from benchmarks.real_gap import (
+    Answer, answer_of, load_pairs, Runner, scores, Truth)
 from gearbox_monitor.bag.example import ExampleMotion
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.robot_example import write_robot_pair
-from gearbox_monitor.benchmarks import real_gap
-from gearbox_monitor.benchmarks.least_squares import ranked_of_robot
-from gearbox_monitor.benchmarks.real_gap import (
-    Answer, answer_of, load_pairs, Runner, scores, Truth)
-from gearbox_monitor.cli.main import main
+from gearbox_monitor.cli.main import main as run_command
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, Plant
@@ -32,7 +33,7 @@ def in_process(monkeypatch):
         here = os.getcwd()
         os.chdir(cwd)
         try:
-            return subprocess.CompletedProcess(line, main(line[3:]), '', 'refused')
+            return subprocess.CompletedProcess(line, run_command(line[3:]), '', 'refused')
         finally:
             os.chdir(here)
     monkeypatch.setattr(real_gap.subprocess, 'run', _run)
@@ -66,7 +67,7 @@ def test_two_simulated_pairs(tmp_path, monkeypatch, in_process):
         opened.append(json.loads((out / 'answers.json').read_text()))
         return of_file(path)
     monkeypatch.setattr(real_gap, 'load_truth', _opened)
-    assert main(['benchmark', 'real_gap', str(tmp_path), '--out', str(out),
+    assert main(['real_gap', str(tmp_path), '--out', str(out),
                  '--json', str(tmp_path / 'scores.json')]) == 0
     assert [set(answers['diagnose']) for answers in opened] == [{'joint/oiled', 'joint/same'}]
     data = json.loads((tmp_path / 'scores.json').read_text())
@@ -153,7 +154,7 @@ def test_scores_of_the_competition():
 def test_bad_manifests_are_one_line(tmp_path, capsys, text, says):
     manifests_in(tmp_path)
     (tmp_path / 'joint' / 'bad.pair.yaml').write_text(text)
-    assert main(['benchmark', 'real_gap', str(tmp_path)]) == 2
+    assert main(['real_gap', str(tmp_path)]) == 2
     error = capsys.readouterr().err
     assert says in error and 'bad.pair.yaml' in error and error.count('\n') == 1
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The benchmark of replay counts every sample; its figures are not judged here."""
-from gearbox_monitor.benchmarks import replay_cost
+from benchmarks import replay_cost
 
 
 def test_every_row_takes_all_samples(monkeypatch):

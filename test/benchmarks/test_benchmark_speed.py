@@ -8,9 +8,9 @@ import re
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks import eigen_reference, free_run, replay_cost, speed
-from gearbox_monitor.benchmarks.paper import drive, DT, T0
-from gearbox_monitor.cli.main import main
+from benchmarks import eigen_reference, free_run, replay_cost, speed
+from benchmarks.__main__ import main
+from benchmarks.paper import drive, DT, T0
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.kernels.jit import COMPILED
@@ -72,13 +72,13 @@ def test_what_cannot_be_measured_is_told(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(free_run, 'steppers', lambda: ({}, {}))
     monkeypatch.setattr(speed, 'FEW', 3)
     monkeypatch.setenv(eigen_reference.VARIABLE, str(tmp_path))
-    main(['benchmark', 'speed', '--rounds', '1'])
+    main(['speed', '--rounds', '1'])
     out = capsys.readouterr().out
     assert f'skipped EKF / Eigen EKF: {tmp_path}: no Eigen/Core there, expected it from' in out
     assert '  EKF   ' in out and '  Eigen EKF' not in out
     assert float(re.search(r' start and first step / import numba +([\d.]+) ', out)[1]) > 1.0
     # What was asked for is not skipped.
-    assert main(['benchmark', 'speed', '--eigen', str(tmp_path / 'other')]) == 2
+    assert main(['speed', '--eigen', str(tmp_path / 'other')]) == 2
     assert 'other: no Eigen/Core there' in capsys.readouterr().err
 
 

@@ -7,9 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks import intervals, trust, trust_drift, trust_runs
-from gearbox_monitor.benchmarks.harness import BarTable
-from gearbox_monitor.cli.main import main
+from benchmarks import intervals, trust, trust_drift, trust_runs
+from benchmarks.__main__ import main
+from benchmarks.harness import BarTable
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.features import Backlash
@@ -119,7 +119,7 @@ def test_a_missed_bar_ends_with_1(monkeypatch, capsys, tmp_path, met, code):
                 'cost': {'step_us': 1.0, 'trust': 0.1, 'monitor': 1.1, 'all': 5.0}}
     monkeypatch.setattr(trust, 'evaluate', evaluate)
     path = tmp_path / 'trust.json'
-    assert main(['benchmark', 'trust', '--quick', '--seeds', '3', '--json', str(path)]) == code
+    assert main(['trust', '--quick', '--seeds', '3', '--json', str(path)]) == code
     out = capsys.readouterr().out
     assert ('MISSED' in out) is not met and max(map(len, out.splitlines())) <= 80
     assert json.loads(path.read_text())['bars'][0]['interval'] == [0.4, 0.6]
@@ -128,7 +128,7 @@ def test_a_missed_bar_ends_with_1(monkeypatch, capsys, tmp_path, met, code):
 @compiled
 def test_stated_deviations_cover_drives_within_the_tolerances(tmp_path):
     path = tmp_path / 'tolerances.json'
-    main(['benchmark', 'trust', '--tolerances', '3', '--json', str(path)])
+    main(['trust', '--tolerances', '3', '--json', str(path)])
     rows = json.loads(path.read_text())['tolerances']
     assert len(rows) == 2 * 3 * 2 and all(row['two'] > 0.93 for row in rows)
     for row in rows:
@@ -141,7 +141,7 @@ def test_stated_deviations_cover_drives_within_the_tolerances(tmp_path):
     (['--seeds', '0'], '--seeds: 0'), (['--quick', '--full'], '--full'),
     (['--json', 'no_such/x.json'], 'no_such'), (['no_such_folder'], 'no_such_folder')])
 def test_bad_arguments_are_one_line(arguments, words, capsys):
-    assert main(['benchmark', 'trust', *arguments]) == 2
+    assert main(['trust', *arguments]) == 2
     error = capsys.readouterr().err
     assert words in error and len(error.splitlines()) == 1
 

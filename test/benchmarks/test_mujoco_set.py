@@ -7,9 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks.blind import (
+from benchmarks.__main__ import main
+from benchmarks.blind import (
     mujoco_baselines, mujoco_drives, mujoco_set, real_joints)
-from gearbox_monitor.cli.main import main
 from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
 from gearbox_monitor.plant.simulate import Plant, simulate
 
@@ -130,5 +130,5 @@ def test_true_values_close_everything_in_windows_too(name):
 
 
 def test_other_options_are_refused(capsys):
-    assert main(['benchmark', 'blind', '--plant', 'mujoco', '--input', 'setpoint']) == 2
+    assert main(['blind', '--plant', 'mujoco', '--input', 'setpoint']) == 2
     assert 'expected neither' in capsys.readouterr().err

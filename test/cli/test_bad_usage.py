@@ -10,7 +10,6 @@ from gearbox_monitor.cli.main import main
 @pytest.mark.parametrize('words, says', [
     (['diagnose', 'BAG'],
      '--model: missing, expected it; see gearbox_monitor diagnose --help'),
-    (['benchmark', 'foo'], "NAME: 'foo', expected one of "),
     ([], 'COMMAND: missing, expected it; see gearbox_monitor --help'),
     (['diagnos', 'BAG'], "COMMAND: 'diagnos', did you mean 'diagnose'?"),
     (['diagnose', 'BAG', '--model', 'M', '--seed', 'x'], "--seed: 'x', expected a whole number;"),
@@ -76,3 +75,12 @@ def test_nothing_is_written_into_the_folder_of_a_bag(words, option, capsys, tmp_
     assert f'{name}: in the folder of a bag, which stays as it was recorded' in \
         capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ['metadata.yaml', 'run_0.mcap']
+
+
+@pytest.mark.parametrize('words, name', [([], 'NAME'), (['paper', '--seeds', '5'], 'paper')])
+def test_benchmarks_are_run_from_a_checkout(words, name, capsys):
+    assert main(['benchmark', *words]) == 2
+    out, err = capsys.readouterr()
+    assert not out and err.splitlines() == [
+        'gearbox_monitor benchmark: benchmarks are no part of the package, run them from a '
+        f'checkout: python -m benchmarks {name}']

@@ -12,7 +12,6 @@ from gearbox_monitor.cli.main import main
 @pytest.mark.parametrize('words, option', [
     (['compare', 'BAG', '--png', 'out.png'], '--png'),
     (['simulate', '--model', 'drive.yaml', '--against', 'BAG', '--out', 'pictures'], '--out'),
-    (['benchmark', 'paper', '--png', 'out.png'], '--png'),
     (['demo', '--out', 'demo'], 'demo')])
 def test_picture_without_matplotlib(words, option, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
+from benchmarks.__main__ import _parse as parse_benchmark
 from gearbox_monitor.cli.exit_codes import EXIT_CODES
 from gearbox_monitor.cli.main import _parse, COMMANDS
 from gearbox_monitor.estimation.adaptation import ADAPTABLE
@@ -139,8 +140,7 @@ def test_index_has_every_page_and_command():
         told = row[2].split()[0]
         assert row[1] == '; '.join(f'{code}: {EXIT_CODES[name][code]}' for code in (1, 3)
                                    if code in EXIT_CODES[name])
-        if name != 'benchmark':  # they have it each
-            assert told == ('no' if option is None else option.metavar or 'prints'), name
+        assert told == ('no' if option is None else option.metavar or 'prints'), name
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
@@ -151,6 +151,8 @@ def test_commands_can_be_given(page):
             words = shlex.split(line, comments=True)
             if words[:1] == ['gearbox_monitor']:
                 _parse(words[1:], words[1])
+            elif words[:3] == ['python', '-m', 'benchmarks']:
+                parse_benchmark(words[3:])
 
 
 def anchors(page):

@@ -25,8 +25,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
 # What is run elsewhere, being long, on nodes or on recordings of others.
 ELSEWHERE = {
-    'adapt': 'test_unit_adaptation', 'benchmark': 'each has a test of its own',
-    'demo': 'test_demo', 'play': 'test_play',
+    'adapt': 'test_unit_adaptation', 'demo': 'test_demo', 'play': 'test_play',
     'tune': 'test_tune, and below', 'diagnose': 'test_diagnose',
     'suggest': 'test_experiment_design', 'describe': 'test_describe',
     'export': 'test_mujoco_page', 'learn': 'test_robot_commands',

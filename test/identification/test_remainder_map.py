@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks.blind import plant as own
+from benchmarks.blind import plant as own
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks import paper
 from gearbox_monitor.bag.importer import load_mapping, read_recording
-from gearbox_monitor.benchmarks import paper
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_U, S_X3, S_X4)
@@ -28,7 +28,7 @@ from gearbox_monitor.plant.transmission import KINDS, transmission_torque
 
 ROOT = Path(__file__).parents[2]
 REAL = ROOT.parent / 'shared' / 'data' / 'davinci_backend'
-# What "benchmark paper" tunes for its two drives.
+# What "benchmarks paper" tunes for its two drives.
 TUNED = {
     'A': {'q_std_motor_position': 0.06584, 'q_std_arm_position': 0.08325,
           'q_std_motor_speed': 0.3855, 'q_std_arm_speed': 0.4771, 'r_std_motor': 0.06556,

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from gearbox_monitor.benchmarks.wear import axis, model_of, watched, work
+from benchmarks.wear import axis, model_of, watched, work
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.monitoring.backlash.change import GROSS
 from gearbox_monitor.monitoring.backlash.hidden_arm import HiddenArm

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gearbox_monitor.benchmarks import paper
+from benchmarks import paper
 from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box

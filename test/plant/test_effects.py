@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import yaml
 
-from gearbox_monitor.benchmarks.blind import plant as own
+from benchmarks.blind import plant as own
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.identification.evidence import Evidence

@@ -91,7 +91,7 @@ def test_the_effect_of_the_page_is_simulated_side_by_side_and_found(tmp_path):
 
 
 def test_no_other_file_spells_the_id_of_an_effect():
-    """Benchmarks choose effects to try; fields of the model may have the name of an effect."""
+    """Fields of the model may have the name of an effect."""
     names = {f.name for kind in (DriveModel, Transmission) for f in fields(kind)}
     # A test of monitoring and parameters of nodes, which users see, have these names.
     names |= {'torque_gain'}
@@ -100,7 +100,7 @@ def test_no_other_file_spells_the_id_of_an_effect():
     ids, spelt = set(EFFECTS) - names, []
     for path in PACKAGE.rglob('*.py'):
         name = path.relative_to(PACKAGE).as_posix()
-        if name.startswith(('plant/effects/', 'benchmarks/')):
+        if name.startswith('plant/effects/'):
             continue
         for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
             if isinstance(node, ast.Constant) and node.value in ids:

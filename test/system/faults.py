@@ -23,7 +23,7 @@ from fault_runs import BARS, run_case
 from script import run_script
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks.harness import (
+from benchmarks.harness import (
     add_json_option, require_compiled, require_whole, write_json)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of

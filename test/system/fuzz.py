@@ -35,8 +35,8 @@ from fuzz_bombs import BOMBS, explode, sound_bag
 from fuzz_targets import one_line, targets
 from script import run_script
 
-from gearbox_monitor.benchmarks.harness import add_json_option, write_json
-from gearbox_monitor.benchmarks.memory import forget_peak, peak_bytes
+from benchmarks.harness import add_json_option, write_json
+from benchmarks.memory import forget_peak, peak_bytes
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of

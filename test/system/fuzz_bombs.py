@@ -107,7 +107,7 @@ def run_limited(argv, folder):
 
 
 def _child(argv, output, temporary, pipe):
-    from gearbox_monitor.benchmarks.memory import forget_peak, peak_bytes
+    from benchmarks.memory import forget_peak, peak_bytes
     with open(output, 'wb') as stream, open(os.devnull, 'wb') as null:
         os.dup2(stream.fileno(), 2)
         os.dup2(null.fileno(), 1)

@@ -23,7 +23,6 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recover import recover
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.benchmarks.trust_runs import T0
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state
@@ -40,6 +39,7 @@ from gearbox_monitor.plant.simulate import Noise, simulate
 JOINT_STATE, DIAGNOSTICS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'
 TOPIC, JOINTS, SNAPSHOT = '/joint_states', ('motor', 'arm'), '/estimator/snapshot'
 RATE, COUNT = 1000, 300
+T0 = 1_000_000_000  # stamp of the first sample, ns
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import numpy as np
 from script import run_script
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks.harness import (
+from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, require_whole)
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.identification.experiment_design import DT, separations, suggest

@@ -29,7 +29,7 @@ from recorder_bench import Bench
 from script import run_script
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks.harness import add_json_option, require_whole, write_json
+from benchmarks.harness import add_json_option, require_whole, write_json
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 

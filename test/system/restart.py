@@ -27,7 +27,7 @@ from node_processes import live_nodes
 from script import run_script
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks.harness import (
+from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
 from gearbox_monitor.files.baselines import load_state
 from gearbox_monitor.files.yaml_files import expect_folder_of

@@ -31,9 +31,9 @@ from sample_source import parameters_of, simulated, slowness
 from script import run_script
 from sensor_msgs.msg import JointState
 
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.benchmarks.harness import (
+from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, require_compiled)
+from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.yaml_files import expect_folder_of

@@ -24,9 +24,9 @@ import scale_numbers
 from script import run_script
 from tqdm import tqdm
 
-from gearbox_monitor.benchmarks.harness import (
+from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
-from gearbox_monitor.benchmarks.replay_cost import in_a_process, write_recording
+from benchmarks.replay_cost import in_a_process, write_recording
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 

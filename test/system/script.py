@@ -8,6 +8,9 @@ import sys
 
 from gearbox_monitor.errors import InputError
 
+# The benchmarks, whose frame the tests share, are not installed.
+sys.path.append(str(Path(__file__).parents[2]))
+
 
 def run_script(module, argv=None):
     """

@@ -15,7 +15,7 @@ from sample_source import FEW  # noqa: E402
 from script import run_script  # noqa: E402
 import soak  # noqa: E402
 
-from gearbox_monitor.benchmarks.harness import all_met  # noqa: E402
+from benchmarks.harness import all_met  # noqa: E402
 from gearbox_monitor.kernels.jit import COMPILED  # noqa: E402
 from gearbox_monitor.ros.message_loss import MessageLossCounter  # noqa: E402
 

@@ -11,7 +11,7 @@ import scale
 import scale_numbers
 from script import run_script
 
-from gearbox_monitor.benchmarks.harness import all_met
+from benchmarks.harness import all_met
 from gearbox_monitor.kernels.jit import COMPILED
 
 compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
