@@ -18,9 +18,10 @@ from rosbags.highlevel import AnyReader
 
 from benchmarks.memory import peak_bytes
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.estimate_table import ParquetTable
+from gearbox_monitor.bag.estimate_table import CsvTable, ParquetTable
 from gearbox_monitor.bag.player import EstimatePlayer, Player
 from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.plant.drive import DriveModel
@@ -59,21 +60,23 @@ def write_recording(path: Path, seconds: float, compression: str = 'lz4') -> Non
                 writer.write(TOPIC, stamp, raw)
 
 
-def replayed(bag: str | Path, whole: bool, parameters: Mapping[str, Any] | None = None) -> int:
+def replayed(bag: str | Path, whole: bool, parameters: Mapping[str, Any] | None = None,
+             kind: Callable[[Path, EstimatePlayer], Any] = ParquetTable) -> int:
     """
-    Replay a bag into a temporary Parquet file; return the number of samples.
+    Replay a bag into a temporary output; return the number of samples.
 
     Args:
         bag: to replay.
         whole: with smoother, trust and drift.
         parameters: of the estimator, where they differ from the defaults.
+        kind: of the output.
     """
     with tempfile.TemporaryDirectory() as folder, open_bag(bag) as reader:
         player = (Player if whole else EstimatePlayer)(reader, None, parameters)
         summary = ReplaySummary(player)
-        table = ParquetTable(Path(folder) / 'out.parquet', player)
-        player.run([summary, table])
-        table.close()
+        output = kind(Path(folder) / 'out', player)
+        player.run([summary, output])
+        output.close()
         return summary.data()['samples']
 
 
@@ -105,15 +108,15 @@ def steppers() -> Iterator[tuple[dict[str, Callable[[], int]], dict[str, float]]
         write_recording(bag, SECONDS)
         write_recording(short, FEW)
         with AnyReader([short]) as reader:
-            yield ({'replay, estimates only': lambda: replayed(bag, False, KNOWN),
-                    'replay, unknown load': lambda: replayed(bag, False),
-                    'replay, everything': lambda: replayed(bag, True),
-                    'replay, decoding alone': lambda: decoded(bag),
-                    'rosbags, decoding': lambda: decoded_by_rosbags(reader)},
-                   {'replay, estimates only': SECONDS * RATE,
-                    'replay, unknown load': SECONDS * RATE,
-                    'replay, everything': SECONDS * RATE,
-                    'replay, decoding alone': SECONDS * RATE, 'rosbags, decoding': FEW * RATE})
+            whole: dict[str, Callable[[], int]] = {
+                'replay, estimates only': lambda: replayed(bag, False, KNOWN),
+                'replay, to CSV': lambda: replayed(bag, False, KNOWN, CsvTable),
+                'replay, to a bag': lambda: replayed(bag, False, KNOWN, BagOutput),
+                'replay, unknown load': lambda: replayed(bag, False),
+                'replay, everything': lambda: replayed(bag, True),
+                'replay, decoding alone': lambda: decoded(bag)}
+            yield ({**whole, 'rosbags, decoding': lambda: decoded_by_rosbags(reader)},
+                   {**dict.fromkeys(whole, SECONDS * RATE), 'rosbags, decoding': FEW * RATE})
 
 
 def in_a_process(bag: Path, whole: bool, warm: Path) -> tuple[float, int]:

@@ -8,8 +8,9 @@ Case A of "benchmarks paper" at 1 kHz, one thread. filterpy's filters take the s
 in numpy, as a user would; they come with "pip install filterpy". An EKF in C++ with Eigen is
 compiled where a compiler and Eigen 3.3 or newer are found; the bar is set by the usual tangent
 I + hA + h^2A^2/2, cheaper than the exact one that our EKF takes. Replay: a simulated recording of
-10 minutes (lz4) through the EKF into a Parquet file, per sample: estimates only, those with the
-unknown load on the arm that is the default, everything (default); rosbags decodes the same.
+10 minutes (lz4) through the EKF into a Parquet file, per sample: estimates only (to CSV and to a
+bag as well), those with the unknown load on the arm that is the default, everything (default);
+rosbags decodes the same.
 EKFs that differ in Q and R run side by side as in "tune": per step of one filter.
 Free runs and their slopes: 16 s. Start-up: a process of its own each time, kernels cached.
 

@@ -5,18 +5,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast, IO
 
-from mcap.writer import CompressionType, Writer
+import numpy as np
 
+from gearbox_monitor.bag.mcap_writer import McapWriter
+from gearbox_monitor.bag.message_block import MessageBlock
 from gearbox_monitor.bag.metadata import QosProfile
 from gearbox_monitor.bag.record_file import RecordFile
-
-COMPRESSIONS = {
-    'none': CompressionType.NONE,
-    'lz4': CompressionType.LZ4,
-    'zstd': CompressionType.ZSTD,
-}
 
 
 @dataclass
@@ -43,36 +38,38 @@ class BagPart:
 
     def __init__(self, path: Path, compression: str) -> None:
         self.path = path
-        self.start_ns: int | None = None
-        self.end_ns: int | None = None
-        self.counts: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self.file = RecordFile(path)
         # Only finish_chunk() ends a chunk, so that it is known which messages are on the disk.
-        self._writer: Any = Writer(cast(IO[bytes], self.file), chunk_size=1 << 62,
-                                   compression=COMPRESSIONS[compression])
+        self._writer = McapWriter(self.file, compression)
+        self.start_ns: int | None = None
+        self.end_ns: int | None = None
 
     @property
     def count(self) -> int:
         """Number of messages."""
-        return sum(self.counts.values())
+        return self._writer.statistics.message_count
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Map of topic to number of messages."""
+        counts = self._writer.statistics.channel_message_counts
+        return {topic: counts.get(channel, 0) for topic, channel in self._channels.items()}
 
     def start(self) -> None:
         """Write the header."""
-        self._writer.start(profile='ros2')
+        self._writer.start('ros2')
 
     def add_topic(self, topic: McapTopic) -> None:
         """Write the schema and the channel of `topic`."""
         if topic.msgtype not in self._schemas:
-            self._schemas[topic.msgtype] = self._writer.register_schema(
+            self._schemas[topic.msgtype] = self._writer.add_schema(
                 topic.msgtype, topic.schema_encoding, topic.schema)
-        self._channels[topic.name] = self._writer.register_channel(
-            topic.name, topic.encoding, self._schemas[topic.msgtype],
-            dict(topic.channel_metadata))
-        self.counts[topic.name] = 0
+        self._channels[topic.name] = self._writer.add_channel(
+            topic.name, topic.encoding, self._schemas[topic.msgtype], topic.channel_metadata)
 
-    def add_metadata(self, name: str, values: dict[str, str]) -> None:
+    def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write the metadata record `name` of `values` {key: text}."""
         self._writer.add_metadata(name, values)
 
@@ -88,21 +85,25 @@ class BagPart:
             publish_ns: when it was published, ns since the epoch.
             sequence: its number among the messages of its publisher, 0 if unknown.
         """
-        if self.start_ns is None or self.end_ns is None:
-            self.start_ns = self.end_ns = log_ns
-        elif log_ns > self.end_ns:
-            self.end_ns = log_ns
-        elif log_ns < self.start_ns:
-            self.start_ns = log_ns
-        self.counts[topic] += 1
+        self._cover(log_ns, log_ns)
         self._writer.add_message(self._channels[topic], log_ns, cdr_bytes, publish_ns, sequence)
+
+    def write_block(self, block: MessageBlock) -> None:
+        """Add the messages of `block` to the chunk, in its order."""
+        self._cover(int(block.log_ns.min()), int(block.log_ns.max()))
+        self._writer.add_block(block, np.array([self._channels.get(topic, 0)
+                                                for topic in block.topics]))
+
+    def _cover(self, begin: int, end: int) -> None:
+        """Widen the log times to `begin` .. `end`."""
+        if self.start_ns is None or begin < self.start_ns:
+            self.start_ns = begin
+        if self.end_ns is None or end > self.end_ns:
+            self.end_ns = end
 
     def finish_chunk(self) -> None:
         """Write the chunk."""
-        if hasattr(self._writer, 'flush'):
-            self._writer.flush()
-        else:  # mcap before 1.5 has no public way to end a chunk by time
-            self._writer._Writer__finalize_chunk()
+        self._writer.finish_chunk()
 
     def finish(self) -> None:
         """Write index and footer."""

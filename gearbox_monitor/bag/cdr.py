@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gearbox_monitor.bag.message_block import MessageBlock, word
+from gearbox_monitor.bag.message_block import Bytes, MessageBlock, word
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, Flags, Integers
@@ -289,16 +289,26 @@ def encode_joint_states(stamp_ns: npt.ArrayLike, names: Sequence[str],
     Returns:
         The bytes of each of the N messages.
     """
+    data = joint_state_rows(stamp_ns, names, position, velocity, effort, frame_id)
+    size, raw = data.shape[1], data.tobytes()
+    return [raw[k:k + size] for k in range(0, len(raw), size)]
+
+
+def joint_state_rows(stamp_ns: npt.ArrayLike, names: Sequence[str],
+                     position: npt.ArrayLike | None = None,
+                     velocity: npt.ArrayLike | None = None,
+                     effort: npt.ArrayLike | None = None, frame_id: str = '') -> Bytes:
+    """Return what encode_joint_states returns, with the same arguments, as uint8 [N, size]."""
     stamp_ns = np.asarray(stamp_ns, np.int64)
     values = {'position': position, 'velocity': velocity, 'effort': effort}
     head, record = _template(tuple(names), tuple(
         field for field, array in values.items() if array is not None and names), frame_id)
-    data, size = bytearray(head * len(stamp_ns)), len(head)
-    table = np.frombuffer(data, record)
+    data = np.tile(np.frombuffer(head, np.uint8), (len(stamp_ns), 1))
+    table = data.view(record)[:, 0]
     table['sec'], table['nanosec'] = np.divmod(stamp_ns, 1_000_000_000)
     for field in record.names[2:]:
         table[field] = np.asarray(values[field], float).reshape(len(stamp_ns), len(names))
-    return [bytes(data[k:k + size]) for k in range(0, len(data), size)]
+    return data
 
 
 @lru_cache(maxsize=64)

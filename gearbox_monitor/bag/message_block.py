@@ -3,7 +3,7 @@
 
 """Where the messages are in the unpacked bytes of MCAP chunks, as arrays."""
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -30,7 +30,17 @@ if COMPILED:
         for i in range(8):
             value |= np.uint64(data[offset + np.uint64(i)]) << np.uint64(8 * i)
         return value
+
+    @jit_inline
+    def copy(source: Any, begin: int, size: int, target: Any, place: int) -> None:
+        """Copy source[begin:begin + size] to `target` from `place` on; both are uint8."""
+        for i in range(size):
+            target[np.uint64(place) + np.uint64(i)] = source[np.uint64(begin) + np.uint64(i)]
 else:
+    def copy(source: Any, begin: int, size: int, target: Any, place: int) -> None:
+        """Copy source[begin:begin + size] to `target` from `place` on; both are uint8."""
+        target[place:place + size] = source[begin:begin + size]
+
     def word(data: Any, offset: Any) -> Any:
         """Return the little-endian uint64 at data[offset] (`data` uint8 [N], `offset` uint64)."""
         return np.uint64(int.from_bytes(data[offset:offset + U8].tobytes(), 'little'))
@@ -128,6 +138,46 @@ class MessageBlock:
         for offset, size, topic, log_ns, publish_ns in zip(*(column.tolist() for column in (
                 self.offset, self.size, self.topic, self.log_ns, self.publish_ns))):
             yield self.topics[topic], log_ns, publish_ns, data[offset:offset + size]
+
+
+@jit
+def _gather(heads: Any, width: int, data: Any, block: Any, out: Any) -> None:
+    """
+    Write each head and the message behind it to `out`, one after the other.
+
+    heads: uint8 [N * width]. data: uint8. block: (offsets [N], sizes [N]) in `data`. out: uint8.
+    """
+    offsets, sizes = block
+    position = 0
+    for k in range(offsets.shape[0]):
+        copy(heads, k * width, width, out, position)
+        copy(data, offsets[k], sizes[k], out, position + width)
+        position += width + sizes[k]
+
+
+def gathered(block: MessageBlock, heads: Bytes | None = None) -> Bytes:
+    """Return the bytes of the messages of `block` in its order, behind `heads` [N, H] if any."""
+    heads = np.empty((len(block), 0), np.uint8) if heads is None else heads
+    out = np.empty(int(block.size.sum()) + heads.size, np.uint8)
+    _gather(heads.ravel(), heads.shape[1], block.data, (block.offset, block.size), out)
+    return out
+
+
+def compact(block: MessageBlock) -> MessageBlock:
+    """Return the `block` with the bytes of its own messages only."""
+    return replace(block, data=gathered(block), offset=np.cumsum(block.size) - block.size)
+
+
+def joined_blocks(blocks: Sequence[MessageBlock]) -> MessageBlock:
+    """Return the messages of all `blocks`, which have the same topics, in order."""
+    sizes = [len(block.data) for block in blocks]
+    offsets = [block.offset + begin
+               for block, begin in zip(blocks, np.cumsum([0, *sizes]).tolist())]
+    return MessageBlock(
+        blocks[0].topics, np.concatenate([block.data for block in blocks]),
+        np.concatenate(offsets), *(
+            np.concatenate([getattr(block, name) for block in blocks])
+            for name in ('size', 'topic', 'log_ns', 'publish_ns')))
 
 
 def block_of(topics: Sequence[str], messages: Sequence[Message]) -> MessageBlock:

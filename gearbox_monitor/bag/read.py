@@ -27,7 +27,8 @@ from gearbox_monitor.bag.cdr import Decoder, JointStates
 from gearbox_monitor.bag.decompression import PACKED, unpack_message, unpacked_files
 from gearbox_monitor.bag.mcap_file import Chunk, McapFile
 from gearbox_monitor.bag.message_block import (
-    block_of, CHANNELS, empty_index, find_messages, Message, MESSAGE_HEAD, MessageBlock, Numbers)
+    block_of, CHANNELS, compact, empty_index, find_messages, Message, MESSAGE_HEAD, MessageBlock,
+    Numbers)
 from gearbox_monitor.bag.sqlite_file import SqliteFile
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Integers
@@ -344,8 +345,7 @@ class McapReader(BagReader):
                 np.searchsorted(block.log_ns, self._chunks[position + 1].chunk.start_ns))
             held, group, size = None, [], 0
             if complete < len(block):
-                held = _HeldRows(_compact(block.take(slice(complete, None))),
-                                 rows.ranks[complete:])
+                held = _HeldRows(compact(block.take(slice(complete, None))), rows.ranks[complete:])
                 if held.block.data.nbytes > MAX_HELD:
                     raise InputError(f'{self.path}: the times of more than {MAX_HELD >> 20} MB of '
                                      'messages overlap, expected chunks in order of their times')
@@ -435,11 +435,6 @@ def _opened(files: Mapping[Path, Path]) -> tuple[list[McapFile], list[str]]:
     if not opened:
         raise problems[0]
     return opened, [str(problem) for problem in problems]
-
-
-def _compact(block: MessageBlock) -> MessageBlock:
-    """Return the `block` with the bytes of its own messages only."""
-    return block_of(block.topics, list(block.messages()))
 
 
 class SqliteReader(BagReader):

@@ -3,6 +3,7 @@
 
 """Write a replay as a bag: the recorded topics and the estimates, as if published live."""
 from collections.abc import Iterable
+from dataclasses import replace
 import json
 from pathlib import Path
 import shutil
@@ -11,8 +12,10 @@ import numpy as np
 from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.cdr import FIELDS, joint_state_rows
 from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, GEARBOX
+from gearbox_monitor.bag.message_block import (
+    block_of, Bytes, compact, joined_blocks, MessageBlock)
 from gearbox_monitor.bag.player import EstimatePlayer, ReplayPart
 from gearbox_monitor.bag.read import BagReader, JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
@@ -21,6 +24,7 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.interfaces.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, Signal, signal_values, SIGNALS, SNAPSHOT, TRANSMISSION)
 from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.kernels.types import Integers
 from gearbox_monitor.monitoring.monitor import Monitor
 
 RECENT = 10_000_000_000  # ns of log time that is searched for the sample of a smoothed value
@@ -49,7 +53,8 @@ class BagOutput:
         self._lag = round(1.5e9 * estimator.parameters.smoother_lag)
         self._stamps, self._log_ns = np.empty((2, 0), np.int64)
         self._last: dict[str, int] = {}  # topic: log time of its last message
-        self._waiting: list[tuple[int, str, int, bytes]] = []  # log time, topic, publish time
+        self._topics = (*self.topics, *sorted(ours))
+        self._waiting = block_of(self._topics, [])
         self._writer = BagWriter(path)
         try:
             self._announce(player, ours)
@@ -76,18 +81,19 @@ class BagOutput:
         recent = self._log_ns >= part.end_ns - RECENT
         self._stamps = np.concatenate([self._stamps[recent], part.samples.stamp_ns])
         self._log_ns = np.concatenate([self._log_ns[recent], part.log_ns])
-        self._waiting += [(log_ns, topic, publish_ns, raw)
-                          for topic, log_ns, publish_ns, raw in part.block.messages()
-                          if topic in self.topics]
-        for signal in SIGNALS:
-            self._add_signal(signal, part.estimates)
-        self._waiting.sort(key=lambda message: message[0])
-        end = part.end_ns - self._lag
-        self._write(sum(message[0] < end for message in self._waiting))
+        blocks = [self._waiting, self._copied(part.block)]
+        order = np.argsort(self._stamps, kind='stable')
+        samples = self._stamps[order], self._log_ns[order]
+        blocks += [self._messages_of(signal, part.estimates, samples) for signal in SIGNALS]
+        waiting = joined_blocks(blocks)
+        waiting = waiting.take(np.argsort(waiting.log_ns, kind='stable'))
+        done = int(np.searchsorted(waiting.log_ns, part.end_ns - self._lag))
+        self._writer.write_block(waiting.take(slice(0, done)))
+        self._waiting = compact(waiting.take(slice(done, None)))
 
     def finish(self) -> None:
         """Write the waiting messages."""
-        self._write(len(self._waiting))
+        self._writer.write_block(self._waiting)
 
     def close(self) -> None:
         """Complete the bag."""
@@ -98,10 +104,12 @@ class BagOutput:
         self._writer.close()
         shutil.rmtree(Path(self._writer.path))
 
-    def _write(self, count: int) -> None:
-        for log_ns, topic, publish_ns, raw in self._waiting[:count]:
-            self._writer.write(topic, log_ns, raw, publish_ns)
-        del self._waiting[:count]
+    def _copied(self, block: MessageBlock) -> MessageBlock:
+        """Return the messages of `block` that the new bag takes over."""
+        number = {topic: k for k, topic in enumerate(self.topics)}
+        numbers = np.array([number.get(topic, -1) for topic in block.topics], np.int32)
+        block = replace(block, topics=self._topics, topic=numbers[block.topic])
+        return block.take(np.flatnonzero(block.topic >= 0))
 
     def _write_snapshot(self, reader: BagReader, estimator: Estimator) -> None:
         """Write the initial state."""
@@ -121,28 +129,44 @@ class BagOutput:
         self._writer.write_message(topic, reader.start_ns or 0,
                                    types[DIAGNOSTIC_ARRAY](header, [status]))
 
-    def _add_signal(self, signal: Signal, estimates: Estimates) -> None:
-        """Queue the messages of one signal."""
+    def _messages_of(self, signal: Signal, estimates: Estimates,
+                     samples: tuple[Integers, Integers]) -> MessageBlock:
+        """
+        Return the messages of a signal.
+
+        Args:
+            signal: one of SIGNALS.
+            estimates: what it is taken from.
+            samples: (stamps, log times) of the latest samples, by stamp.
+
+        Returns:
+            Its messages, by log time.
+        """
         stamps, values = signal_values(signal, estimates, self._gear_ratio)
         if not len(stamps):
-            return
+            return block_of(self._topics, [])
         topic = self._input.name(signal.topic)
-        order = np.argsort(self._stamps, kind='stable')
-        place = np.searchsorted(self._stamps[order], stamps)
-        log_ns = self._log_ns[order][np.minimum(place, len(order) - 1)]
+        place = np.searchsorted(samples[0], stamps)
+        log_ns = samples[1][np.minimum(place, len(samples[0]) - 1)]
         log_ns[0] = max(log_ns[0], self._last.get(topic, log_ns[0]))
         log_ns = np.maximum.accumulate(log_ns)
         self._last[topic] = log_ns[-1]
         present = ~np.isnan(values['position']) | (np.array(signal.joints) == TRANSMISSION)
-        encoded = [b''] * len(stamps)
-        for pattern in np.unique(present, axis=0):
-            rows = np.flatnonzero((present == pattern).all(axis=1))
-            joints = [self._names.get(j, j) for j, measured in zip(signal.joints, pattern)
-                      if measured]
-            position, velocity, effort = (
-                values[name][rows][:, pattern] if name in values else None
-                for name in ('position', 'velocity', 'effort'))
-            for row, raw in zip(rows, encode_joint_states(
-                    stamps[rows], joints, position, velocity, effort)):
-                encoded[row] = raw
-        self._waiting += [(log, topic, log, raw) for log, raw in zip(log_ns.tolist(), encoded)]
+        patterns = present @ (1 << np.arange(len(signal.joints)))  # a bit for each joint
+        pieces: list[Bytes] = []
+        offset, size = np.empty((2, len(stamps)), np.int64)
+        for pattern in np.flatnonzero(np.bincount(patterns)):
+            rows = np.flatnonzero(patterns == pattern)
+            measured = present[rows[0]]
+            joints = [self._names.get(signal.joints[k], signal.joints[k])
+                      for k in np.flatnonzero(measured)]
+            position, velocity, effort = (values[field][rows][:, measured] if field in values
+                                          else None for field in FIELDS)
+            encoded = joint_state_rows(stamps[rows], joints, position, velocity, effort)
+            begin = sum(piece.size for piece in pieces)
+            size[rows] = encoded.shape[1]
+            offset[rows] = begin + encoded.shape[1] * np.arange(len(rows))
+            pieces.append(encoded)
+        data = np.concatenate([piece.ravel() for piece in pieces])
+        number = np.full(len(stamps), self._topics.index(topic), np.int32)
+        return MessageBlock(self._topics, data, offset, size, number, log_ns, log_ns)

@@ -11,11 +11,13 @@ from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from mcap.records import Channel, Schema
-
+import numpy as np
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysError
 
 from gearbox_monitor.bag import metadata
-from gearbox_monitor.bag.bag_part import BagPart, COMPRESSIONS, McapTopic
+from gearbox_monitor.bag.bag_part import BagPart, McapTopic
+from gearbox_monitor.bag.mcap_writer import COMPRESSIONS
+from gearbox_monitor.bag.message_block import MESSAGE_HEAD, MessageBlock
 from gearbox_monitor.bag.record_file import sync_folder, Syncer
 from gearbox_monitor.errors import InputError
 
@@ -177,11 +179,50 @@ class BagWriter:
                 self.dropped += 1
                 raise
         self._unflushed += 1
-        self._unflushed_bytes += len(cdr_bytes) + 31
+        self._unflushed_bytes += len(cdr_bytes) + MESSAGE_HEAD
         self._topics[topic].count += 1
         self.message_count += 1
         self._guarded(self._part.write, topic, log_ns, cdr_bytes,
                       log_ns if publish_ns is None else publish_ns, sequence)
+        self._flush_if_full()
+
+    def write_block(self, block: MessageBlock) -> None:
+        """
+        Append the messages of `block`, on topics that were added, in its order.
+
+        The file gets what `write` writes message by message, in a fraction of the time. Raises
+        WriteError the first time that the file cannot be written.
+        """
+        if self._max_size or self._max_ns:  # each message may begin a file
+            for topic, log_ns, publish_ns, raw in block.messages():
+                self.write(topic, log_ns, raw, publish_ns)
+            return
+        ends = np.cumsum(block.size + MESSAGE_HEAD)
+        begin = done = 0
+        while begin < len(block) and self.error is None:
+            # A chunk ends behind the message with which it exceeds CHUNK_BYTES.
+            full = np.searchsorted(ends, done + CHUNK_BYTES - self._unflushed_bytes, 'right')
+            end = min(int(full) + 1, len(block))
+            try:
+                self._write_rows(block.take(slice(begin, end)))
+            except WriteError:
+                self.dropped += len(block) - end
+                raise
+            begin, done = end, int(ends[end - 1])
+        self.dropped += len(block) - begin
+
+    def _write_rows(self, block: MessageBlock) -> None:
+        """Append the messages of `block` to the chunk."""
+        self._unflushed += len(block)
+        self._unflushed_bytes += int(block.size.sum()) + MESSAGE_HEAD * len(block)
+        for topic, count in zip(block.topics, np.bincount(block.topic).tolist()):
+            if count:
+                self._topics[topic].count += count
+        self.message_count += len(block)
+        self._guarded(self._part.write_block, block)
+        self._flush_if_full()
+
+    def _flush_if_full(self) -> None:
         if (self._unflushed_bytes > CHUNK_BYTES
                 or time.monotonic() - self.last_flush > self.chunk_seconds):
             self.flush()
