@@ -15,6 +15,7 @@ from scipy.special import stdtrit
 
 from gearbox_monitor.kernels.jit import jit, jit_allocating, jit_inline
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.row_check import middle
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.transmission import dead_zone
@@ -27,10 +28,9 @@ FIRST, LAST = VISCOUS, GAIN + 1  # of TORQUE
 # torque to explain and its stated deviation.
 (D_TWIST, D_RATE, D_X2, D_X4, D_X3, D_FRICTION, D_U, D_TORQUE, D_STD, N_DATA) = range(10)
 BLOCKS = 20                   # parts of a window that count as independent
-SIGMA = 3.0                   # stated standard deviations
-SIGNIFICANCE = 1e-3           # of an error of torque or twist, by Student's t over its blocks
-OFTEN = float(stdtrit(BLOCKS - 1, 0.95))  # by Student's t: not in a block or two alone
-HUBER, ITERATIONS, ENOUGH = 1.5, 12, 1e-3
+SIGMA = LIMITS.curve_sigma
+OFTEN = float(stdtrit(BLOCKS - 1, LIMITS.curve_often))  # not in a block or two
+HUBER, ITERATIONS, ENOUGH = LIMITS.curve_huber, 12, 1e-3
 ZEROS = 13                    # of the grid that the fit starts from
 ROUNDING, TINY = 1e-12, 1e-300
 
@@ -469,7 +469,7 @@ def share_beyond(columns: Array, stds: Array, optimum: Fit, at: list[int]) -> fl
         at: places of the A parameters.
 
     """
-    certain = float(-stdtrit(_moving_blocks(columns), SIGNIFICANCE / 2))
+    certain = float(-stdtrit(_moving_blocks(columns), LIMITS.curve_significance / 2))
     return _share_beyond(columns, stds, optimum.theta[at], optimum.covariance[at][:, at], certain)
 
 
