@@ -13,7 +13,7 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
 from gearbox_monitor.quality.recording_limits import LIMITS
-from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.stretch import EvenStretch
 
 NAMES = ('motor', 'arm')
 TURN = 2.0 * np.pi
@@ -116,7 +116,7 @@ def lines(stamps: Integers, y: Array, noises: Noises, swing: float | None,
     return lines
 
 
-def broken(part: Segment, noises: Noises, model: DriveModel | None = None) -> list[Finding]:
+def broken(part: EvenStretch, noises: Noises, model: DriveModel | None = None) -> list[Finding]:
     """
     Return findings about readings that stick, are clipped or wrap around.
 
@@ -137,7 +137,7 @@ def broken(part: Segment, noises: Noises, model: DriveModel | None = None) -> li
     return findings
 
 
-def free_travel(part: Segment, noises: Noises, i: int, model: DriveModel | None) -> float:
+def free_travel(part: EvenStretch, noises: Noises, i: int, model: DriveModel | None) -> float:
     """
     Return how far (rad) the other side may go while encoder `i` gives one and the same reading.
 

@@ -23,7 +23,7 @@ from gearbox_monitor.quality.recording import held_rate, merged, prepare, REPEAT
 from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 from gearbox_monitor.quality.stamps import StampClock
-from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.stretch import EvenStretch
 from gearbox_monitor.quality.unphysical import is_uninitialised, physical_columns
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model')
@@ -151,7 +151,7 @@ def examined(lines: Iterable[Finding], begin: float, seconds: float) -> Examinat
                        begin, seconds)
 
 
-def _moved(samples: Samples, clock: StampClock, part: Segment, parameters: EstimatorParameters,
+def _moved(samples: Samples, clock: StampClock, part: EvenStretch, parameters: EstimatorParameters,
            model: DriveModel | None, has_setpoint: bool) -> list[Finding]:
     u, y = samples.u[clock.usable, 0], samples.y[clock.usable]
     stamp_ns = samples.stamp_ns[clock.usable][0] + np.rint(clock.seconds * 1e9).astype(np.int64)

@@ -11,7 +11,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.quality.encoders import NAMES
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
 from gearbox_monitor.quality.recording_limits import LIMITS
-from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.stretch import EvenStretch
 
 HALF_WIDTHS = (0.005, 0.01, 0.02, 0.04, 0.08)  # s, of the low pass
 ROWS = 200000
@@ -51,7 +51,7 @@ def low_pass(x: Array, width: int) -> Array:
     return oaconvolve(x, kernel[:, None] if x.ndim > 1 else kernel, 'valid', axes=0)
 
 
-def motion(part: Segment, sigma: Array, width: int) -> LowPassedMotion:
+def motion(part: EvenStretch, sigma: Array, width: int) -> LowPassedMotion:
     """
     Return the Motion of a Stretch, encoders with noise sigma [2] rad; width: samples.
 
@@ -70,7 +70,7 @@ def motion(part: Segment, sigma: Array, width: int) -> LowPassedMotion:
         sigma * np.linalg.norm(kernel), sigma * slope, part.dt, width, width + 1)
 
 
-def quiet_motion(part: Segment, sigma: Array) -> LowPassedMotion:
+def quiet_motion(part: EvenStretch, sigma: Array) -> LowPassedMotion:
     """
     Return the Motion of a Stretch with the shortest low pass that the noise allows.
 
@@ -129,7 +129,7 @@ def swing(moved: LowPassedMotion) -> tuple[float, float | None]:
     return 0.5 * (low + high), float(high - low) if visible else None
 
 
-def lines(part: Segment, moved: LowPassedMotion, half_gap: float | None,
+def lines(part: EvenStretch, moved: LowPassedMotion, half_gap: float | None,
           drift_window: float) -> list[Finding]:
     """
     Return Lines on the Motion `moved` of a Stretch.
@@ -195,7 +195,7 @@ def _ratio(moved: LowPassedMotion) -> Finding:
     return Finding('signs', 'motor and arm', figure, values=values)
 
 
-def _traversals(part: Segment, moved: LowPassedMotion, half_gap: float | None,
+def _traversals(part: EvenStretch, moved: LowPassedMotion, half_gap: float | None,
                 drift_window: float) -> Finding:
     """Return the Line about how often the twist goes from one flank to the other."""
     middle, width = swing(moved)
@@ -221,7 +221,7 @@ def _traversals(part: Segment, moved: LowPassedMotion, half_gap: float | None,
                    values)
 
 
-def excitation(part: Segment, moved: LowPassedMotion) -> Finding:
+def excitation(part: EvenStretch, moved: LowPassedMotion) -> Finding:
     """
     Return the Line about whether inertia, friction and offset are distinguishable.
 

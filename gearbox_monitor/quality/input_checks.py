@@ -24,7 +24,7 @@ from gearbox_monitor.quality.recording import held_rate, UniformRecording
 from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.smoothed_motion import HALF_WIDTHS, SmoothedMotion
 from gearbox_monitor.quality.stamps import held_rows
-from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.stretch import EvenStretch
 from gearbox_monitor.quality.torque import limits as torque_limits
 from gearbox_monitor.quality.wiring import Variant
 
@@ -123,7 +123,7 @@ def _encoders(r: UniformRecording, model: DriveModel, sigma: Array,
         return [_finding('frozen', f'the position of motor and arm never changes: {r.y[0, 0]:.6g} '
                          'rad throughout')]
     noises = list(zip(sigma.tolist(), quantum.tolist()))
-    segment = Segment(0.0, r.duration, r.dt, r.torque, r.y, (True, True))
+    segment = EvenStretch(0.0, r.duration, r.dt, r.torque, r.y, (True, True))
     moving = [f for f in encoders.broken(segment, noises, model)
               if not still[encoders.NAMES.index(f.group)]]
     return findings + moving

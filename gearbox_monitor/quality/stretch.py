@@ -12,7 +12,7 @@ from gearbox_monitor.quality.stamps import StampClock
 
 
 @dataclass(frozen=True)
-class Segment:
+class EvenStretch:
     """
     Samples [N] `dt` s apart, on the arm side.
 
@@ -32,7 +32,7 @@ class Segment:
         """Length, s."""
         return self.end - self.begin
 
-    def first(self, seconds: float) -> 'Segment':
+    def first(self, seconds: float) -> 'EvenStretch':
         """Return the Stretch of its first `seconds` s, itself where it is not longer."""
         n = int(seconds / self.dt)
         if n >= len(self.y):
@@ -41,7 +41,7 @@ class Segment:
                        u=None if self.u is None else self.u[:n])
 
 
-def stretch(clock: StampClock, u: Array, y: Array) -> Segment:
+def stretch(clock: StampClock, u: Array, y: Array) -> EvenStretch:
     """
     Return the Stretch of a recording.
 
@@ -83,7 +83,7 @@ def stretch(clock: StampClock, u: Array, y: Array) -> Segment:
         return np.interp(grid, t[good], value[good])
     channels = [on_grid(channel, LIMITS.known_readings) for channel in y.T]
     none = np.full(len(grid), np.nan)
-    return Segment(float(t[0]), float(t[-1]), clock.period,
+    return EvenStretch(float(t[0]), float(t[-1]), clock.period,
                    on_grid(u, LIMITS.known_torques, hold=True),
                    np.column_stack([none if c is None else c for c in channels]),
                    tuple(c is not None for c in channels))

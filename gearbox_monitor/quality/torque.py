@@ -14,7 +14,7 @@ from gearbox_monitor.quality.excitation_checks import (
     low_pass, LowPassedMotion, motion, sign, swing)
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
 from gearbox_monitor.quality.recording_limits import LIMITS
-from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.stretch import EvenStretch
 
 LAGS = np.arange(-5, 61)  # samples; effort_delay takes -1 to 50
 SECONDS = 600.0          # of a recording that are looked at
@@ -24,7 +24,7 @@ LIGHT = 0.005            # s, half width of the low pass before what bends
 ROWS = 100000
 
 
-def lines(u: Array, part: Segment, has_setpoint: bool = False) -> list[Finding]:
+def lines(u: Array, part: EvenStretch, has_setpoint: bool = False) -> list[Finding]:
     """
     Return Lines on torques u [N] N m as recorded (NaN: none), and on those of a Stretch.
 
@@ -126,7 +126,7 @@ def _travel(positions: Array) -> float:
     return float(np.ptp(positions)) if len(positions) else 0.0
 
 
-def setpoint(part: Segment, moved: LowPassedMotion) -> list[Finding]:
+def setpoint(part: EvenStretch, moved: LowPassedMotion) -> list[Finding]:
     """
     Return the finding about a torque that is a position's setpoint, if it is one.
 
@@ -188,7 +188,7 @@ class TorqueResponse:
         return self.seen and not self.at_edge and self.delay_std < LIMITS.delay_vague
 
 
-def answer(part: Segment, sigma: Array, width: int) -> TorqueResponse | None:
+def answer(part: EvenStretch, sigma: Array, width: int) -> TorqueResponse | None:
     """
     Return the Answer of a Stretch to its torque, or None where it is too short.
 
@@ -222,7 +222,7 @@ def answer(part: Segment, sigma: Array, width: int) -> TorqueResponse | None:
         float(math.sqrt(BLOCKS) * by_block.std() / whole_work))
 
 
-def _regressed(part: Segment, moved: LowPassedMotion, i: int) -> tuple[Peak, Array] | None:
+def _regressed(part: EvenStretch, moved: LowPassedMotion, i: int) -> tuple[Peak, Array] | None:
     """Return (result of _best, standard errors of delay and gain), None where too short."""
     u, *columns = _columns(part, moved, i)
     blocks = _blocks(len(u), part.dt, moved.width)
@@ -252,7 +252,7 @@ def _regressed(part: Segment, moved: LowPassedMotion, i: int) -> tuple[Peak, Arr
     return _best(*sums), np.sqrt((len(blocks) - 1) * parts.var(axis=0))
 
 
-def _columns(part: Segment, moved: LowPassedMotion, i: int) -> list[Array]:
+def _columns(part: EvenStretch, moved: LowPassedMotion, i: int) -> list[Array]:
     """
     Return [M] each: torque, acceleration, and all that this depends on beside the torque.
 

@@ -4,21 +4,21 @@
 """Limits of alerts: in one place, none idle, each decides just below and just above its value."""
 from dataclasses import FrozenInstanceError
 
+from limits import assert_all_decide, loose_numbers
 import numpy as np
 import pytest
 
 from gearbox_monitor import monitoring
+from gearbox_monitor.estimation.rts_smoother import (
+    N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST)
 from gearbox_monitor.monitoring.alert_limits import AlertLimits, LIMITS
 from gearbox_monitor.monitoring.backlash.forecast import Trend
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
 from gearbox_monitor.monitoring.checks import (
     covariance, innovation, learned_curve, model_mismatch, observability, passivity, twist_range)
 from gearbox_monitor.monitoring.checks.outcome import Alarm, DEBOUNCE, Level, outcome_of
-from gearbox_monitor.estimation.rts_smoother import (
-    N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from limits import assert_all_decide, loose_numbers
 
 BELOW, ABOVE = 1.0 - 1e-6, 1.0 + 1e-6
 DRIVE, PARAMETERS = DriveModel(), EstimatorParameters()

@@ -55,7 +55,7 @@ class ElasticLaw(NamedTuple):
     with_inertia: bool
 
 
-class Fit(NamedTuple):
+class CurveFit(NamedTuple):
     """
     Parameters and covariance, share of the rows in contact, and the linear problem at the optimum.
 
@@ -433,7 +433,7 @@ def _moving_blocks(columns: Array) -> float:
     return max(total * total / max(squares, TINY), 1.0)
 
 
-def fit(data: Array, law: ElasticLaw, base: Array, prior: Array) -> Fit:
+def fit(data: Array, law: ElasticLaw, base: Array, prior: Array) -> CurveFit:
     """
     Return the robust fit of the curve by Levenberg and Marquardt.
 
@@ -445,17 +445,17 @@ def fit(data: Array, law: ElasticLaw, base: Array, prior: Array) -> Fit:
 
     """
     zero = middle(data[:, D_TWIST] - data[:, D_TORQUE] / law.stiffness)
-    return Fit(*_fit(data, law, base, prior, zero))
+    return CurveFit(*_fit(data, law, base, prior, zero))
 
 
-def held(optimum: Fit, prior: Array) -> Fit:
+def held(optimum: CurveFit, prior: Array) -> CurveFit:
     """Return the `optimum` with another `prior` [N_SHAPE], by its linear problem."""
     theta, covariance, residuals = _held(
         optimum.theta, optimum.slopes, optimum.weights, optimum.residuals, prior)
     return optimum._replace(theta=theta, covariance=covariance, residuals=residuals)
 
 
-def share_beyond(columns: Array, stds: Array, optimum: Fit, at: list[int]) -> float:
+def share_beyond(columns: Array, stds: Array, optimum: CurveFit, at: list[int]) -> float:
     """
     Return the share of the rows at which an error is beyond SIGMA stated deviations, and certain.
 
