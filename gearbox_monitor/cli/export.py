@@ -18,6 +18,10 @@ With --to urdf or sdf it edits friction, effort limit and inertia of the joint i
 Without --into, and with isaac (Isaac Sim 5 and Isaac Lab), drake or bam, it prints the parameters
 of the joint in the names and units of the target. Either lists what the target lacks.
 
+With --to c it writes the estimator's filter with the model as C99 for the firmware of the drive:
+FILE.c of --out, and FILE.h beside it. --params states the parameters of the estimator. See
+docs/firmware.md.
+
 --check BAG runs the file and the patched file in MuJoCo on a recorded torque and prints the misfit
 of both, in standard deviations of the encoder noise, beside that of the model in this package's
 simulator: 1 is the floor. Take a recording that the model was not found on.
@@ -30,6 +34,7 @@ usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --check BAG2
   gearbox_monitor export drive.closed.yaml --to urdf --into robot.urdf --joint elbow --out new.urdf
   gearbox_monitor export drive.closed.yaml --to isaac
+  gearbox_monitor export drive.yaml --params estimator.yaml --to c --out elbow.c --prefix elbow
   gearbox_monitor export verdict.json --to mjcf --into robot.xml --out closed.xml
 """
 from argparse import ArgumentParser, Namespace
@@ -41,9 +46,10 @@ import textwrap
 from gearbox_monitor.cli import export_robot
 from gearbox_monitor.cli.drive_recordings import (
     add_joint_arguments, add_renamed, load_recording)
-from gearbox_monitor.cli.options import expect_new, write_new
+from gearbox_monitor.cli.options import estimator_options, expect_new, write_new
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.c99 import firmware
 from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive
 from gearbox_monitor.export.mjcf_patch import Patch
 from gearbox_monitor.export.mujoco_run import misfit, rig_of
@@ -66,8 +72,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('model', metavar='MODEL',
                         help='model file, such as drive.closed.yaml, or verdict.json on a whole '
                         'robot')
-    parser.add_argument('--to', choices=('mjcf', *LISTS), required=True,
-                        help='simulator')
+    parser.add_argument('--to', choices=('mjcf', *LISTS, 'c'), required=True,
+                        help='simulator; c: the filter, for firmware')
     parser.add_argument('--into', metavar='FILE',
                         help='MJCF, URDF or SDF file that is patched; it stays as it is')
     add_joint_arguments(parser)
@@ -82,12 +88,22 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='name of the motor joint in the bag (default: motor)')
     parser.add_argument('--recorded-arm', metavar='NAME', default='arm',
                         help='name of the arm joint in the bag (default: arm)')
+    parser.add_argument('--params', metavar='FILE',
+                        help='with --to c: ROS parameter file of the estimator')
+    parser.add_argument('--prefix', metavar='NAME',
+                        help='with --to c: what names of functions and types begin with '
+                        '(default: gm)')
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     expect_new(args.out)
     expect_folder_of(args.out)
+    if args.to == 'c':
+        return _write_c(args)
+    for option in ('params', 'prefix'):
+        if getattr(args, option):
+            raise InputError(f'--{option}: with --to {args.to}, expected it with --to c')
     if export_robot.is_verdict(args):
         return export_robot.run(args)
     model = load_model(args.model)
@@ -113,6 +129,24 @@ def run(args: Namespace) -> int:
     else:
         _print_alone(args, file)
     return 1 if file.lacking else 0
+
+
+def _write_c(args: Namespace) -> int:
+    """Write the filter and its header; return the exit code."""
+    for option in ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check'):
+        if getattr(args, option):
+            name = option.replace('_', '-')
+            raise InputError(f'--{name}: with --to c, expected it with the file of a simulator')
+    if not args.out or Path(args.out).suffix != '.c':
+        raise InputError(f'--out: {args.out or "missing"}, with --to c expected FILE.c')
+    header = Path(args.out).with_suffix('.h')
+    expect_new(header)
+    parameters, _ = estimator_options(args)
+    text = firmware(load_model(args.model), parameters, header.name, args.prefix or 'gm')
+    write_new(args.out, text.source)
+    write_new(header, text.header)
+    print(f'written {args.out} and {header}')
+    return 0
 
 
 def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[str]:

@@ -1,0 +1,254 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The filter in C: same codes and estimates as the Estimator, same flags, no libm."""
+import ctypes
+from pathlib import Path
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.export.c99 import firmware
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.monitoring.backlash.shape import N_SHAPE, normal_equations
+from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.plant.drive import DriveModel
+
+COLUMNS = ('tau_k', 'tau_k_std', 'tau_k_noise_std', 'twist', 'twist_std', 'twist_rate', 'x3',
+           'innovation_motor', 'innovation_arm', 'nis')
+FLAGS = ('-std=c99 -O2 -Wall -Wextra -Wpedantic -Werror -Wconversion -Wdouble-promotion '
+         '-fPIC').split()
+OUT = {'smoother_lag': 0.0}
+needs_gcc = pytest.mark.skipif(shutil.which('gcc') is None, reason='gcc is not installed')
+
+
+def built(folder, model, parameters, real='double'):
+    folder.mkdir(exist_ok=True)
+    text = firmware(model, parameters, 'drive.h')
+    (folder / 'drive.c').write_text(text.source)
+    (folder / 'drive.h').write_text(text.header)
+    library = folder / f'{real}.so'
+    subprocess.run(['gcc', *FLAGS, f'-DGM_REAL={real}', f'-I{folder}', '-shared', '-o', library,
+                    folder / 'drive.c', Path(__file__).with_name('firmware_batch.c')], check=True)
+    return ctypes.CDLL(str(library))
+
+
+def pointer(array):
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
+def fresh(library):
+    state = ctypes.create_string_buffer(library.filter_size())
+    library.gm_init(state)
+    return state
+
+
+def run(library, stamps, u, y, state=None, window=None):
+    n = len(stamps)
+    codes, flags = np.zeros(n, np.int32), np.zeros(n, np.int32)
+    out, inputs = np.full((n, 13), np.nan), np.ascontiguousarray(np.column_stack([u, y]))
+    library.batch(state or fresh(library), window, n, pointer(np.ascontiguousarray(stamps)),
+                  pointer(inputs), pointer(codes), pointer(flags), pointer(out))
+    return codes, flags, out
+
+
+def recording(n, seed=0):
+    """Return stamps, u, y: motion through the backlash, and rest; encoders of unlike noise."""
+    rng, t = np.random.default_rng(seed), 1e-3 * np.arange(n)
+    turn = np.where(np.floor(t / 3.0) % 3 == 2, 0.0, 1.0)
+    motor = np.cumsum(turn * np.cos(2.0 * np.pi * 0.7 * t)) * 1e-3
+    arm = motor - 0.11 * np.tanh(5.0 * np.sin(2.0 * np.pi * 0.7 * t + 0.4))
+    u = turn * (0.3 * np.cos(2.0 * np.pi * 0.7 * t) + 0.2)
+    y = np.column_stack([motor, arm]) + rng.normal(size=(n, 2)) * (4e-4, 7e-4)
+    return (np.round((1.0 + t) * 1e9).astype(np.int64),
+            np.column_stack([u, np.full(n, np.nan)]), y)
+
+
+def damaged(stamps, u, y):
+    """Return the recording with dropouts, restarts, missing and impossible values."""
+    rng, n = np.random.default_rng(1), len(stamps)
+    whole = np.ones(n, bool)
+    for length, count in ((60, 5), (1500, 2)):
+        for at in rng.integers(0, n, count):
+            whole[at:at + length] = False
+    for at in rng.integers(0, n, 8):
+        y[at:at + 20, at % 2] = np.nan
+        u[at + 40:at + 60, 0] = np.nan
+        y[at + 90] += 3.0
+    y[n // 2], u[n // 3] = (np.inf, 1e12), 1e10
+    return stamps[whole], u[whole], y[whole]
+
+
+@needs_gcc
+@pytest.mark.parametrize('changes, parameters', [
+    ({}, {'effort_delay': 3}),
+    ({'friction_law': {'kind': 'tanh'}, 'effects': [
+        {'id': 'gravity', 'G': 0.8, 'phi': 0.2}, {'id': 'arm_coulomb', 'Cac': 0.05}]}, {}),
+    ({}, {'arm_load': 'unknown', 'friction_error_std': 0.1}),
+    ({}, {'tau_k_model': 'elastic'}), ({}, {'arm_joint': ''})],
+    ids=['walk', 'loaded', 'unknown', 'elastic', 'one encoder'])
+def test_estimates_are_those_of_the_estimator(tmp_path, changes, parameters):
+    model, parameters = DriveModel().with_(**changes), {**OUT, **parameters}
+    stamps, u, y = damaged(*recording(30_000))
+    if parameters.get('arm_joint') == '':
+        y[:, 1] = np.nan
+    expected = Estimator(model, parameters).run(Samples(stamps, u, y))
+    codes, _, out = run(built(tmp_path, model, parameters), stamps, u, y)
+    np.testing.assert_array_equal(codes, expected.codes)
+    assert {0, 1, 5, 9} <= set(codes)
+    columns = COLUMNS if parameters.get('arm_joint', 'arm') else ('tau_k', 'tau_k_std')
+    for i, name in enumerate(COLUMNS):
+        if name in columns:
+            wanted = getattr(expected, name)
+            bound = (1e-9 if i < 7 else 1e-8) * np.sqrt(np.nanmean(wanted ** 2))
+            np.testing.assert_allclose(out[codes == 0, i], wanted, rtol=0.0, atol=bound,
+                                       err_msg=name)
+
+
+@needs_gcc
+@pytest.mark.parametrize('changes, parameters', [
+    ({}, {'tau_k_model': 'learned'}),
+    ({'transmission': {'kind': 'play', 'stiffness': 25.0, 'half_gap': 0.1,
+                       'hysteresis_width': 0.02}}, {'tau_k_model': 'elastic'})],
+    ids=['learned', 'play'])
+def test_with_a_play_rounding_decides_only_about_single_deviations(tmp_path, changes, parameters):
+    """Where the twist is at the end of its play, either slope is right: tau_K hardly differs."""
+    model, parameters = DriveModel().with_(**changes), {**OUT, **parameters}
+    stamps, u, y = damaged(*recording(30_000))
+    expected = Estimator(model, parameters).run(Samples(stamps, u, y))
+    codes, _, out = run(built(tmp_path, model, parameters), stamps, u, y)
+    np.testing.assert_array_equal(codes, expected.codes)
+    rms = np.sqrt(np.mean(expected.tau_k ** 2))
+    assert np.abs(out[codes == 0, COLUMNS.index('tau_k')] - expected.tau_k).max() < 1e-4 * rms
+
+
+@needs_gcc
+@pytest.mark.system
+def test_a_million_samples_agree(tmp_path):
+    stamps, u, y = damaged(*recording(1_000_000))
+    expected = Estimator(DriveModel(), OUT).run(Samples(stamps, u, y))
+    codes, _, out = run(built(tmp_path, DriveModel(), OUT), stamps, u, y)
+    np.testing.assert_array_equal(codes, expected.codes)
+    for name in ('tau_k', 'tau_k_std'):
+        wanted = getattr(expected, name)
+        error = np.abs(out[codes == 0, COLUMNS.index(name)] - wanted).max()
+        assert error < 1e-9 * np.sqrt(np.mean(wanted ** 2)), (name, error)
+
+
+@needs_gcc
+def test_single_precision_is_off_as_far_as_the_page_says(tmp_path):
+    stamps, u, y = recording(30_000)
+    expected = Estimator(DriveModel(), OUT).run(Samples(stamps, u, y))
+    codes, _, out = run(built(tmp_path, DriveModel(), OUT, 'float'), stamps, u, y)
+    np.testing.assert_array_equal(codes, expected.codes)
+    error = out[codes == 0, COLUMNS.index('tau_k')] - expected.tau_k
+    assert np.abs(error).max() < 0.05 * np.sqrt(np.mean(expected.tau_k ** 2))
+
+
+@needs_gcc
+def test_instances_share_nothing_and_begin_anew(tmp_path):
+    library = built(tmp_path, DriveModel(), OUT)
+    one, two = recording(4000), recording(4000, seed=5)
+    alone = run(library, *one)[2]
+    a, b = fresh(library), fresh(library)
+    parts = []
+    for k in range(0, 4000, 500):
+        parts.append(run(library, *(v[k:k + 500] for v in one), a)[2])
+        run(library, *(v[k:k + 500] for v in two), b)
+    np.testing.assert_array_equal(np.concatenate(parts), alone)
+    library.gm_init(b)
+    np.testing.assert_array_equal(run(library, *one, b)[2], alone)
+
+
+@needs_gcc
+def test_no_symbol_of_libm_or_heap(tmp_path):
+    for name, model in (('a', DriveModel()), ('b', DriveModel().with_(
+            friction_law={'kind': 'tanh'}, effects=[{'id': 'gravity', 'G': 1.0}]))):
+        for real in ('double', 'float'):
+            built(tmp_path / name, model, OUT, real)
+            done = subprocess.run(
+                ['gcc', *FLAGS, f'-DGM_REAL={real}', '-c', 'drive.c', '-o', 'drive.o'],
+                cwd=tmp_path / name, check=True)
+            done = subprocess.run(['nm', '-u', 'drive.o'], cwd=tmp_path / name, check=True,
+                                  capture_output=True, text=True)
+            assert set(done.stdout.split()) - {'U', '_GLOBAL_OFFSET_TABLE_'} <= {
+                'memcpy', 'memset', '__stack_chk_fail'}
+
+
+@needs_gcc
+def test_window_sums_are_those_of_the_package(tmp_path):
+    model = DriveModel()
+    library = built(tmp_path, model, OUT)
+    stamps, u, y = recording(6000)
+    window = ctypes.create_string_buffer(library.window_size())
+    theta = np.array([20.0, 0.08, 0.01, 0.002, 0.01, 0.02, 0.03, 0.0])
+    library.gm_window_begin(window, pointer(theta), 7)
+    codes, _, out = run(library, stamps, u, y, None, window)
+    row = out[codes == 0]
+    data = np.column_stack([row[:, 3], row[:, 10], row[:, 6], model.friction_side(row[:, 6]),
+                            row[:, 11]])
+    ratio = (row[:, 6] / (3.0 * row[:, 12])) ** 2
+    m = len(row) // 7
+    weights = (0.01 + ratio / (1.0 + ratio))[:7 * m].reshape(m, 7).mean(axis=1)
+    normal, right = np.zeros((N_SHAPE, N_SHAPE)), np.zeros(N_SHAPE)
+    normal_equations(theta, np.ones(N_SHAPE, bool), False, data, 7, weights, m, normal, right,
+                     np.zeros((2, N_SHAPE)), np.zeros(m))
+    sums = np.zeros(56)
+    library.sums(window, pointer(sums))
+    np.testing.assert_allclose(sums[:49].reshape(7, 7), np.tril(normal[:7, :7]), rtol=1e-9,
+                               atol=1e-9)
+    np.testing.assert_allclose(sums[49:], right[:7], rtol=1e-9, atol=1e-9)
+
+
+@needs_gcc
+def test_page_runs_as_it_stands(tmp_path, capsys):
+    page = (Path(__file__).parents[2] / 'docs' / 'firmware.md').read_text()
+    main_c, = re.findall(r'```c\n(.*?)```', page, re.DOTALL)
+    compile_line = next(line for line in page.splitlines() if line.startswith('gcc '))
+    (tmp_path / 'main.c').write_text(main_c)
+    assert main(['export', str(config_path('drive.yaml')), '--to', 'c', '--out',
+                 str(tmp_path / 'elbow.c')]) == 0
+    subprocess.run(compile_line.split(), cwd=tmp_path, check=True)
+    done = subprocess.run([tmp_path / 'elbow'], capture_output=True, text=True, check=True)
+    assert done.stdout.count('tau_K') == 5
+
+
+@pytest.mark.parametrize('parameters, name', [
+    ({'filter': 'ukf'}, 'filter: ukf'), ({'tau_k_model': 'mixed'}, 'tau_k_model: mixed'),
+    ({'ekf_jacobian': 'numeric'}, 'ekf_jacobian: numeric')])
+def test_unknown_to_c_is_refused_by_name(parameters, name):
+    with pytest.raises(InputError, match=f'^{name}, with --to c expected'):
+        firmware(DriveModel(), parameters)
+
+
+@needs_gcc
+def test_flags_are_those_of_the_monitor(tmp_path):
+    model, parameters = DriveModel(), OUT
+    stamps, u, y = recording(12_000)
+    library, monitor = built(tmp_path, model, parameters), Monitor(model, parameters)
+    state, seen = fresh(library), set()
+    for k in range(0, 12_000, 1000):
+        part = slice(k and k + 1, k + 1001)
+        _, flags, _ = run(library, stamps[part], u[part], y[part], state)
+        monitor.run(Samples(stamps[part], u[part], y[part]))
+        values = monitor.outcomes['prediction error'].values
+        if 'mean' not in values:
+            continue
+        raised = {
+            4: values['mean'] > values['mean_threshold'],
+            8: values['nis_high'] < values['nis_over_dof'] <= values['nis_gross'],
+            16: values['nis_over_dof'] < values['nis_low'],
+            32: values['nis_over_dof'] > values['nis_gross'],
+            64: not 0.7 <= values['variance_ratio_motor'] <= 1.4,
+            128: not 0.7 <= values['variance_ratio_arm'] <= 1.4,
+            256: values['test_ratio'] > 1.0}
+        assert {bit for bit in raised if flags[-1] & bit} == {b for b, on in raised.items() if on}
+        seen |= {(bit, bool(on)) for bit, on in raised.items()}
+    assert {on for _, on in seen} == {True, False}
