@@ -19,8 +19,9 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.process_model import pack, TAU_K
 from gearbox_monitor.estimation.tune import tuned
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.checks import covariance, innovation, observability
+from gearbox_monitor.monitoring.checks import innovation, observability
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import PlantParameters
@@ -228,7 +229,7 @@ def watch(drive: SimulatedDrive, seconds: float, seed: int, faults: Faults | Non
         std = float(np.median(stated))
         flags_of = {name: values[name][keep] for name in TESTS if name != 'covariance'}
         ratio = stated / (reference or std)
-        flags_of['covariance'] = (ratio < covariance.LOWER) | (ratio > covariance.UPPER)
+        flags_of['covariance'] = (ratio < LIMITS.covariance_low) | (ratio > LIMITS.covariance_high)
     return MonitoredRun(flags_of, began, times[settled], levels_of, windows, std)
 
 
@@ -242,7 +243,7 @@ def _judged(rows: Array, monitor: Monitor, end: float) -> dict[str, Any]:
     packed, names = pack(monitor.estimator.drive, monitor.parameters), monitor.estimator.names
     columns = [{'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}.get(name, i)
                for i, name in enumerate(names)]
-    last = rows[:, -round(observability.WINDOW / DT):]
+    last = rows[:, -round(LIMITS.information_window / DT):]
     innovations = [sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM]
     share = [observability.information_share(
         np.ascontiguousarray(w[:, columns]), np.ascontiguousarray(w[:, sample_loop.E_DT]),
@@ -252,5 +253,5 @@ def _judged(rows: Array, monitor: Monitor, end: float) -> dict[str, Any]:
         'began': end - np.arange(count, 0, -1) * WINDOW * DT,
         **{name: np.array([bool(f[name]) for f in results], bool)
            for name in ('mean', 'whiteness', 'nis')},
-        'observability': ~(np.asarray(share) <= observability.UNTRUSTED),
+        'observability': ~(np.asarray(share) <= LIMITS.untrusted),
         'std': np.median(rows[:, :, sample_loop.E_MOTOR_SIDE_NOISE_STD], axis=1)}

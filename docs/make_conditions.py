@@ -9,7 +9,8 @@ import sys
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.monitoring.backlash import change_tests, scan  # noqa: E402
+from gearbox_monitor.monitoring.alert_limits import LIMITS  # noqa: E402
+from gearbox_monitor.monitoring.backlash import change_tests  # noqa: E402
 from gearbox_monitor.monitoring.checks.outcome import (  # noqa: E402
     Condition, DEBOUNCE, LEVELS)
 from gearbox_monitor.monitoring.monitor import CONDITIONS  # noqa: E402
@@ -36,7 +37,7 @@ SIGNIFICANT = 'significant (false_alarm_interval) and '
 CHANGES = f"""
 ## Changes of backlash and friction
 
-A change is WARN (watch it) if the best of the newest 1 .. {scan.HORIZON} windows is significant
+A change is WARN (watch it) if the best of the newest 1 .. {LIMITS.horizon} windows is significant
 (`false_alarm_interval`) and the change reaches the first limit; the other limits apply since the
 change.
 """

@@ -35,9 +35,10 @@ from gearbox_monitor.cli.options import (
     add_estimator_arguments, estimator_options, expect_new_file, warn)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, save_model
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.recording_windows import (
-    combine, GAP_ERROR, reason_of, RecordingWindows, separable_of, STIFFNESS_ERROR)
+    combine, reason_of, RecordingWindows, separable_of)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.summary import with_deviation
@@ -134,8 +135,10 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     data: dict[str, Any] = {'windows': len(fits), 'windows_used': len(used)}
     if not used:
         return {'verdict': 'not excited', 'reason': reason_of(fits), **data}
-    gap, stiffness = combine(used, 'gap', GAP_ERROR), combine(used, 'stiffness', STIFFNESS_ERROR)
-    hysteresis, lost_motion = combine(used, 'hysteresis'), combine(used, 'lost_motion', GAP_ERROR)
+    gap, stiffness = combine(used, 'gap', LIMITS.gap_error), combine(used, 'stiffness',
+                                                                     LIMITS.stiffness_error)
+    hysteresis, lost_motion = combine(used, 'hysteresis'), combine(used, 'lost_motion',
+                                                                   LIMITS.gap_error)
     for name, value in (('gap_rad', gap), ('stiffness', stiffness), ('hysteresis', hysteresis),
                         ('lost_motion_rad', lost_motion)):
         if value:

@@ -18,7 +18,8 @@ from scipy import stats
 
 from gearbox_monitor.fleet.job import Row
 from gearbox_monitor.kernels.types import Array, Flags, Integers
-from gearbox_monitor.monitoring.backlash.forecast import GrowthHistory, SIGNIFICANT, Trend
+from gearbox_monitor.monitoring.alert_limits import LIMITS
+from gearbox_monitor.monitoring.backlash.forecast import GrowthHistory, Trend
 
 ENDS, SHARE = 5, 8  # at either end, one bag in SHARE is compared, at most ENDS
 SCATTER = 4  # bags from which on their scatter is estimated
@@ -122,7 +123,7 @@ def _change(start: Integers, value: Array, std: Array, limit: float) -> dict[str
                       line=[float(old) * (1.0 + g) for g in (past, trend.growth)])
         # The forecast starts at the measured growth, not at the end of the line. The scatter that
         # the slope is judged by comes from few bags: Student's t instead of the normal law.
-        least = stats.t.isf(stats.norm.sf(SIGNIFICANT), int(usual.sum()) - 2)
+        least = stats.t.isf(stats.norm.sf(LIMITS.trend_deviations), int(usual.sum()) - 2)
         if trend.slope > least * trend.slope_std:
             newest = Trend(trend.stamp_ns, growth, change['growth_std'], trend.slope,
                            trend.slope_std)

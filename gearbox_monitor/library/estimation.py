@@ -16,9 +16,10 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.files.yaml_files import load_parameters
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.recording import Recording, SECOND
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.recording_windows import (
-    combine, Combined, GAP_ERROR, reason_of, RecordingWindows, separable_of, STIFFNESS_ERROR)
+    combine, Combined, reason_of, RecordingWindows, separable_of)
 from gearbox_monitor.monitoring.checks.outcome import Outcome
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters, SETTINGS
@@ -89,17 +90,17 @@ class BacklashWindows(Drawn):
     @property
     def gap(self) -> Combined | None:
         """Gap of all windows with its standard deviation, rad; None where none shows it."""
-        return combine(self._used[0], 'gap', GAP_ERROR)
+        return combine(self._used[0], 'gap', LIMITS.gap_error)
 
     @property
     def stiffness(self) -> Combined | None:
         """Stiffness in contact, N m/rad."""
-        return combine(self._used[0], 'stiffness', STIFFNESS_ERROR)
+        return combine(self._used[0], 'stiffness', LIMITS.stiffness_error)
 
     @property
     def lost_motion(self) -> Combined | None:
         """Lost motion, rad, which needs no torque."""
-        return combine(self._used[0] or self.fits, 'lost_motion', GAP_ERROR)
+        return combine(self._used[0] or self.fits, 'lost_motion', LIMITS.gap_error)
 
     @property
     def reason(self) -> str:

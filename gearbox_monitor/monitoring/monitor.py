@@ -21,6 +21,7 @@ from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
 from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash import change, drift_words, features
 from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
@@ -36,7 +37,6 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
 
 SECOND = sample_loop.SECOND
-SETTLE = 2.0  # s after a start that are not judged
 COMPONENTS = ('observability', 'prediction error', 'covariance', 'model', 'backlash', 'friction',
               'input')
 
@@ -45,11 +45,10 @@ STATE_COLUMNS = {'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}
 MEDIAN_STRIDE = 8
 NO_DATA = Outcome(Level.WARN, 'no data yet')
 NOT_EVALUATED = Outcome(Level.WARN, 'not evaluated: filter restarted or data missing within the '
-                        f'last {SETTLE + 1.0:g} s')
+                        f'last {LIMITS.settle + 1.0:g} s')
 NO_ESTIMATES = Outcome(Level.WARN, 'no estimates')
 # Components that a change of the gearbox or of its friction affects.
 DRIFT_SHOWS = {'prediction error', 'model'}
-CHANCE = 2  # a level takes some evaluations to rise, and single flags are chance
 JUDGED = COMPONENTS[:4]  # once per second, from the newest estimates
 # Samples that stand in time: an evaluation may be due with them.
 IN_TIME = (sample_loop.ESTIMATE, sample_loop.START, sample_loop.NO_EFFORT,
@@ -65,7 +64,7 @@ CONDITIONS = (
 # What smoothed torque and twist show, beside the prediction errors and in their component.
 ROW_CHECKS = (passivity.CHECK, twist_range.CHECK, elastic_curve.CHECK)
 ROWS_KEPT = round(max(check.window for check in ROW_CHECKS) * SECOND)  # ns
-ESTIMATES_KEPT = round(innovation.WINDOW * SECOND)
+ESTIMATES_KEPT = round(LIMITS.error_window * SECOND)
 
 Outcomes = dict[str, Outcome]  # by component
 
@@ -322,7 +321,7 @@ class Monitor:
             self._evaluate(stamp_ns)
 
     def _evaluate(self, stamp_ns: int) -> None:
-        settled = self.estimator.accurate_since_ns + round(SETTLE * SECOND)
+        settled = self.estimator.accurate_since_ns + round(LIMITS.settle * SECOND)
         recent = Recent(*self._estimates.between(stamp_ns - ESTIMATES_KEPT + 1, stamp_ns + 1))
         outcomes = {'input': self._check_input(recent.stamps, stamp_ns)}
         broken: list[Condition] = []
@@ -366,7 +365,7 @@ class Monitor:
         return usability.check(_by_reason(new), int(new[sample_loop.ESTIMATE]), values)
 
     def _check_observability(self, recent: Recent) -> Outcome:
-        recent = recent.after(recent.stamps[-1] - round(observability.WINDOW * SECOND))
+        recent = recent.after(recent.stamps[-1] - round(LIMITS.information_window * SECOND))
         # Whether the torque can be seen, not its curve: by the equations of the random walk.
         names = [name for i, name in enumerate(self.estimator.names)
                  if i <= TAU_K or name in STATE_COLUMNS]
@@ -384,7 +383,7 @@ class Monitor:
 
     def _check_prediction_error(self, recent: Recent, stamp_ns: int) -> Outcome:
         for_mean, newest = (len(recent.after(stamp_ns - round(window * SECOND)))
-                            for window in (innovation.MEAN_WINDOW, innovation.GATE_WINDOW))
+                            for window in (LIMITS.mean_window, LIMITS.gate_window))
         white, errors, stds = (recent.pair(column) for column in (
             sample_loop.E_WHITE_1, sample_loop.E_INNOVATION_MOTOR,
             sample_loop.E_INNOVATION_STD_MOTOR))
@@ -422,7 +421,7 @@ class Monitor:
             sample_loop.E_STD + TAU_K, sample_loop.E_MOTOR_SIDE_NOISE_STD))
         if self._reference is None:
             self._references.append(std)
-            if len(self._references) >= covariance.REFERENCE_EVALUATIONS:
+            if len(self._references) >= LIMITS.reference_evaluations:
                 self._reference = float(np.median(self._references))
         return self._with_adaptation(covariance.check(stated, std, self._reference))
 
@@ -512,7 +511,8 @@ class Monitor:
         """Return whether the window that ends here may serve as a baseline."""
         if self._hidden_arm is not None:  # its fit takes the readings, not the estimates
             return self.outcomes['input'].level == Level.OK
-        return self._window_flagged <= CHANCE and not self._alarmed((*COMPONENTS[:3], 'input'))
+        return self._window_flagged <= LIMITS.chance_flags and not self._alarmed((*COMPONENTS[:3],
+                                                                                  'input'))
 
     def _comparable(self) -> bool:
         """
@@ -521,7 +521,7 @@ class Monitor:
         A change of friction or of the gearbox shows in the prediction errors, too; it must not
         hide behind them.
         """
-        return (self._hidden_arm is None and self._window_broken <= CHANCE
+        return (self._hidden_arm is None and self._window_broken <= LIMITS.chance_flags
                 and not self._alarmed(set(COMPONENTS[:3]) - DRIFT_SHOWS | {'input'}))
 
     def _alarmed(self, names: Iterable[str]) -> bool:

@@ -8,11 +8,10 @@ A stream that has stopped has no stamps to judge it by. The node asks once per s
 """
 from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
 from gearbox_monitor.kernels.types import Integers
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks import usability
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.monitoring.monitor import Monitor
-
-MIN_SILENCE = 0.5  # s between two looks; a late timer is followed by one that comes too soon
 
 
 class Silence:
@@ -49,7 +48,7 @@ class Silence:
             self._counts, self.why = monitor.counts.copy(), ''
             return dict(monitor.outcomes)
         silent = (now_ns - self._since) / SECOND
-        if silent < MIN_SILENCE:
+        if silent < LIMITS.min_silence:
             return dict(monitor.outcomes)
         refused = monitor.input_count - self._inputs
         counts = {usability.key_of(reason): int(monitor.counts[code])
@@ -68,7 +67,7 @@ class Silence:
         outcomes = {name: Outcome(Level.WARN, f'no data for {silent:.1f} s', {})
                     for name in monitor.outcomes}
         # Discovery takes a while: before the first sample ever, silence is not yet an error.
-        starting = not monitor.input_count and not foreign and silent < usability.START_TIME
+        starting = not monitor.input_count and not foreign and silent < LIMITS.start_time
         outcomes['input'] = Outcome(Level.WARN if starting else Level.ERROR,
                                     f'{reason} for {silent:.1f} s: {advice}', counts)
         return outcomes

@@ -15,6 +15,7 @@ from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.input_checks import check
 from gearbox_monitor.quality.recording import (
     Doubt, prepare, RecordingKind, UniformRecording)
+from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.unphysical import is_uninitialised, physical_columns
 
 # Faults of channels, signs and units, which say how the data would have to be read.
@@ -22,8 +23,6 @@ READ_OTHERWISE = ('sign', 'swapped', 'units')
 # What the model file of a drive with one encoder must have.
 ONE_ENCODER = ('transmission.kind: rigid, or dead_zone with driven_by: torque and '
                'process_torque_time: 0')
-
-LEAST_APART, ONE_MESSAGE = 100, 0.01  # messages of one side alone; share with both
 
 
 def require_samples(name: str, stamp_ns: Integers, y: Array) -> None:
@@ -80,8 +79,9 @@ def unstamped(count: int) -> str:
 def two_publishers(y: Array) -> bool:
     """Return whether motor and arm, y [N, 2] (NaN: not measured), come in separate messages."""
     motor, arm = np.isfinite(y).T
-    few = max(LEAST_APART, ONE_MESSAGE * len(motor))
-    return bool(min(motor.sum(), arm.sum()) >= few and (motor & arm).sum() <= ONE_MESSAGE * len(
+    few = max(LIMITS.least_apart, LIMITS.one_message * len(motor))
+    return bool(min(motor.sum(), arm.sum()) >= few and (motor & arm).sum()
+                <= LIMITS.one_message * len(
         motor))
 
 

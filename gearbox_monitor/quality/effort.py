@@ -21,17 +21,13 @@ import numpy as np
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.finding import Finding, hurts, WARN
+from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 from gearbox_monitor.quality.wiring import independent
 
 ROWS = 1000        # that are fitted
 GAPS = (0.5, 0.7, 1.0, 1.4, 2.0)  # parts of the model's half gap that are tried
-ACCURACY = 0.01    # share of the torque's power that models leave
-SAMPLES = 20.0     # independent ones at most: the error of a model does not average out
-SURE = 5.0         # log of the likelihood ratio from which on one counts as better
-NEAR = 1.5         # a factor nearer to 1 (either way) is an error of the model, no current
 FACTORS = 10.0 ** np.arange(-3.0, 3.01, 0.05)
-LEAST, STIFFNESS, FRICTION, OFFSET = 0.05, 0.2, 1.0, 0.1  # standard deviations, relative
 (TORQUE, CURRENT, COMPENSATED) = READINGS = ('torque', 'current', 'gravity_compensated')
 
 
@@ -55,19 +51,20 @@ def likelihoods(smooth: SmoothedMotion, model: DriveModel) -> tuple[dict[str, fl
               for zero, gap in product((0.0, 0.5 * (low + high)), gaps)]
     sizes = np.array([model.motor_inertia, model.viscous_friction, model.coulomb_friction,
                       shape.stiffness])
-    stds = np.array([max(LEAST, model.inertia_tolerance), FRICTION, FRICTION, STIFFNESS]) * sizes
+    stds = np.array([max(LIMITS.effort_inertia, model.inertia_tolerance), LIMITS.effort_friction,
+                     LIMITS.effort_friction, LIMITS.effort_stiffness]) * sizes
     torque = model.position_gain * p[:, 0] + model.damping * (v[:, 0] - v[:, 1])
 
     def best(factor: float, more: list[Array]) -> float:
         """Return the log-likelihood of effort = `factor` tau less what `more` columns give."""
         y, scale = u / factor - torque, rms / factor
-        std = np.concatenate([stds, [OFFSET * scale], [scale] * len(more)])
+        std = np.concatenate([stds, [LIMITS.effort_offset * scale], [scale] * len(more)])
         means = np.concatenate([sizes, np.zeros(1 + len(more))])
         return max(_likelihood(np.column_stack(
             [a[:, 0], v[:, 0], side, curve, np.ones(len(y)), *more]), y, (means, std), scale)
             for curve in curves)
 
-    far = FACTORS[np.abs(np.log(FACTORS)) > math.log(NEAR)]
+    far = FACTORS[np.abs(np.log(FACTORS)) > math.log(LIMITS.effort_near)]
     currents = [best(factor, []) for factor in far]
     k = int(np.argmax(currents))
     return {TORQUE: best(1.0, []), CURRENT: currents[k] - math.log(len(far)),
@@ -87,13 +84,14 @@ def _likelihood(columns: Array, y: Array, prior: tuple[Array, Array], scale: flo
     """
     means, stds = prior
     columns, y = columns * stds / scale, (y - columns @ means) / scale
-    count, floor, gram = SAMPLES, ACCURACY, columns.T @ columns / len(y)
+    count, floor, gram = LIMITS.model_samples, LIMITS.torque_accuracy, columns.T @ columns / len(y)
     for _ in range(3):
         information = np.eye(len(stds)) + count / floor * gram
         x = np.linalg.solve(information, count / floor * (columns.T @ y) / len(y))
         residual = y - columns @ x
         power = float(np.mean(residual ** 2))
-        count, floor = min(SAMPLES, max(independent(residual), 1.0)), ACCURACY + power
+        count, floor = min(LIMITS.model_samples,
+                           max(independent(residual), 1.0)), LIMITS.torque_accuracy + power
     return float(-0.5 * (count * math.log(floor) + x @ x
                          + np.linalg.slogdet(information)[1]))
 
@@ -115,9 +113,10 @@ def finding(smooth: SmoothedMotion, model: DriveModel, stated: str) -> Finding:
     ratio = scores[first] - scores[second]
     values: dict[str, float | str] = {
         f'log_likelihood_{name}': score for name, score in scores.items()}
-    if not ratio >= SURE:  # NaN tells nothing, either
+    if not ratio >= LIMITS.effort_ratio:  # NaN tells nothing, either
         return Finding('torque', 'effort', f'{first} or {second}: undecided (log of the '
-                       f'likelihood ratio {ratio:.1f}, {SURE:g} wanted)', values=values)
+                       f'likelihood ratio {ratio:.1f}, {LIMITS.effort_ratio:g} wanted)',
+                       values=values)
     figure = f'reads like {first} (log of the likelihood ratio {ratio:.0f} over {second})'
     values['effort_is'] = first
     if first == CURRENT:

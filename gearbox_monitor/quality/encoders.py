@@ -12,17 +12,11 @@ from gearbox_monitor.kernels.sensor_noise import quantisation_step, white_noise_
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
-from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.recording_limits import LIMITS
+from gearbox_monitor.quality.stretch import EvenStretch
 
 NAMES = ('motor', 'arm')
-MISSING = (0.01, 0.2)    # share of readings: worth a word; too many
-OFF = 1.3                # factor between noise and parameter that the trust indicators notice
-COARSE = 0.1             # step over the twist's swing
-STUCK = (10, 0.02)       # samples and s on one and the same reading that are looked at
-TURN, NEAR_TURN = 2.0 * np.pi, 0.5
-NOISY = 1e-6             # of the travel: noise, not rounding of numbers
-LIVE = 0.05              # share of readings that live, to judge by them
-OWN_PLAY = 0.05          # of the travel: backlash of a drive whose model may have none
+TURN = 2.0 * np.pi
 Noises: TypeAlias = Sequence[tuple[float, float] | None]
 
 
@@ -64,7 +58,8 @@ def measured(y: Array, without_arm: bool = False) -> list[Finding]:
                 'without it there is no estimate; diagnose takes one encoder',
                 hurts(BAD, BAD, BAD if neither else WARN), values))
             continue
-        grade = BAD if share > MISSING[1] else WARN if share > MISSING[0] else OK
+        grade = (BAD if share > LIMITS.missing_many
+                 else WARN if share > LIMITS.missing_notice else OK)
         lines.append(Finding(
             name, 'readings', 'all there' if share == 0.0 else
             f'{100 * share:.2g} % missing or NaN',
@@ -105,14 +100,14 @@ def lines(stamps: Integers, y: Array, noises: Noises, swing: float | None,
             noise = standstill[0][channels.index(i)]
             figure = f'{noise:.3g} rad at rest ({figure} throughout)'
             values['noise_at_rest_rad'] = noise
-        right = stated[i] / OFF <= noise <= OFF * stated[i]
+        right = stated[i] / LIMITS.noise_off <= noise <= LIMITS.noise_off * stated[i]
         lines.append(Finding(
             NAMES[i], 'noise', f'{figure}; r_std_{NAMES[i]} is {stated[i]:.3g}',
             '' if right else 'find R and Q with gearbox_monitor tune',
             {} if right else hurts(WARN, WARN), values))
         if not quantum > 0.0:
             continue
-        coarse = swing is not None and quantum > COARSE * swing
+        coarse = swing is not None and quantum > LIMITS.coarse * swing
         lines.append(Finding(
             NAMES[i], 'resolution', f'steps of {quantum:.3g} rad'
             + (f', {quantum / swing:.2g} of the swing of the twist' if swing else ''),
@@ -121,7 +116,7 @@ def lines(stamps: Integers, y: Array, noises: Noises, swing: float | None,
     return lines
 
 
-def broken(part: Segment, noises: Noises, model: DriveModel | None = None) -> list[Finding]:
+def broken(part: EvenStretch, noises: Noises, model: DriveModel | None = None) -> list[Finding]:
     """
     Return findings about readings that stick, are clipped or wrap around.
 
@@ -142,7 +137,7 @@ def broken(part: Segment, noises: Noises, model: DriveModel | None = None) -> li
     return findings
 
 
-def free_travel(part: Segment, noises: Noises, i: int, model: DriveModel | None) -> float:
+def free_travel(part: EvenStretch, noises: Noises, i: int, model: DriveModel | None) -> float:
     """
     Return how far (rad) the other side may go while encoder `i` gives one and the same reading.
 
@@ -159,11 +154,11 @@ def free_travel(part: Segment, noises: Noises, i: int, model: DriveModel | None)
     assert own is not None and opposite is not None
     noise, quantum = own
     travel = 20.0 * opposite[0] + 2.0 * opposite[1]
-    if quantum == 0.0 and noise > NOISY * np.ptp(part.y[:, i]):
+    if quantum == 0.0 and noise > LIMITS.noisy * np.ptp(part.y[:, i]):
         return travel
     # Where a reading lives the twist is that of the drive; of what has stuck it tells nothing.
     lives = live_rows(part.y[:, i], part.dt)
-    y = part.y[lives] if lives.sum() >= LIVE * len(lives) else part.y
+    y = part.y[lives] if lives.sum() >= LIMITS.live * len(lives) else part.y
     if lives.all() or len(y) == len(lives):
         low, high = np.percentile(y[:, 0] - y[:, 1], (25, 75))
     else:
@@ -175,7 +170,7 @@ def free_travel(part: Segment, noises: Noises, i: int, model: DriveModel | None)
         free = max(free, 4.0 * (t.half_gap + t.hysteresis_width)
                    + 2.0 * torque / max(t.stiffness, 1e-9))
         if model.driven_by == 'position':  # the backlash may be missing in the model file
-            free = max(free, OWN_PLAY * float(np.ptp(part.y, axis=0).max()))
+            free = max(free, LIMITS.own_play * float(np.ptp(part.y, axis=0).max()))
     return travel + 2.0 * quantum + free
 
 
@@ -183,7 +178,8 @@ def live_rows(y: Array, dt: float) -> Flags:
     """Return which of the readings y [N] (`dt` s apart) are no part of a long run of one value."""
     starts = np.append(0, np.flatnonzero(np.diff(y)) + 1)
     lengths = np.diff(np.append(starts, len(y)))
-    lives: Flags = np.repeat(lengths < max(STUCK[0], STUCK[1] / dt), lengths)
+    lives: Flags = np.repeat(lengths < max(LIMITS.stuck_samples, LIMITS.stuck_seconds / dt),
+                             lengths)
     return lives
 
 
@@ -198,7 +194,7 @@ def wraps(name: str, y: Array, begin: float, dt: float) -> list[Finding]:
         dt: sample time, s.
     """
     jump = np.abs(np.diff(y))
-    turns = np.flatnonzero(np.abs(jump - TURN) < NEAR_TURN)
+    turns = np.flatnonzero(np.abs(jump - TURN) < LIMITS.near_turn)
     if not len(turns) or jump[turns].min() < 5.0 * np.percentile(jump, 98):
         return []
     return [Finding(
@@ -224,7 +220,8 @@ def sticks(name: str, y: Array, i: int, play: float, begin: float, dt: float) ->
     starts = np.append(0, np.flatnonzero(np.diff(own)) + 1)
     lengths = np.diff(np.append(starts, len(own)))
     runs = [slice(starts[k], starts[k] + lengths[k])
-            for k in np.flatnonzero(lengths >= max(STUCK[0], STUCK[1] / dt))]
+            for k in np.flatnonzero(lengths >= max(LIMITS.stuck_samples,
+                                                   LIMITS.stuck_seconds / dt))]
     runs = [run for run in runs if np.ptp(opposite[run]) > play]
     if not runs or np.ptp(own) == 0.0:
         return []

@@ -20,13 +20,13 @@ from gearbox_monitor.quality.admission import (
 from gearbox_monitor.quality.finding import (
     BAD, everything, Finding, Grade, hurts, OK, PURPOSES, WARN)
 from gearbox_monitor.quality.recording import held_rate, merged, prepare, REPEATED
+from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 from gearbox_monitor.quality.stamps import StampClock
-from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.stretch import EvenStretch
 from gearbox_monitor.quality.unphysical import is_uninitialised, physical_columns
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model')
-LEAST = 100  # samples
 # Findings of the diagnosis' own check that make estimates as wrong as the diagnosis.
 WIRING = ('sign', 'swapped', 'units', 'implausible')
 
@@ -60,12 +60,13 @@ def examine(samples: Samples, parameters: EstimatorParameters,
         model: model of the drive, None if unknown.
         has_setpoint: whether a setpoint is recorded beside them.
     """
-    if len(samples.stamp_ns) >= LEAST and (samples.stamp_ns <= 0).all():
+    if len(samples.stamp_ns) >= LIMITS.min_samples and (samples.stamp_ns <= 0).all():
         raise InputError(unstamped(len(samples.stamp_ns)))
     samples, publishers = _of_one_publisher(samples)
     clock = stamps.clock(samples.stamp_ns, parameters.max_gap)
-    if clock is None or len(clock.seconds) < LEAST:
-        raise InputError(f'{len(samples.stamp_ns)} samples, expected {LEAST} or more with '
+    if clock is None or len(clock.seconds) < LIMITS.min_samples:
+        raise InputError(f'{len(samples.stamp_ns)} samples, expected {LIMITS.min_samples} or '
+                         f'more with '
                          'increasing stamps')
     samples, unphysical = _physical(samples, clock)
     u, y = samples.u[:, 0], samples.y
@@ -150,7 +151,7 @@ def examined(lines: Iterable[Finding], begin: float, seconds: float) -> Examinat
                        begin, seconds)
 
 
-def _moved(samples: Samples, clock: StampClock, part: Segment, parameters: EstimatorParameters,
+def _moved(samples: Samples, clock: StampClock, part: EvenStretch, parameters: EstimatorParameters,
            model: DriveModel | None, has_setpoint: bool) -> list[Finding]:
     u, y = samples.u[clock.usable, 0], samples.y[clock.usable]
     stamp_ns = samples.stamp_ns[clock.usable][0] + np.rint(clock.seconds * 1e9).astype(np.int64)

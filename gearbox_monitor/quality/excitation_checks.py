@@ -10,18 +10,10 @@ from scipy.signal import oaconvolve
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.quality.encoders import NAMES
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
-from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.recording_limits import LIMITS
+from gearbox_monitor.quality.stretch import EvenStretch
 
 HALF_WIDTHS = (0.005, 0.01, 0.02, 0.04, 0.08)  # s, of the low pass
-QUIET = 0.15             # noise over motion of the acceleration that is wanted
-TRAVEL = 10.0            # noise standard deviations
-SURE = 4.0               # the same, of a twist that is seen
-SLOW = (5.0, 0.02)       # noise standard deviations, share of the top speed: counts as standing
-FLANK = 0.35             # of the twist's swing, from the middle: counts as a flank
-HALF_GAP = 0.7           # of the model's half gap, likewise
-RATIO = (0.67, 1.5)      # arm over motor travel that needs no gear ratio
-REVERSALS = 2
-EXCITED = 30.0           # condition of acceleration, speed, friction and offset
 ROWS = 200000
 
 
@@ -59,7 +51,7 @@ def low_pass(x: Array, width: int) -> Array:
     return oaconvolve(x, kernel[:, None] if x.ndim > 1 else kernel, 'valid', axes=0)
 
 
-def motion(part: Segment, sigma: Array, width: int) -> LowPassedMotion:
+def motion(part: EvenStretch, sigma: Array, width: int) -> LowPassedMotion:
     """
     Return the Motion of a Stretch, encoders with noise sigma [2] rad; width: samples.
 
@@ -78,7 +70,7 @@ def motion(part: Segment, sigma: Array, width: int) -> LowPassedMotion:
         sigma * np.linalg.norm(kernel), sigma * slope, part.dt, width, width + 1)
 
 
-def quiet_motion(part: Segment, sigma: Array) -> LowPassedMotion:
+def quiet_motion(part: EvenStretch, sigma: Array) -> LowPassedMotion:
     """
     Return the Motion of a Stretch with the shortest low pass that the noise allows.
 
@@ -92,7 +84,7 @@ def quiet_motion(part: Segment, sigma: Array) -> LowPassedMotion:
         moved = motion(part, np.where(measured, sigma, 0.0), width)
         noise = moved.sigma * np.linalg.norm(np.diff(np.pad(kernel_of(width), 2),
                                                      2)) / part.dt ** 2
-        if (noise[measured] <= QUIET * moved.a[:, measured].std(axis=0)).all():
+        if (noise[measured] <= LIMITS.acceleration_noise * moved.a[:, measured].std(axis=0)).all():
             break
     return moved
 
@@ -114,7 +106,7 @@ def reversal_finding(count: int, seconds: float, name: str) -> Finding:
         name: motor or arm.
     """
     times = {0: 'never', 1: 'only once'}.get(count, f'{count} times')
-    sufficient = count >= REVERSALS
+    sufficient = count >= LIMITS.reversals
     return Finding(
         'motion', 'reversals',
         f'the {name} speed reverses {times}, {60 * count / seconds:.3g} per minute',
@@ -133,11 +125,11 @@ def swing(moved: LowPassedMotion) -> tuple[float, float | None]:
     """
     twist = moved.p[:, 0] - moved.p[:, 1]
     low, high = np.percentile(twist, (1, 99))
-    visible = high - low > 2.0 * SURE * np.hypot(*moved.noise)
+    visible = high - low > 2.0 * LIMITS.twist_seen * np.hypot(*moved.noise)
     return 0.5 * (low + high), float(high - low) if visible else None
 
 
-def lines(part: Segment, moved: LowPassedMotion, half_gap: float | None,
+def lines(part: EvenStretch, moved: LowPassedMotion, half_gap: float | None,
           drift_window: float) -> list[Finding]:
     """
     Return Lines on the Motion `moved` of a Stretch.
@@ -154,7 +146,7 @@ def lines(part: Segment, moved: LowPassedMotion, half_gap: float | None,
     travels = [float(np.ptp(moved.p[:, i])) for i in (0, 1)]
     still = False
     for i in np.flatnonzero(part.measured).tolist():
-        sufficient = travels[i] > TRAVEL * max(moved.noise[i], 1e-300)
+        sufficient = travels[i] > LIMITS.travel * max(moved.noise[i], 1e-300)
         still |= not sufficient
         figure = f'{travels[i]:.4g} rad' + ('' if sufficient else ': hardly above noise')
         lines.append(Finding(
@@ -169,7 +161,7 @@ def lines(part: Segment, moved: LowPassedMotion, half_gap: float | None,
     lines.append(Finding('motion', f'speed, {NAMES[i]}',
                          f'rms {rms:.3g}, largest {fast:.3g} rad/s',
                          values={'speed_rms': rms, 'speed_max': fast}))
-    turns = len(reversals(v, max(SLOW[0] * moved.noise_v[i], SLOW[1] * fast)))
+    turns = len(reversals(v, max(LIMITS.slow_noise * moved.noise_v[i], LIMITS.slow_share * fast)))
     lines.append(reversal_finding(turns, part.duration, NAMES[i]))
     if all(part.measured):
         ratio = _ratio(moved)
@@ -196,14 +188,14 @@ def _ratio(moved: LowPassedMotion) -> Finding:
     if slope < 0.0:
         return Finding('signs', 'motor and arm', figure, 'turn the sign of one encoder, or make '
                        'gear_ratio in the model file negative', everything(BAD), values)
-    if not RATIO[0] < size < RATIO[1]:
+    if not LIMITS.ratio_low < size < LIMITS.ratio_high:
         return Finding('signs', 'motor and arm', figure,
                        'multiply gear_ratio in the model file by '
                        f'{1.0 / size:.4g} (--model), or check the units', everything(BAD), values)
     return Finding('signs', 'motor and arm', figure, values=values)
 
 
-def _traversals(part: Segment, moved: LowPassedMotion, half_gap: float | None,
+def _traversals(part: EvenStretch, moved: LowPassedMotion, half_gap: float | None,
                 drift_window: float) -> Finding:
     """Return the Line about how often the twist goes from one flank to the other."""
     middle, width = swing(moved)
@@ -211,8 +203,8 @@ def _traversals(part: Segment, moved: LowPassedMotion, half_gap: float | None,
         return Finding('motion', 'gap traversals', 'no twist seen above the noise',
                        'load the joint to and fro; backlash below the noise of the encoders '
                        'cannot be watched', hurts(OK, BAD, WARN), {'traversals': 0})
-    flank = FLANK * width if not half_gap else HALF_GAP * half_gap
-    flank = max(flank, SURE * float(np.hypot(*moved.noise)))
+    flank = LIMITS.flank_swing * width if not half_gap else LIMITS.flank_gap * half_gap
+    flank = max(flank, LIMITS.twist_seen * float(np.hypot(*moved.noise)))
     at = reversals(moved.p[:, 0] - moved.p[:, 1] - middle, flank)
     windows = max(1, int(part.duration / drift_window))
     per_window = np.bincount((at * moved.dt / drift_window).astype(int), minlength=windows)
@@ -229,7 +221,7 @@ def _traversals(part: Segment, moved: LowPassedMotion, half_gap: float | None,
                    values)
 
 
-def excitation(part: Segment, moved: LowPassedMotion) -> Finding:
+def excitation(part: EvenStretch, moved: LowPassedMotion) -> Finding:
     """
     Return the Line about whether inertia, friction and offset are distinguishable.
 
@@ -243,7 +235,7 @@ def excitation(part: Segment, moved: LowPassedMotion) -> Finding:
     columns = np.column_stack([a, v, sign(v, moved.noise_v[i]), np.ones(len(v))])
     columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     condition = float(np.linalg.cond(columns))
-    sufficient = condition < EXCITED
+    sufficient = condition < LIMITS.excited
     return Finding('motion', 'excitation', f'condition {condition:.3g} of acceleration, speed, '
                    'friction, offset', '' if sufficient else
                    'move at several speeds, in both directions, with quick starts and stops',

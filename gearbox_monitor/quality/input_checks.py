@@ -18,24 +18,15 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality import encoders, wiring
-from gearbox_monitor.quality.excitation_checks import reversal_finding, REVERSALS, reversals
+from gearbox_monitor.quality.excitation_checks import reversal_finding, reversals
 from gearbox_monitor.quality.finding import Finding
-from gearbox_monitor.quality.recording import (
-    DIAGNOSIS_RATES, HELD_RATE, held_rate, MIN_DURATION, SHORT, UniformRecording)
+from gearbox_monitor.quality.recording import held_rate, UniformRecording
+from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.smoothed_motion import HALF_WIDTHS, SmoothedMotion
 from gearbox_monitor.quality.stamps import held_rows
-from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.stretch import EvenStretch
 from gearbox_monitor.quality.torque import limits as torque_limits
 from gearbox_monitor.quality.wiring import Variant
-
-MIN_TRAVEL = 10.0           # noise standard deviations
-MIN_MOVING = 4              # windows of 1 s with motion
-IMPLAUSIBLE = 5.0           # share of the torque's power that no drive like the model leaves
-STRANGE = 0.5               # the same, worth a word
-FOLLOWS = 0.5               # correlation of a position with its setpoint, at least
-BEHIND = 0.5                # s that it is behind, at most
-OTHER_UNIT = 5.0            # times the motion: the setpoint is in another unit
-SAME_FACTOR = 0.3          # how near (relative) a factor comes to a known one
 
 
 def _finding(code: str, text: str, **values: float) -> Finding:
@@ -87,8 +78,8 @@ def _problems(recording: UniformRecording, model: DriveModel) -> list[Finding]:
 
 def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[Finding]:
     # The motor's motion is put in by its acceleration, which slow positions do not show.
-    rates = (HELD_RATE if model.driven_by == 'position' else DIAGNOSIS_RATES[0],
-             DIAGNOSIS_RATES[1])
+    rates = (LIMITS.held_rate if model.driven_by == 'position' else LIMITS.diagnosis_slowest,
+             LIMITS.diagnosis_fastest)
     rate = 1.0 / r.dt
     rows = max(held_rows(r.y[:, i]) for i in r.channels)
     lowest = held_rate(model)
@@ -98,19 +89,21 @@ def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[Finding]:
                          'or one row for each measurement')]
     if not rates[0] * 0.99 <= rate <= rates[1] * 1.01:
         hint = ''
-        if model.driven_by == 'position' and rate >= DIAGNOSIS_RATES[0] * 0.99:
+        if model.driven_by == 'position' and rate >= LIMITS.diagnosis_slowest * 0.99:
             hint = (' with driven_by: position, which needs the acceleration of the motor; log '
-                    f'faster, or state driven_by: torque, which takes {DIAGNOSIS_RATES[0]:g} or '
+                    f'faster, or state driven_by: torque, which takes '
+                    f'{LIMITS.diagnosis_slowest:g} or '
                     'more')
         for unit, factor in (('ms', 1e3), ('us', 1e6), ('ns', 1e9)):
             if rates[0] * 0.99 <= rate * factor <= rates[1] * 1.01:
                 hint = f'; is t in {unit}? It must be in s'
         return [_finding('rate', f'{rate:.4g} samples/s, expected {rates[0]:g} to '
                          f'{rates[1]:g}{hint}')]
-    if r.duration < MIN_DURATION * 0.999:
-        return [_finding('too_short', f'{r.duration:.3g} s, expected at least {MIN_DURATION:g} s: '
+    if r.duration < LIMITS.min_duration * 0.999:
+        return [_finding('too_short', f'{r.duration:.3g} s, expected at least '
+                                      f'{LIMITS.min_duration:g} s: '
                          'the verdict is tested on windows of 1 s that are not fitted')]
-    if r.duration < SHORT:
+    if r.duration < LIMITS.short:
         return [_finding('short', f'{r.duration:.3g} s: few windows are left for the test, '
                          'intervals will be wide; 10 s or more are better')]
     return []
@@ -130,7 +123,7 @@ def _encoders(r: UniformRecording, model: DriveModel, sigma: Array,
         return [_finding('frozen', f'the position of motor and arm never changes: {r.y[0, 0]:.6g} '
                          'rad throughout')]
     noises = list(zip(sigma.tolist(), quantum.tolist()))
-    segment = Segment(0.0, r.duration, r.dt, r.torque, r.y, (True, True))
+    segment = EvenStretch(0.0, r.duration, r.dt, r.torque, r.y, (True, True))
     moving = [f for f in encoders.broken(segment, noises, model)
               if not still[encoders.NAMES.index(f.group)]]
     return findings + moving
@@ -140,7 +133,7 @@ def _encoders(r: UniformRecording, model: DriveModel, sigma: Array,
 def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
            model: DriveModel) -> list[Finding]:
     """Find the change of channels, signs or units that explains the data."""
-    kinds = tuple(wiring.MARGINS)
+    kinds = tuple(LIMITS.margins)
     for width in (w for w in HALF_WIDTHS if w >= smooth.half_width):
         if width > smooth.half_width:  # noise that lasts is more than its high frequencies tell
             smooth, kinds = SmoothedMotion(recording, sigma, width), kinds[:3]
@@ -154,10 +147,10 @@ def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
             return [_finding(code, f'{text}: with that changed, {after} stay unexplained instead '
                              f'of {before}', swap=float(reading.swap), motor=reading.scale[0],
                              arm=reading.scale[1], torque=reading.torque)]
-        if recorded.unexplained < STRANGE:
+        if recorded.unexplained < LIMITS.strange:
             return []
     share = recorded.unexplained
-    return [_finding('implausible' if share > IMPLAUSIBLE else 'strange',
+    return [_finding('implausible' if share > LIMITS.implausible else 'strange',
                      'the torque that motion and model leave unexplained is '
                      f'{np.sqrt(share):.3g} times the commanded one; check model file, '
                      'channels, signs and units')]
@@ -166,7 +159,7 @@ def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
 def _setpoint(r: UniformRecording, model: DriveModel) -> list[Finding]:
     """Find a setpoint that the position follows with another sign or in another unit."""
     position, correlation, against, ratio = r.y[:, r.channels[0]], -1.0, 1.0, 1.0
-    for lag in range(0, round(BEHIND / r.dt) + 1, max(1, round(0.01 / r.dt))):
+    for lag in range(0, round(LIMITS.behind / r.dt) + 1, max(1, round(0.01 / r.dt))):
         setpoint, follower = r.u[:len(r.u) - lag], position[lag:]
         if np.ptp(setpoint) > 0.0:
             at_lag = float(np.corrcoef(setpoint, follower)[0, 1])
@@ -175,20 +168,20 @@ def _setpoint(r: UniformRecording, model: DriveModel) -> list[Finding]:
                 correlation, ratio = at_lag, float(np.std(follower) / np.std(setpoint))
     # A motion faster than the servo is behind by half a period: that alone is no wrong sign. The
     # servo of the model is behind as much.
-    if correlation < FOLLOWS:
+    if correlation < LIMITS.follows:
         expected = simulate(model, r.u, r.dt).x[:, r.channels[0]]
         if np.isfinite(expected).all() and np.ptp(expected) > 0.0:
             as_model = float(np.corrcoef(expected, position)[0, 1])
             if as_model > correlation:
                 correlation, ratio = as_model, float(np.std(position) / np.std(expected))
             against = max(against, as_model)
-    if correlation < FOLLOWS and against < -FOLLOWS:
+    if correlation < LIMITS.follows and against < -LIMITS.follows:
         return [_finding('sign', 'the sign of the setpoint is wrong: the position runs against '
                          'it', torque=-1.0)]
-    if correlation < FOLLOWS:
+    if correlation < LIMITS.follows:
         return [_finding('strange', 'the position does not follow the setpoint (correlation '
                          f'{correlation:.2g}); check that it is the setpoint of this drive')]
-    if not 1.0 / OTHER_UNIT < ratio < OTHER_UNIT:
+    if not 1.0 / LIMITS.other_unit < ratio < LIMITS.other_unit:
         return [_finding('units', f'the setpoint is {1.0 / ratio:.3g} times the motion that '
                          'follows it, expected both in rad on the arm side', torque=ratio)]
     return []
@@ -235,7 +228,7 @@ def _unit_text(model: DriveModel, reading: Variant) -> str:
     text = (f'{name} {factor:.3g} times what the model allows '
             f'(expected {"N m" if quantity == "torque" else "rad"})')
     current = ', or a current (see torque_constant)' if quantity == 'torque' else ''
-    if distance < SAME_FACTOR:
+    if distance < LIMITS.same_factor:
         return f'{text}, probably {unit}{current}'
     if abs(ratio - 1.0) <= 0.1 and quantity != 'both':
         return f'{text}, perhaps for a gear_ratio that is not in the model file{current}'
@@ -247,10 +240,10 @@ def _still(r: UniformRecording, smooth: SmoothedMotion, sigma: Array) -> list[Fi
     """Find a drive that stands still, or a torque that never changes."""
     for i, name in enumerate(('motor', 'arm')):
         travel = np.ptp(smooth.p[:, i])
-        if travel < MIN_TRAVEL * sigma[i]:
+        if travel < LIMITS.travel * sigma[i]:
             return [_finding(
                 'unexcited', f'the {name} travels {travel:.3g} rad, {travel / sigma[i]:.1f} times '
-                f'its noise of {sigma[i]:.2g} rad: expected at least {MIN_TRAVEL:g} times')]
+                f'its noise of {sigma[i]:.2g} rad: expected at least {LIMITS.travel:g} times')]
     if np.ptp(r.u) == 0.0:
         what = 'torque u' if r.servo_torque is None else 'setpoint'
         return [_finding('unexcited', f'the {what} is {r.u[0]:.4g} throughout: expected one that '
@@ -262,11 +255,11 @@ def _motion(r: UniformRecording, smooth: SmoothedMotion, model: DriveModel) -> l
     problems = []
     windows = (smooth.k * r.dt).astype(int)
     n = int(r.duration + 1e-9)
-    moving = sum(np.ptp(smooth.p[windows == w, 0]) > MIN_TRAVEL * smooth.noise[0]
+    moving = sum(np.ptp(smooth.p[windows == w, 0]) > LIMITS.travel * smooth.noise[0]
                  for w in range(n) if (windows == w).any())
-    if moving < MIN_MOVING:
+    if moving < LIMITS.min_moving:
         return [_finding('unexcited', f'the motor moves in {moving} of {n} s, expected at least '
-                         f'{MIN_MOVING}')]
+                         f'{LIMITS.min_moving}')]
     v = smooth.v
     slow = np.maximum(5 * smooth.noise_v, 0.02 * np.abs(v).max(axis=0))
     turns = len(reversals(v[:, 0], slow[0]))
@@ -276,7 +269,7 @@ def _motion(r: UniformRecording, smooth: SmoothedMotion, model: DriveModel) -> l
         return [_finding('unexcited', 'the motor speed never reverses and the teeth stay on one '
                          'flank: friction, load and offsets are one number then; expected motion '
                          'in both directions')]
-    if turns < REVERSALS:
+    if turns < LIMITS.reversals:
         problems.append(reversal_finding(turns, r.duration, 'motor'))
     if crossings == 0 and geared and model.transmission.half_gap > 0.0:
         problems.append(_finding(

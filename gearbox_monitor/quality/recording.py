@@ -21,22 +21,10 @@ from gearbox_monitor.kernels.sensor_noise import DIFFERENCE_GAIN, quantisation_s
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller, DriveModel
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.unphysical import is_uninitialised, physical
 
-MIN_DURATION = 4.0     # s: four windows of the gap metric
-SHORT = 8.0            # s: below it, few windows are left for validation
-DIAGNOSIS_RATES = (30.0, 4000.0)  # Hz
-HELD_RATE = 200.0      # Hz: positions that are held over rows are late, by little from here on
-MAX_REPAIRED = 0.01    # share of samples that may be interpolated
-RATES_ALIKE = 0.1      # relative difference of rates up to which recordings are brought to one
-MAX_RUN = 3            # samples in a row that may be interpolated: below the drive's own periods
-WANDER_SPAN = 0.2      # s over which stamps are averaged: longer than what makes single ones late
-JITTERY = 0.15         # of a sample time: spread of steps from which on no single step tells
-LATEST = 6.0           # spreads by which a step may be longer without a lost sample
-QUIET_JITTER = 0.01    # of a sample time, rms: stamps rounded by a computer, not worth a word
-MAX_GAP = 0.25         # s: stamps farther ahead are another run, if they stay there
 REPEATED = ('first', 'average', 'drop')  # what is used of samples with one stamp
-SPIKE = 12.0           # robust standard deviations off its neighbours
 HELD = ('u', 'setpoint')  # over a sample
 SPEED_SPAN = 0.01  # s on either side, over which a servo takes the speed of the motor
 UNITS = {'t': 's', 'u': 'N m', 'setpoint': 'rad', 'motor': 'rad', 'arm': 'rad',
@@ -150,7 +138,8 @@ def held_rate(model: DriveModel | None) -> float:
     Args:
         model: of the drive, None if unknown. The setpoint of a servo is slow, its torque is not.
     """
-    return HELD_RATE if model is None or model.controller is None else DIAGNOSIS_RATES[0]
+    held = model is None or model.controller is None
+    return LIMITS.held_rate if held else LIMITS.diagnosis_slowest
 
 
 def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,
@@ -165,9 +154,9 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
     - Stamps: a uniform grid is laid through them. Where the readings say that they were taken at
       the stamped times, positions are interpolated onto the grid; otherwise the stamps have
       jittered on their way and the samples are taken as the grid.
-    - Up to MAX_RUN samples in a row that are lost or NaN, and single wild readings, are
-      interpolated (u is held), up to MAX_REPAIRED of all.
-    - At longer gaps the recording is cut and the longest stretch kept if it has MIN_DURATION.
+    - Up to LIMITS.max_run samples in a row that are lost or NaN, and single wild readings, are
+      interpolated (u is held), up to `max_repaired` of all.
+    - At longer gaps the recording is cut and the longest stretch kept if it has `min_duration`.
 
     Raises InputError naming field, row, value and what was expected.
 
@@ -204,7 +193,8 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
             notices.append(f'{count} values of {field} were infinite or beyond 1e9: they count '
                            'as not measured')
     if len(t) < 10:
-        raise InputError(f'{where}{len(t)} samples, expected at least {MIN_DURATION:g} s of them')
+        raise InputError(f'{where}{len(t)} samples, expected at least {LIMITS.min_duration:g} s '
+                         f'of them')
     _check_numbers(t, first, values, where, place, axis)
     for field, value in values.items():
         if not np.isnan(value).any():
@@ -212,7 +202,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
         values[field], count = _fill(t, value, field, where, place, axis)
         notices.append(f'{count} values of {field} were NaN and are interpolated')
     index, dt, jitter = _grid(t, where)
-    cuts = np.flatnonzero(np.diff(index) > MAX_RUN + 1)
+    cuts = np.flatnonzero(np.diff(index) > LIMITS.max_run + 1)
     if len(cuts):
         keep, notice = _longest(t, first, cuts, dt, where)
         notices.append(notice)
@@ -221,9 +211,10 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
     index = index - index[0]
     n = int(index[-1]) + 1
     missing = n - len(index)
-    if missing > MAX_REPAIRED * n:
+    if missing > LIMITS.max_repaired * n:
         raise InputError(f'{where}{missing} of {n} samples lost by their stamps '
-                         f'({100 * missing / n:.1f} %), expected at most {100 * MAX_REPAIRED:g} %')
+                         f'({100 * missing / n:.1f} %), expected at most '
+                         f'{100 * LIMITS.max_repaired:g} %')
     if missing:
         notices.append(f'{missing} of {n} samples lost by their stamps, interpolated')
     wander = _wander(jitter, dt)
@@ -233,7 +224,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
         jitter = jitter - wander
     rms = rms_of(jitter)
     sampled_then = False
-    if rms > QUIET_JITTER * dt:
+    if rms > LIMITS.quiet_jitter * dt:
         sampled_then = _follows_stamps(values, index, jitter, dt)
         how = ('positions follow the stamps and are interpolated onto a uniform grid'
                if sampled_then else
@@ -302,7 +293,7 @@ def _one_clock(t: Any, u: Array, y: Array, arm_torque: Array | None, place: Plac
         return same
     stamps = t.astype(np.int64) if t.dtype.kind in 'iu' else np.rint(
         (t - t.min()) * 1e9).astype(np.int64)
-    codes = stamp_codes(stamps - stamps.min() + 1_000_000_000, MAX_GAP)
+    codes = stamp_codes(stamps - stamps.min() + 1_000_000_000, LIMITS.max_gap)
     # The sample that is believed is the last one of those that confirm each other.
     back = np.flatnonzero(np.diff(t) < 0) + 1
     begins = [int(back[back <= k].max()) for k in np.flatnonzero(codes == START)[1:]
@@ -363,16 +354,16 @@ def _fill(t: Array, value: Array, field: str, where: str, place: Place,
     """Return (value with NaN interpolated, how many); raises InputError where there are many."""
     missing = np.isnan(value)
     starts, lengths = _runs(missing)
-    long = np.flatnonzero(lengths > MAX_RUN)
+    long = np.flatnonzero(lengths > LIMITS.max_run)
     count = int(missing.sum())
-    if len(long) or count > MAX_REPAIRED * len(value) or missing[0] or missing[-1]:
+    if len(long) or count > LIMITS.max_repaired * len(value) or missing[0] or missing[-1]:
         at = long[0] if len(long) else 0
         duration = f' for {lengths[at]} samples' if lengths[at] > 1 else ''
         raise InputError(
             f'{where}{place(int(starts[at]), field)}: nan{duration} '
             f'({count} nan of {len(value)}), expected numbers in '
-            f'{on_axis(UNITS[field], axis)}, at most {MAX_RUN} nan in a '
-            f'row and {100 * MAX_REPAIRED:g} % in all')
+            f'{on_axis(UNITS[field], axis)}, at most {LIMITS.max_run} nan in a '
+            f'row and {100 * LIMITS.max_repaired:g} % in all')
     good = ~missing
     if field in HELD:
         last = np.maximum.accumulate(np.where(good, np.arange(len(value)), 0))
@@ -393,7 +384,8 @@ def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
     count = np.maximum(1.0, np.rint(step / dt))
     spread = 1.4826 * float(np.median(np.abs(step - dt)))
     # Of a step that lateness may have made, its length does not tell whether a sample is lost.
-    doubtful = (step > 1.5 * dt) & ((spread > JITTERY * dt) | (step < dt + LATEST * spread))
+    doubtful = (step > 1.5 * dt) & ((spread > LIMITS.jittery * dt)
+                                    | (step < dt + LIMITS.latest * spread))
     for k in np.flatnonzero(doubtful).tolist():
         # A late stamp is followed by a short step; after a lost sample all stamps stay behind.
         rows_before, rows_after = np.arange(max(k - 6, 0),
@@ -404,7 +396,7 @@ def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
     index = np.concatenate([[0], np.cumsum(count)])
     slope, start = np.polyfit(index, t, 1)
     jitter = t - start - slope * index
-    if np.sqrt(np.mean(jitter ** 2)) > MAX_RUN * slope:
+    if np.sqrt(np.mean(jitter ** 2)) > LIMITS.max_run * slope:
         raise InputError(f'{where}t: stamps stray from any even spacing by '
                          f'{np.abs(jitter).max():.3g} s, expected one sample rate')
     return index.astype(np.int64), float(slope), jitter
@@ -419,9 +411,9 @@ def _longest(t: Array, first: float, cuts: Integers, dt: float, where: str) -> t
     holes = (f'{len(cuts)} gap{"s" if len(cuts) > 1 else ""} in the stamps, the longest '
              f'{t[widest + 1] - t[widest]:.3g} s at t = {first + t[widest]:.6g} s')
     length = t[keep][-1] - t[keep][0] + dt
-    if length < MIN_DURATION:
+    if length < LIMITS.min_duration:
         raise InputError(f'{where}{holes}; the longest stretch without one lasts {length:.3g} s, '
-                         f'expected at least {MIN_DURATION:g} s')
+                         f'expected at least {LIMITS.min_duration:g} s')
     return keep, (f'{holes}; only the stretch from {first + t[keep][0]:.6g} s to '
                   f'{first + t[keep][-1]:.6g} s is used')
 
@@ -467,12 +459,12 @@ def _wander(jitter: Array, dt: float) -> Array:
         jitter: stamps less even ones, s.
         dt: sample time, s.
     """
-    half = max(1, round(0.5 * WANDER_SPAN / dt))
+    half = max(1, round(0.5 * LIMITS.wander_span / dt))
     n = 2 * half + 1
     if len(jitter) < n:
         return np.zeros(len(jitter))
     slow = np.convolve(np.pad(jitter, half, 'edge'), np.ones(n) / n, 'valid')
-    alone = max(QUIET_JITTER * dt, 4.0 * rms_of(jitter - slow) / math.sqrt(n))
+    alone = max(LIMITS.quiet_jitter * dt, 4.0 * rms_of(jitter - slow) / math.sqrt(n))
     return slow if rms_of(slow) > alone else np.zeros(len(jitter))
 
 
@@ -514,8 +506,9 @@ def _mend_spikes(value: Array) -> int:
     # A wild reading spoils the cubics of its four neighbours by two thirds at most.
     neighbourhood = np.lib.stride_tricks.sliding_window_view(
         np.pad(np.abs(off), 2), 5).max(axis=1)
-    wild = np.flatnonzero((np.abs(off) > SPIKE * scale) & (np.abs(off) == neighbourhood)) + 2
-    if not len(wild) or len(wild) > MAX_REPAIRED * len(value):
+    wild = np.flatnonzero((np.abs(off) > LIMITS.spike * scale)
+                          & (np.abs(off) == neighbourhood)) + 2
+    if not len(wild) or len(wild) > LIMITS.max_repaired * len(value):
         return 0
     # Alone: without it the rest is as smooth as anywhere.
     count = 0
@@ -535,7 +528,7 @@ def at_one_rate(recordings: Sequence[UniformRecording]) -> list[UniformRecording
 
     The rate of a logger that has no clock of its own differs by percents between recordings.
     Readings are interpolated by local cubics; what is held keeps the value in force. Rates that
-    differ by more than RATES_ALIKE remain as they are.
+    differ by more than `rates_alike` remain as they are.
 
     Args:
         recordings: recordings of one drive, as prepared.
@@ -543,7 +536,7 @@ def at_one_rate(recordings: Sequence[UniformRecording]) -> list[UniformRecording
     dt = max(r.dt for r in recordings)
     aligned = []
     for r in recordings:
-        if 1e-3 < dt / r.dt - 1.0 <= RATES_ALIKE:
+        if 1e-3 < dt / r.dt - 1.0 <= LIMITS.rates_alike:
             t = np.arange(int((len(r.t) - 1) * r.dt / dt) + 1) * dt
             held = np.minimum((t / r.dt + 1e-6).astype(int), len(r.u) - 1)
             at = np.arange(len(r.t)) * r.dt

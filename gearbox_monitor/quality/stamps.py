@@ -10,24 +10,8 @@ from gearbox_monitor.estimation.sample_loop import (
     BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
-from gearbox_monitor.quality.recording import (
-    DIAGNOSIS_RATES, HELD_RATE, MAX_REPAIRED, MIN_DURATION, SHORT)
+from gearbox_monitor.quality.recording_limits import LIMITS
 
-RATES = (100.0, 2000.0)  # Hz, of estimation
-LEAST_RATE = 20.0        # Hz, below it nothing of a drive's motion is left
-REFUSED = 0.05           # share of samples with unusable stamps that nothing should rest on
-JITTER = (0.1, 1.0)      # of the period: worth a word; no clock of the measurement
-LOST = (0.001, 0.1)      # share of samples
-LENGTH = 5.0             # s, for R and Q
-DRIFT_WINDOWS = (1, 6)   # none can be measured; few
-LEAST_CHANGES = 50       # of a value, to see a rhythm
-HELD = 0.8               # share of changes that come in one rhythm, if values are held
-UNEVEN = 0.3             # of the size of their steps: steps of a lattice are all of one size
-# Samples stamped as a whole packet is received: steps below this part of the mean one, and the
-# least share of them.
-AT_ONCE, BURSTS = 0.25, 0.4
-DROPOUT = 3.0            # times the longest usual step
-MAX_GAP = 0.25           # s, where no estimator says it
 _GROUP = 'stamps'
 
 
@@ -58,7 +42,7 @@ class StampClock:
         return float(self.seconds[-1])
 
 
-def clock(stamps: Integers, max_gap: float = MAX_GAP) -> StampClock | None:
+def clock(stamps: Integers, max_gap: float = LIMITS.max_gap) -> StampClock | None:
     """
     Return the StampClock of some stamps, None where fewer than ten are usable.
 
@@ -98,11 +82,12 @@ def clock(stamps: Integers, max_gap: float = MAX_GAP) -> StampClock | None:
 def burst_size(stamps: Integers) -> int:
     """Return how many samples are stamped at once, on receipt of a packet; 1: each by itself."""
     step = np.diff(stamps)
-    if len(step) < LEAST_CHANGES or (step < 0).any() or stamps[0] <= 0 or stamps[-1] == stamps[0]:
+    if (len(step) < LIMITS.least_changes or (step < 0).any() or stamps[0] <= 0
+            or stamps[-1] == stamps[0]):
         return 1
-    mean = float(np.mean(np.minimum(step, DROPOUT * np.percentile(step, 99.5))))
-    at_once = step < AT_ONCE * mean
-    if at_once.mean() < BURSTS:
+    mean = float(np.mean(np.minimum(step, LIMITS.dropout * np.percentile(step, 99.5))))
+    at_once = step < LIMITS.at_once * mean
+    if at_once.mean() < LIMITS.bursts:
         return 1
     return max(1, round(len(stamps) / (int((~at_once).sum()) + 1)))
 
@@ -115,7 +100,7 @@ def evened(stamps: Integers) -> Integers:
         stamps: int64 [N], ns, not decreasing, at least two of them different.
     """
     step = np.diff(stamps)
-    dropout = DROPOUT * np.percentile(step[step > 0], 99.5)
+    dropout = LIMITS.dropout * np.percentile(step[step > 0], 99.5)
     starts = np.append(0, np.flatnonzero(step > dropout) + 1)
     even = np.empty(len(stamps), np.int64)
     for first, last in zip(starts, np.append(starts[1:], len(stamps))):
@@ -164,13 +149,14 @@ def _order(stamps: Integers, clock: StampClock, max_gap: float) -> Finding:
         return Finding(_GROUP, 'order', figure + (f'; {jumps} are refused after gaps' if jumps
                                                   else ''), values=values)
     share = refused / len(stamps)
-    grade = BAD if share > REFUSED else WARN
+    grade = BAD if share > LIMITS.refused else WARN
     advice = 'let one publisher stamp each message with the time of its measurement'
     if restarts and not (zero or repeated or late > 0):
         advice = 'record each run of a simulation by itself; diagnose uses the longest one'
     return Finding(
         _GROUP, 'order', f'{", ".join(counts)}; {refused} of {len(stamps)} samples are refused',
-        advice, hurts(grade, grade, BAD if zero or late > 0 or share > MAX_REPAIRED else grade),
+        advice, hurts(grade, grade, BAD if zero or late > 0 or share > LIMITS.max_repaired
+                      else grade),
         values)
 
 
@@ -181,7 +167,7 @@ def _bursts(clock: StampClock) -> Finding:
         'NEW lays an even grid through them', everything(BAD), {'burst': clock.burst})
 
 
-def held(clock: StampClock, y: Array, lowest: float = HELD_RATE) -> list[Finding]:
+def held(clock: StampClock, y: Array, lowest: float = LIMITS.held_rate) -> list[Finding]:
     """
     Return findings about positions y [N, 2] (rad) that are repeated between their measurements.
 
@@ -206,34 +192,34 @@ def held_rows(values: Array) -> int:
     """Return for how many rows each of the readings [N] is held, 1 if they are not."""
     values = values[np.isfinite(values)]
     at = np.flatnonzero(np.diff(values)) + 1
-    if len(at) < LEAST_CHANGES:
+    if len(at) < LIMITS.least_changes:
         return 1
     rows = np.diff(at)
     usual = int(np.median(rows))
     rhythmic = np.abs(rows - usual) <= max(0.1 * usual, usual > 2)
     size = np.abs(np.diff(values[at - 1]))
-    if usual < 2 or rhythmic.mean() < HELD or size.std() < UNEVEN * size.mean():
+    if usual < 2 or rhythmic.mean() < LIMITS.held or size.std() < LIMITS.uneven * size.mean():
         return 1
     return usual
 
 
-def _rate_of(rate: float, lowest: float = DIAGNOSIS_RATES[0]) -> Finding:
-    estimation = OK if RATES[0] <= rate * 1.01 and rate <= RATES[1] * 1.01 else WARN
-    if rate < LEAST_RATE:
+def _rate_of(rate: float, lowest: float = LIMITS.diagnosis_slowest) -> Finding:
+    estimation = OK if LIMITS.slowest <= rate * 1.01 and rate <= LIMITS.fastest * 1.01 else WARN
+    if rate < LIMITS.least_rate:
         estimation = BAD
-    highest = DIAGNOSIS_RATES[1]
+    highest = LIMITS.diagnosis_fastest
     fits = lowest <= rate * 1.01 and rate <= highest * 1.01
     spoilt = hurts(estimation, estimation, OK if fits else BAD)
     advice = ''
     if spoilt:
-        advice = (f'record {RATES[0]:g} to {RATES[1]:g} Hz, for diagnose {lowest:g} '
+        advice = (f'record {LIMITS.slowest:g} to {LIMITS.fastest:g} Hz, for diagnose {lowest:g} '
                   f'to {highest:g} Hz')
     return Finding(_GROUP, 'rate', f'{rate:.5g} Hz', advice, spoilt, {'rate_hz': rate})
 
 
 def _jitter(clock: StampClock) -> Finding:
     share = clock.jitter / clock.period
-    grade = BAD if share > JITTER[1] else WARN if share > JITTER[0] else OK
+    grade = BAD if share > LIMITS.jitter_bad else WARN if share > LIMITS.jitter_notice else OK
     advice = '' if grade == OK else \
         'stamp where the encoders are read, not where the message is made or received'
     figure = 'below 1 us' if clock.jitter < 1e-6 else \
@@ -251,7 +237,8 @@ def _gaps(clock: StampClock, max_gap: float) -> Finding:
         return Finding(_GROUP, 'gaps', f'none; longest step {longest * 1e3:.3g} ms', values=values)
     share = clock.missing / (clock.missing + len(clock.seconds))
     restarts = int((step > max_gap).sum())
-    grade = BAD if share > LOST[1] else WARN if share > LOST[0] or restarts else OK
+    grade = (BAD if share > LIMITS.lost_many
+             else WARN if share > LIMITS.lost_notice or restarts else OK)
     at = clock.seconds[np.argmax(step)]
     figure = (f'{gaps.sum()} with {clock.missing} samples ({100 * share:.2g} %), the longest '
               f'{longest:.3g} s at {at:.4g} s')
@@ -260,19 +247,21 @@ def _gaps(clock: StampClock, max_gap: float) -> Finding:
     advice = '' if grade == OK else \
         'look for a busy network or recorder: raise the depth of its queue, record locally'
     return Finding(_GROUP, 'gaps', figure, advice,
-                   hurts(grade, grade, BAD if share > MAX_REPAIRED else grade), values)
+                   hurts(grade, grade, BAD if share > LIMITS.max_repaired else grade), values)
 
 
 def length(seconds: float, drift_window: float) -> Finding:
     """Return the Line on a recording of so many `seconds`; drift_window (s): the estimator's."""
     windows = int(seconds / drift_window)
-    estimation = OK if seconds >= LENGTH else WARN
-    drift = BAD if windows < DRIFT_WINDOWS[0] else WARN if windows < DRIFT_WINDOWS[1] else OK
-    diagnosis = BAD if seconds < MIN_DURATION * 0.999 else \
-        WARN if seconds < SHORT else OK
+    estimation = OK if seconds >= LIMITS.length else WARN
+    drift = (BAD if windows < LIMITS.drift_windows_none
+             else WARN if windows < LIMITS.drift_windows_few else OK)
+    diagnosis = BAD if seconds < LIMITS.min_duration * 0.999 else \
+        WARN if seconds < LIMITS.short else OK
     advice = []
     if drift:
-        advice.append(f'for drift record {DRIFT_WINDOWS[1]} windows of {drift_window:g} s or more')
+        advice.append(f'for drift record {LIMITS.drift_windows_few} windows of {drift_window:g} '
+                      f's or more')
     if diagnosis or estimation:
         advice.append('for all else 10 s or more')
     return Finding(_GROUP, 'length', f'{seconds:.4g} s', '; '.join(advice),

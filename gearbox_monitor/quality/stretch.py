@@ -7,15 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.stamps import StampClock
-
-CUT = 10           # periods without a sample that are not bridged
-QUIET = 0.01       # of the period: such stamps are as good as even
-KNOWN = (0.05, 0.5)  # least share of readings, and of torques, to work with
 
 
 @dataclass(frozen=True)
-class Segment:
+class EvenStretch:
     """
     Samples [N] `dt` s apart, on the arm side.
 
@@ -35,7 +32,7 @@ class Segment:
         """Length, s."""
         return self.end - self.begin
 
-    def first(self, seconds: float) -> 'Segment':
+    def first(self, seconds: float) -> 'EvenStretch':
         """Return the Stretch of its first `seconds` s, itself where it is not longer."""
         n = int(seconds / self.dt)
         if n >= len(self.y):
@@ -44,7 +41,7 @@ class Segment:
                        u=None if self.u is None else self.u[:n])
 
 
-def stretch(clock: StampClock, u: Array, y: Array) -> Segment:
+def stretch(clock: StampClock, u: Array, y: Array) -> EvenStretch:
     """
     Return the Stretch of a recording.
 
@@ -56,13 +53,13 @@ def stretch(clock: StampClock, u: Array, y: Array) -> Segment:
         y: readings as recorded [N, 2], rad; NaN: not measured.
     """
     t, u, y = clock.seconds, u[clock.usable], y[clock.usable]
-    edges = np.union1d(np.flatnonzero(np.diff(t) > CUT * clock.period) + 1,
+    edges = np.union1d(np.flatnonzero(np.diff(t) > LIMITS.cut * clock.period) + 1,
                        np.array(clock.restarts, int))
     starts, ends = np.append(0, edges), np.append(edges, len(t))
     longest = int(np.argmax(t[ends - 1] - t[starts]))
     keep = slice(starts[longest], ends[longest])
     t, u, y = t[keep], u[keep], y[keep]
-    even = clock.jitter < QUIET * clock.period and len(t) == round(
+    even = clock.jitter < LIMITS.quiet_jitter * clock.period and len(t) == round(
         (t[-1] - t[0]) / clock.period) + 1
     grid = t if even else np.arange(t[0], t[-1], clock.period)
 
@@ -84,8 +81,9 @@ def stretch(clock: StampClock, u: Array, y: Array) -> Segment:
             last = np.searchsorted(t[good], grid + 0.5 * clock.period, 'right') - 1
             return value[good][np.maximum(last, 0)]
         return np.interp(grid, t[good], value[good])
-    channels = [on_grid(channel, KNOWN[0]) for channel in y.T]
+    channels = [on_grid(channel, LIMITS.known_readings) for channel in y.T]
     none = np.full(len(grid), np.nan)
-    return Segment(float(t[0]), float(t[-1]), clock.period, on_grid(u, KNOWN[1], hold=True),
+    return EvenStretch(float(t[0]), float(t[-1]), clock.period,
+                   on_grid(u, LIMITS.known_torques, hold=True),
                    np.column_stack([none if c is None else c for c in channels]),
                    tuple(c is not None for c in channels))

@@ -13,29 +13,18 @@ from gearbox_monitor.quality.encoders import NAMES, Noises
 from gearbox_monitor.quality.excitation_checks import (
     low_pass, LowPassedMotion, motion, sign, swing)
 from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
-from gearbox_monitor.quality.stretch import Segment
+from gearbox_monitor.quality.recording_limits import LIMITS
+from gearbox_monitor.quality.stretch import EvenStretch
 
-MISSING = (0.01, 0.2)    # share of the samples: worth a word; too many
-LIMITED = (5, 0.02, 0.7)  # samples in a row on the extreme; shares of all that are worth a word
 LAGS = np.arange(-5, 61)  # samples; effort_delay takes -1 to 50
-DELAYS = (-1, 50)        # samples, of effort_delay
-STILL, LIVELY = 0.25, 0.5  # s on one value; share of changes from sample to sample elsewhere
-TRAVEL, LEAST_STUCK = 50.0, 0.02  # noises that the drive moves meanwhile; share of the samples
 SECONDS = 600.0          # of a recording that are looked at
 BLOCKS, BLOCK_SECONDS = 24, 5.0
 HINGES = 6               # bends of the torque over the twist
 LIGHT = 0.005            # s, half width of the low pass before what bends
 ROWS = 100000
-SEEN = 0.3               # correlation with the acceleration from which on the torque is seen in it
-VAGUE = 1.0              # standard error of the delay, samples
-METHOD = 0.15            # samples: what the low pass and a controller's feedback leave in it
-WORK = 0.05              # of |u dx|: net work that has a sign
-CERTAIN = 5.0            # standard errors from which on something is called wrong
-SETPOINT = 0.05          # share of a position that follows its setpoint, and of its slope of 1
-AHEAD = 0.5              # s that a position is behind its setpoint at most
 
 
-def lines(u: Array, part: Segment, has_setpoint: bool = False) -> list[Finding]:
+def lines(u: Array, part: EvenStretch, has_setpoint: bool = False) -> list[Finding]:
     """
     Return Lines on torques u [N] N m as recorded (NaN: none), and on those of a Stretch.
 
@@ -50,7 +39,7 @@ def lines(u: Array, part: Segment, has_setpoint: bool = False) -> list[Finding]:
         return [Finding('torque', 'readings', 'none, but a setpoint is recorded',
                         'for diagnose give a model file with the key controller, for estimation '
                         'record the torque', hurts(BAD, BAD, WARN), values)]
-    if share > MISSING[1] or part.u is None:
+    if share > LIMITS.missing_many or part.u is None:
         return [Finding('torque', 'readings', 'none' if share == 1.0 else
                         f'{100 * share:.3g} % missing or NaN',
                         'publish the commanded torque as effort of the motor joint',
@@ -63,7 +52,7 @@ def lines(u: Array, part: Segment, has_setpoint: bool = False) -> list[Finding]:
         return [Finding('torque', 'readings', f'{torque[0]:.4g} N m throughout',
                         'check that effort is the commanded torque; then move', everything(BAD),
                         values)]
-    grade = WARN if share > MISSING[0] else OK
+    grade = WARN if share > LIMITS.missing_notice else OK
     if share:
         figure += f'; {100 * share:.2g} % missing or NaN'
     lines = [Finding('torque', 'readings', figure, '' if grade == OK else
@@ -77,11 +66,11 @@ def limits(u: Array) -> list[Finding]:
     high, low = u.max(), u.min()
     starts = np.append(0, np.flatnonzero(np.diff(u)) + 1)
     lengths = np.diff(np.append(starts, len(u)))
-    at_limit = (lengths >= LIMITED[0]) & np.isin(u[starts], (high, low))
+    at_limit = (lengths >= LIMITS.limit_samples) & np.isin(u[starts], (high, low))
     share = float(lengths[at_limit].sum() / len(u))
-    rests = float(lengths[lengths >= LIMITED[0]].sum() / len(u)) - share
+    rests = float(lengths[lengths >= LIMITS.limit_samples].sum() / len(u)) - share
     # Steps rest everywhere, a clipped command on its limits only.
-    if not LIMITED[1] <= share < LIMITED[2] or rests > 0.2:
+    if not LIMITS.limit_share <= share < LIMITS.relay_share or rests > 0.2:
         return []
     return [Finding('torque', 'limits', f'the commanded torque stands on its limits {low:.4g} and '
                     f'{high:.4g} N m for {100 * share:.0f} % of the time',
@@ -111,14 +100,14 @@ def stuck(u: Array, y: Array, seconds: Array, noises: Noises) -> list[Finding]:
     u, p, t = u[valid], y[valid, i], seconds[valid]
     starts = np.append(0, np.flatnonzero(np.diff(u)) + 1)
     ends = np.append(starts[1:], len(u))
-    long = np.flatnonzero(t[ends - 1] - t[starts] >= STILL)
+    long = np.flatnonzero(t[ends - 1] - t[starts] >= LIMITS.still)
     elsewhere = len(u) - int((ends[long] - starts[long]).sum())
-    if not len(long) or len(starts) - len(long) < LIVELY * max(elsewhere, 1):
+    if not len(long) or len(starts) - len(long) < LIMITS.lively * max(elsewhere, 1):
         return []
     runs = [slice(starts[k], ends[k]) for k in long
-            if _travel(p[starts[k]:ends[k]]) > TRAVEL * (noise[0] + noise[1])]
+            if _travel(p[starts[k]:ends[k]]) > LIMITS.stuck_travel * (noise[0] + noise[1])]
     share = sum(run.stop - run.start for run in runs) / len(u)
-    if share < LEAST_STUCK:
+    if share < LIMITS.least_stuck:
         return []
     longest = max(runs, key=lambda run: run.stop - run.start)
     value = float(u[longest.start])
@@ -137,7 +126,7 @@ def _travel(positions: Array) -> float:
     return float(np.ptp(positions)) if len(positions) else 0.0
 
 
-def setpoint(part: Segment, moved: LowPassedMotion) -> list[Finding]:
+def setpoint(part: EvenStretch, moved: LowPassedMotion) -> list[Finding]:
     """
     Return the finding about a torque that is a position's setpoint, if it is one.
 
@@ -151,10 +140,11 @@ def setpoint(part: Segment, moved: LowPassedMotion) -> list[Finding]:
     u = moved.u - moved.u.mean()
     for i in np.flatnonzero(part.measured).tolist():
         p = moved.p[:, i] - moved.p[:, i].mean()
-        for late in range(min(int(AHEAD / part.dt), len(u) // 4)):
+        for late in range(min(int(LIMITS.behind / part.dt), len(u) // 4)):
             x, y = p[late:], u[:len(u) - late]
             slope = float(x @ y) / max(float(x @ x), 1e-300)
-            if abs(slope - 1.0) < SETPOINT and np.std(y - slope * x) < SETPOINT * np.std(y):
+            if (abs(slope - 1.0) < LIMITS.setpoint_share
+                    and np.std(y - slope * x) < LIMITS.setpoint_share * np.std(y)):
                 return [Finding(
                     'torque', 'setpoint', f'the torque equals the position of the {NAMES[i]} '
                     f'{late * part.dt:.2g} s later (slope {slope:.3f}): a setpoint',
@@ -190,15 +180,15 @@ class TorqueResponse:
     @property
     def seen(self) -> bool:
         """Whether the torque shows in the acceleration."""
-        return abs(self.correlation) > SEEN and abs(self.gain) > self.gain_std
+        return abs(self.correlation) > LIMITS.torque_seen and abs(self.gain) > self.gain_std
 
     @property
     def timed(self) -> bool:
         """Whether the delay is determined."""
-        return self.seen and not self.at_edge and self.delay_std < VAGUE
+        return self.seen and not self.at_edge and self.delay_std < LIMITS.delay_vague
 
 
-def answer(part: Segment, sigma: Array, width: int) -> TorqueResponse | None:
+def answer(part: EvenStretch, sigma: Array, width: int) -> TorqueResponse | None:
     """
     Return the Answer of a Stretch to its torque, or None where it is too short.
 
@@ -225,13 +215,14 @@ def answer(part: Segment, sigma: Array, width: int) -> TorqueResponse | None:
     whole_work = max(np.abs(work).sum(), 1e-300)
     by_block = np.array([block.sum() for block in np.array_split(work, BLOCKS)])
     return TorqueResponse(
-        float(whole[0]), math.hypot(spread[0], whole[0] - wider[0], METHOD), float(whole[2]),
+        float(whole[0]), math.hypot(spread[0], whole[0] - wider[0], LIMITS.delay_method),
+        float(whole[2]),
         float(whole[1]), math.hypot(spread[1], whole[1] - wider[1]), bool(whole[3]),
         float(work.sum() / whole_work),
         float(math.sqrt(BLOCKS) * by_block.std() / whole_work))
 
 
-def _regressed(part: Segment, moved: LowPassedMotion, i: int) -> tuple[Peak, Array] | None:
+def _regressed(part: EvenStretch, moved: LowPassedMotion, i: int) -> tuple[Peak, Array] | None:
     """Return (result of _best, standard errors of delay and gain), None where too short."""
     u, *columns = _columns(part, moved, i)
     blocks = _blocks(len(u), part.dt, moved.width)
@@ -261,7 +252,7 @@ def _regressed(part: Segment, moved: LowPassedMotion, i: int) -> tuple[Peak, Arr
     return _best(*sums), np.sqrt((len(blocks) - 1) * parts.var(axis=0))
 
 
-def _columns(part: Segment, moved: LowPassedMotion, i: int) -> list[Array]:
+def _columns(part: EvenStretch, moved: LowPassedMotion, i: int) -> list[Array]:
     """
     Return [M] each: torque, acceleration, and all that this depends on beside the torque.
 
@@ -337,13 +328,14 @@ def _delay(response: TorqueResponse, dt: float, stated: int) -> Finding:
     figure = (f'{response.delay:.2f} +- {response.delay_std:.2f} samples, '
               f'{response.delay * dt * 1e3:.3g} +- {response.delay_std * dt * 1e3:.2g} ms')
     rounded = int(np.rint(response.delay))
-    off = abs(response.delay - stated) > max(0.7, CERTAIN * response.delay_std)
+    off = abs(response.delay - stated) > max(0.7, LIMITS.certain * response.delay_std)
     if not off:
         return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}',
                        values=values)
-    if not DELAYS[0] <= rounded <= DELAYS[1]:
+    if not LIMITS.delay_earliest <= rounded <= LIMITS.delay_latest:
         return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}, and takes '
-                       f'{DELAYS[0]} to {DELAYS[1]}', 'stamp the torque when it acts: it is '
+                       f'{LIMITS.delay_earliest} to {LIMITS.delay_latest}',
+                       'stamp the torque when it acts: it is '
                        f'logged {abs(rounded)} samples too {"late" if rounded < 0 else "early"}',
                        hurts(WARN, WARN, WARN), values)
     return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}',
@@ -358,12 +350,12 @@ def _sign(response: TorqueResponse, name: str) -> Finding:
               if response.seen else f'net work {100 * response.work:+.0f} +- '
               f'{100 * response.work_std:.0f} % of its amounts')
     size, error = ((response.gain, response.gain_std) if response.seen else
-                   (response.work, max(response.work_std, WORK / CERTAIN)))
-    if size < -CERTAIN * error:
+                   (response.work, max(response.work_std, LIMITS.work / LIMITS.certain)))
+    if size < -LIMITS.certain * error:
         return Finding('signs', f'torque and {name}', f'{figure}: the wrong way',
                        'turn the sign of ' f'the effort, or of the {name} position',
                        everything(BAD), values)
-    if size < 0.0 or not response.seen and response.work < WORK:
+    if size < 0.0 or not response.seen and response.work < LIMITS.work:
         return Finding('signs', f'torque and {name}', f'{figure}: not determined',
                        'accelerate more, or move against friction', everything(WARN), values)
     return Finding('signs', f'torque and {name}', figure, values=values)

@@ -4,21 +4,20 @@
 """
 Numbers that no sensor gives: one rule for all commands, that of the filter's loop.
 
-What is infinite or beyond HUGE was not measured. A channel of which nothing exceeds TINY, without
-being 0 throughout, is memory that nobody wrote: it counts as 0.
+What is infinite or beyond HUGE was not measured. A channel of which nothing exceeds `unphysical`,
+without being 0 throughout, is memory that nobody wrote: it counts as 0.
 """
 import numpy as np
 
 from gearbox_monitor.estimation.sample_loop import HUGE
 from gearbox_monitor.kernels.types import Array
-
-TINY = 1e-30  # rad, N m: no converter resolves it
+from gearbox_monitor.quality.recording_limits import LIMITS
 
 
 def is_uninitialised(values: Array) -> bool:
     """Return whether `values` [N] (NaN: not measured) are memory that nobody wrote."""
     amounts = np.abs(values[np.isfinite(values)])
-    return bool(len(amounts)) and 0.0 < float(amounts.max()) < TINY
+    return bool(len(amounts)) and 0.0 < float(amounts.max()) < LIMITS.unphysical
 
 
 def physical(values: Array) -> tuple[Array, int]:

@@ -10,7 +10,7 @@ data,
     u = m1 x1'' + m2 x2'' + friction of motor and arm + gravity + offset
     K dz(x1 - x2, b) + D (x1' - x2') = m2 x2'' + friction of the arm + gravity + offset
 
-with inertias and stiffness within a factor of LOOSE of the model's, friction of any size that
+with inertias and stiffness within a factor of `loose` of the model's, friction of any size that
 brakes, gravity (sine and cosine) and offsets of any size. A reading replaces the one as
 recorded by its likelihood ratio over both equations, each with a variance of its own, with as many
 independent samples as the autocorrelation of its residual leaves (Bartlett 1946). How much is
@@ -29,23 +29,16 @@ from scipy.optimize import nnls
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.encoders import OWN_PLAY
+from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 
-LOOSE = 3.0         # times or part of the model's inertias and stiffness that a drive may have
 GAPS = (0.33, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0)  # parts of the half gap that are tried
 FEW_GAPS = (0.5, 1.0, 2.0)   # for choosing the readings that are tried with all
 REFINED = 3         # readings, likewise
 SWINGS = (0.0, 0.25, 0.4, 0.45)  # the same in parts of the twist's swing, if that is searched
 ROWS = 1000         # that are fitted
-ACCURACY = (0.01, 0.03)  # share of the torque's power that models leave of torque and twist
-EXPLAINED = 0.12    # share of the power that an accepted reading leaves at most
-SAMPLES = 20.0      # independent ones at most: the error of a model does not average out
-# Log of the likelihood ratio: 15 is 3e-7, over 400 readings 1e-4; odd factors are rarer.
-MARGINS = {'signs': 15.0, 'swapped': 15.0, 'usual': 15.0, 'odd': 20.0}
-LEAST_DECADES = 0.9  # of an odd factor: loads and inertias of a model are off by several times
+ACCURACY = LIMITS.torque_accuracy, LIMITS.twist_accuracy
 SLACK = 1e3         # weight of a bound
-CERTAIN = 5.0       # standard errors of the sign of the twist
 
 
 class Variant(NamedTuple):
@@ -102,7 +95,7 @@ def readings(smooth: SmoothedMotion, model: DriveModel) -> Iterator[Variant]:
     units = np.array([180 / np.pi, 1e3, 2 * np.pi])
     decades = np.arange(-4.5, 4.51, 0.2)
     factors = {'usual': [*units, *(1 / units)],
-               'odd': 10.0 ** decades[np.abs(decades) > LEAST_DECADES]}
+               'odd': 10.0 ** decades[np.abs(decades) > LIMITS.odd_decades]}
     for kind, quantity in product(factors, ('both', 'torque', 'motor', 'arm', 'side')):
         extra = {'both': [], 'arm': [1 / slope]}.get(quantity, [slope, ratio, 1 / ratio])
         for f in [*factors[kind], *(f for f in extra if abs(np.log10(f)) > 0.4)]:
@@ -137,8 +130,10 @@ def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Variant,
          model.damping * (v[:, 0] - v[:, 1])]])
     t = model.transmission
     nominal = np.array([model.motor_inertia, model.arm_inertia, t.stiffness])
-    spread = np.array([LOOSE, LOOSE, 100.0 if model.driven_by == 'position' else LOOSE])
-    low = np.concatenate([nominal / spread, [min(0.0, LOOSE * model.viscous_friction), 0, 0, 0]])
+    spread = np.array([LIMITS.loose, LIMITS.loose, 100.0 if model.driven_by == 'position'
+                       else LIMITS.loose])
+    low = np.concatenate([nominal / spread,
+                          [min(0.0, LIMITS.loose * model.viscous_friction), 0, 0, 0]])
     room = nominal * spread - low[:3]
     power = float(u @ u) / len(u)
     best: tuple[float, Array, Array] = (np.inf, columns[:, -1], zero)
@@ -168,7 +163,7 @@ def _bent(twist: Array, travel: float, model: DriveModel,
     gaps = [part * half_gap for part in (parts if half_gap > 0.0 else (1.0,))]
     low, high = np.percentile(twist, (2, 98))
     if model.driven_by == 'position':  # gap and stiffness are searched in the twist itself
-        gaps += [share * min(high - low, 2.0 * OWN_PLAY * travel) for share in SWINGS]
+        gaps += [share * min(high - low, 2.0 * LIMITS.own_play * travel) for share in SWINGS]
     for zero, gap in product((0.0, 0.5 * (low + high)), gaps):
         yield twist - zero - np.clip(twist - zero, -gap, gap)
 
@@ -219,7 +214,7 @@ def evidence(recorded: ReadingFit, other: ReadingFit) -> Array:
         floor = ACCURACY[i] * max((fit.power, fit.transmitted)[i] / unit ** 2
                                   for fit, unit in zip((recorded, other), units))
         floor += other.noise[i] / units[1] ** 2
-        samples = min(SAMPLES, independent((other.torque, other.twist)[i]))
+        samples = min(LIMITS.model_samples, independent((other.torque, other.twist)[i]))
         result[i] = 0.5 * samples * np.log((power[0] + floor) / (power[1] + floor))
     return result
 
@@ -259,7 +254,8 @@ def twist_sign(smooth: SmoothedMotion, model: DriveModel, reading: Variant) -> f
     return float(slope[0] / np.sqrt(max(variance, 1e-300)))
 
 
-def better(smooth: SmoothedMotion, model: DriveModel, kinds: tuple[str, ...] = tuple(MARGINS)
+def better(smooth: SmoothedMotion, model: DriveModel,
+           kinds: tuple[str, ...] = tuple(LIMITS.margins)
            ) -> tuple[ReadingFit, Variant | None, ReadingFit | None]:
     """
     Return the data's fit as recorded, and the reading that explains them instead with its fit.
@@ -267,7 +263,7 @@ def better(smooth: SmoothedMotion, model: DriveModel, kinds: tuple[str, ...] = t
     Args:
         smooth: smoothed motion.
         model: model of the drive.
-        kinds: of MARGINS that are tried.
+        kinds: of `margins` that are tried.
 
     Returns:
         Fit as recorded; reading and its fit, None where the recording is read rightly.
@@ -276,7 +272,7 @@ def better(smooth: SmoothedMotion, model: DriveModel, kinds: tuple[str, ...] = t
     sign = twist_sign(smooth, model, Variant('recorded'))
     white = np.resize([1e-9, -1e-9], len(recorded.torque))
     ideal = recorded._replace(torque=white, twist=white)
-    if sign > -CERTAIN and evidence(recorded, ideal).sum() < min(MARGINS.values()):
+    if sign > -LIMITS.certain and evidence(recorded, ideal).sum() < min(LIMITS.margins.values()):
         return recorded, None, None
     for kind, rivals in groupby(readings(smooth, model), key=lambda reading: reading.kind):
         if kind not in kinds:
@@ -285,12 +281,12 @@ def better(smooth: SmoothedMotion, model: DriveModel, kinds: tuple[str, ...] = t
             recorded, fitted(smooth, model, reading, FEW_GAPS)).sum())[:REFINED]
         fits = [(reading, fitted(smooth, model, reading)) for reading in chosen]
         reading, fit = max(fits, key=lambda pair: evidence(recorded, pair[1]).sum())
-        ratio, margin = evidence(recorded, fit), MARGINS[kind]
+        ratio, margin = evidence(recorded, fit), LIMITS.margins[kind]
         sure = ratio.sum() > margin
         if reading.swap:  # it turns the twist round; without its support, the torque must decide
-            sure = sure and ratio[1] > margin / 3.0 or ratio[0] > MARGINS['odd']
+            sure = sure and ratio[1] > margin / 3.0 or ratio[0] > LIMITS.margins['odd']
             turned = twist_sign(smooth, model, reading)
-            sure = sign < -CERTAIN and turned > CERTAIN or sure and turned > sign
-        if sure and fit.unexplained < EXPLAINED:
+            sure = sign < -LIMITS.certain and turned > LIMITS.certain or sure and turned > sign
+        if sure and fit.unexplained < LIMITS.explained:
             return recorded, reading, fit
     return recorded, None, None

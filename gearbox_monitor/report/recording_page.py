@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.forecast import when
-from gearbox_monitor.monitoring.checks.innovation import NIS_HIGH, NIS_LOW
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.advice import NextSteps
@@ -404,8 +404,8 @@ def _nis_chart(timeline: Timeline, time: TimeAxis) -> ChartView | None:
     top = max(1.6, min(4.0, float(np.nanpercentile(nis, 99)) * 1.2))
     return time.chart('Size of the prediction errors: NIS over its degrees of freedom', [
         Panel('1 is expected', (
-            Trace(edges, np.full(2, NIS_HIGH), 'limits of the alarm', 'warn'),
-            Trace(edges, np.full(2, NIS_LOW), '', 'warn'),
+            Trace(edges, np.full(2, LIMITS.nis_high), 'limits of the alarm', 'warn'),
+            Trace(edges, np.full(2, LIMITS.nis_low), '', 'warn'),
             Trace(t, nis, 'NIS', 'closed')), 1.0, 140, limits=(0.0, top))])
 
 

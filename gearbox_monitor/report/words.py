@@ -9,7 +9,7 @@ from pathlib import Path
 import shlex
 from typing import Any, NamedTuple
 
-from gearbox_monitor.monitoring.backlash.recording_windows import GAP_ERROR
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.units import on_axis
@@ -135,7 +135,7 @@ def width_and_std(width: float, std: float, unit: str) -> str:
         Width and standard deviation.
 
     """
-    return f'{with_deviation(width, math.hypot(std, GAP_ERROR * width))} {unit}'
+    return f'{with_deviation(width, math.hypot(std, LIMITS.gap_error * width))} {unit}'
 
 
 def gain_text(gains: Mapping[str, float], name: str) -> str:

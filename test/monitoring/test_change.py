@@ -14,6 +14,7 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST, S_X4
 from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash import forecast, scan
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 from gearbox_monitor.monitoring.backlash.drift_words import outcomes
@@ -78,7 +79,7 @@ def test_threshold_gives_the_stated_false_alarm_rate(windows):
     for _ in range(runs):
         s = np.concatenate([[0.0], np.cumsum(random.standard_normal(length))])
         best = np.full(length, -np.inf)
-        for n in range(1, scan.HORIZON + 1):
+        for n in range(1, LIMITS.horizon + 1):
             best[n - 1:] = np.maximum(best[n - 1:], (s[n:] - s[:-n]) / math.sqrt(n))
         hit = np.flatnonzero(best > b)
         ends += hit[0] + 1 if len(hit) else length

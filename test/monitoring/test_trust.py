@@ -13,6 +13,7 @@ from benchmarks import paper
 from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks import covariance, innovation, observability
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -82,8 +83,8 @@ def test_information_share_with_an_unknown_load(moving):
     shares = np.median([[share(rows[a:a + 100], packed, seen, 6) for seen in
                          (BOTH, ARM_LOST, MOTOR_LOST)] for a in range(1000, 5800, 400)], axis=0)
     tau_k, tau_arm = shares[:, 4], shares[:, 5]
-    assert tau_k[0] < tau_k[1] < observability.UNTRUSTED < tau_k[2]
-    assert tau_arm[0] < observability.UNTRUSTED < min(tau_arm[1:])
+    assert tau_k[0] < tau_k[1] < LIMITS.untrusted < tau_k[2]
+    assert tau_arm[0] < LIMITS.untrusted < min(tau_arm[1:])
 
 
 LOADS = [{'id': 'gravity', 'G': 2.3}, {'id': 'arm_coulomb', 'Cac': 1.65}]
@@ -216,7 +217,7 @@ def check(white, recent=500):
 
 def test_thresholds_have_the_stated_odds():
     """Against scipy.stats, and by drawing: the shape of each test at odds that can be drawn."""
-    alpha = innovation.SIGNIFICANCE
+    alpha = LIMITS.error_significance
     assert innovation.MEAN_LIMIT == pytest.approx(stats.norm.isf(alpha / 4))
     assert innovation.LJUNG_BOX_LIMIT == pytest.approx(stats.chi2.isf(alpha / 2, LAGS))
     for dof in (200.0, 4000.0):

@@ -11,6 +11,7 @@ from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.quality import effort
 from gearbox_monitor.quality.finding import OK, WARN
 from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 
 MODEL = DriveModel()
@@ -35,7 +36,7 @@ def test_each_is_told_from_the_others(read, name):
     for values in ({}, {'motor_inertia': 1.1 * MODEL.motor_inertia,
                         'coulomb_friction': 1.3 * MODEL.coulomb_friction}):
         scores, factor = effort.likelihoods(motion(read, **values), MODEL)
-        assert all(scores[name] > score + effort.SURE
+        assert all(scores[name] > score + LIMITS.effort_ratio
                    for other, score in scores.items() if other != name)
         if name == effort.CURRENT:
             assert factor == pytest.approx(1.0 / 0.06, rel=0.3)

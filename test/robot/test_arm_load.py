@@ -16,7 +16,7 @@ from gearbox_monitor.estimation.process_model import TAU_ARM
 from gearbox_monitor.estimation.sample_loop import E_LOAD, E_STD, E_TAU_ARM, E_TAU_E, TRANSFER
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
-from gearbox_monitor.monitoring.checks.innovation import GATE
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.robot import example_arm
 from gearbox_monitor.robot.arm_load import ArmLoad, DEVIATION, INERTIA, LAG, LOAD, NOISE
@@ -137,7 +137,7 @@ def test_no_impact_and_no_payload_that_comes_later_is_an_outlier(late):
         e = engine.run(part(samples, begin, end))
         ratios += [*(e.innovation_motor / e.innovation_std_motor),
                    *(e.innovation_arm / e.innovation_std_arm)]
-    assert np.abs(ratios[2000:]).max() < GATE
+    assert np.abs(ratios[2000:]).max() < LIMITS.gate
 
 
 def test_positions_that_are_missing_leave_the_load_unknown():

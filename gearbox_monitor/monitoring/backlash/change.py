@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash import old_state, scan, wear
 from gearbox_monitor.monitoring.backlash.change_tests import (
     ALONE, ALONE_LOSS, ChangeTest, COMPONENTS, FEATURES, GAP, PRIORS, SHARP, STIFFNESS,
@@ -21,37 +22,14 @@ from gearbox_monitor.monitoring.backlash.change_tests import (
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.monitoring.backlash.forecast import Trend
 from gearbox_monitor.monitoring.backlash.operating_point import Bins, OperatingPoint
-from gearbox_monitor.monitoring.backlash.wear_data import MIN_COMPLETE, OTHERS, WearData
+from gearbox_monitor.monitoring.backlash.wear_data import OTHERS, WearData
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
-# A feature of a window whose estimates are not trusted is compared where its stated deviation is
-# at most so many times that of the baseline, or this share of the change that requires a service:
-# the fit holds then, whatever the filter expected.
-STATED_RATIO, PRECISE = 3.0, 0.1
-# A stage is left when the change is below this share of its limit.
-RELEASE = 0.9
-# A change is over when it is below half of what is reported, or nothing within two deviations
-# where these are a quarter of it, for this many windows in a row.
-OVER, OVER_STD, OVER_SHARE, OVER_WINDOWS = 0.5, 2.0, 0.25, 3
 FOUND, WARNED, GROSS = 1, 2, 3  # stages of an alarm
-# All else has stayed: its stretch scores less than this either way; and the gap as it was measured
-# must speak for the change, too.
-STAYED, AGREES = 3.5, 1.5
 RECENT = 12         # windows whose mean is shown while there is no change
-LEARNT = 30         # windows, after which a new motion may come with a change
-# The place of a step is searched again while it is younger than this (windows).
-SETTLE = 12
 MAX_STEPS, MAX_PENDING = 6, 4
-# A motion is known again, and what may have come with it resolved, after so many windows of
-# others, or when the wear is known to half of what is reported.
-RESOLVED = 12
-COUPLED = 0.05      # relative deviation of the couplings
-OFFSET_WINDOWS = 5.0  # points that the stated spread of offsets counts as
-MOVING = 0.9        # probability from which on a slope is one
-SIGNIFICANT_SLOPE = 3.0
 HOUR = 3600e9       # ns
-FLOOR = 4.0         # logarithm below the first value that counts as nothing
 
 
 @dataclass(frozen=True)
@@ -227,7 +205,7 @@ class Tracker:
         self.compared = bool(np.isfinite(values).any())
         if not self.compared:
             return
-        if len(data.points) > known and self._windows() >= LEARNT:
+        if len(data.points) > known and self._windows() >= LIMITS.settled_windows:
             before = data.stamps[-1] if data.stamps else self.stamp_ns - 1
             for column, feature in enumerate(self.wear):
                 if np.isfinite(values[column]):
@@ -253,9 +231,9 @@ class Tracker:
             if test.column < len(FEATURES) and test.key in self.settings.limits:
                 warn[test.column] = self.settings.limits[test.key][1]
         with np.errstate(invalid='ignore'):
-            result: Flags = (variances <= STATED_RATIO ** 2 * place.stated) \
-                | (variances <= (PRECISE * warn) ** 2)
-        return result & (self._windows() >= scan.MIN_BASELINE)
+            result: Flags = (variances <= LIMITS.stated_ratio ** 2 * place.stated) \
+                | (variances <= (LIMITS.precise * warn) ** 2)
+        return result & (self._windows() >= LIMITS.min_baseline)
 
     def _measure(self, window: Backlash | Friction, place: OperatingPoint
                  ) -> tuple[Array, Array]:
@@ -283,7 +261,8 @@ class Tracker:
                 values[column], std[column] = value / place.scale, deviation / place.scale
                 continue
             reference = self.data.reference[column]
-            lowest = math.exp(reference - FLOOR) if math.isfinite(reference) else 1e-12
+            lowest = math.exp(reference
+                              - LIMITS.value_floor) if math.isfinite(reference) else 1e-12
             value = max(value, lowest)
             values[column], std[column] = math.log(value), deviation / value
         return values, std ** 2
@@ -299,7 +278,7 @@ class Tracker:
         prior = PRIORS[min(column, len(PRIORS) - 1) if column != SHARP else GAP]
         spread = self.data.spread[column]
         offset = prior.offset ** 2 if not math.isfinite(spread) else spread
-        common = (wear.LEVEL_STD ** 2, prior.temperature ** 2, prior.distrust ** 2,
+        common = (LIMITS.level_std ** 2, prior.temperature ** 2, prior.distrust ** 2,
                   self.data.shift[column])
         return np.concatenate([common, np.full(points, offset)])
 
@@ -319,7 +298,7 @@ class Tracker:
             if column == SHARP:
                 observed[SHARP] = self._without_others(observed[SHARP], results)
             o = observed[column] = self._widened(column, observed[column])
-            if not o.weight.any() or (column == SHARP and o.count.sum() < MIN_COMPLETE):
+            if not o.weight.any() or (column == SHARP and o.count.sum() < LIMITS.min_complete):
                 continue
             results[column] = self._estimated(column, o, len(points))
             self._learn(column, results[column][0].fit, points, here)
@@ -335,7 +314,7 @@ class Tracker:
                 for c in {column, source}:
                     results[c] = self._estimated(c, observed[c], len(points))
             others = math.hypot(*(
-                self.data.couplings[c] * math.hypot(w.std, COUPLED * w.value)
+                self.data.couplings[c] * math.hypot(w.std, LIMITS.coupled * w.value)
                 for c, (w, _) in results.items() if c in OTHERS and self.wear[c].steps)
             ) if source == SHARP else 0.0
             self._follow(column, observed[column], results[source], others)
@@ -376,8 +355,8 @@ class Tracker:
         feature = self.wear[GAP if column == SHARP else column]
         if len(points) > 1 and not feature.steps and not feature.pending:
             seen = fit.mean[offsets] ** 2 + variance[offsets]
-            data.spread[column] = (OFFSET_WINDOWS * stated + float(seen.sum())) / (
-                OFFSET_WINDOWS + len(points))
+            data.spread[column] = (LIMITS.offset_windows * stated + float(seen.sum())) / (
+                LIMITS.offset_windows + len(points))
         if column < len(FEATURES):
             at = np.zeros(len(fit.mean))
             at[[wear.LEVEL, first + here]] = 1.0
@@ -389,7 +368,7 @@ class Tracker:
                 ) -> tuple[Array, Array]:
         """Return (up, down): normal scores [M] of stretches that have enough before them."""
         m = o.rows
-        required = MIN_COMPLETE if column == SHARP else scan.MIN_BASELINE
+        required = LIMITS.min_complete if column == SHARP else LIMITS.min_baseline
         before = o.count[:-m].sum() + np.concatenate([[0.0], np.cumsum(o.count[-m:])[:-1]])
         # Only the noise is known by so many windows, not what priors add (Satterthwaite).
         dof = self.data.points[self.data.newest].dof(column) / np.maximum(scanned.noise, 1e-3) ** 2
@@ -413,7 +392,7 @@ class Tracker:
             size, std = (float(v[k]) for v in (results[source][1].size, results[source][1].std))
             if test.key in (ALONE, ALONE_LOSS):
                 raw = scores[GAP][0 if test.sign > 0 else 1][k]
-                if not (self._stayed(scores, results, k) and raw > AGREES):
+                if not (self._stayed(scores, results, k) and raw > LIMITS.agrees):
                     continue
                 smallest = min(test.sign * size - std, test.sign * float(results[GAP][1].size[k]))
             else:
@@ -438,7 +417,7 @@ class Tracker:
                 largest = max(largest, abs(estimate.value))
             for side in scores[c]:
                 k = int(np.argmax(side))
-                if side[k] > STAYED:
+                if side[k] > LIMITS.stayed:
                     largest = max(largest, abs(float(scanned.size[k])))
         return largest
 
@@ -450,10 +429,11 @@ class Tracker:
                 continue
             estimate, scanned = results[c]
             known = not self.wear[c].pending and (
-                not self.wear[c].steps or estimate.moving < MOVING
-                and self.wear[c].steps[-1] < self.data.stamps[max(len(self.data) - SETTLE, 0)])
-            if not known or max(scores[c][0][k], scores[c][1][k]) > STAYED \
-                    or abs(scanned.newest) > STAYED:
+                not self.wear[c].steps or estimate.moving < LIMITS.moving
+                and self.wear[c].steps[-1]
+                < self.data.stamps[max(len(self.data) - LIMITS.step_settle, 0)])
+            if not known or max(scores[c][0][k], scores[c][1][k]) > LIMITS.stayed \
+                    or abs(scanned.newest) > LIMITS.stayed:
                 return False
         return True
 
@@ -501,8 +481,8 @@ class Tracker:
             return True
         older = np.array([self.data.points[p].since_ns <= feature.pending[0]
                           for p in self.data.where])
-        if estimate.std <= OVER * notice and abs(estimate.value) < notice \
-                or (measured & older).sum() >= RESOLVED and score < STAYED:
+        if estimate.std <= LIMITS.over * notice and abs(estimate.value) < notice \
+                or (measured & older).sum() >= LIMITS.resolved and score < LIMITS.stayed:
             feature.pending = []
             return True
         return False
@@ -514,7 +494,7 @@ class Tracker:
         for k, stamp in enumerate(tuple(feature.pending)):
             value = float(fit.mean[begin + k])
             std = math.sqrt(max(float(fit.covariance[begin + k, begin + k]), 0.0))
-            if std <= OVER * notice:
+            if std <= LIMITS.over * notice:
                 feature.pending.remove(stamp)
                 if abs(value) >= notice + std:
                     self._add_step(column, stamp)
@@ -537,7 +517,7 @@ class Tracker:
         """
         feature, data = self.wear[column], self.data
         if len(feature.steps) != 1 or feature.pending or feature.steps[0] < data.stamps[0] or \
-                feature.steps[0] <= data.stamps[max(len(data) - SETTLE, 0)]:
+                feature.steps[0] <= data.stamps[max(len(data) - LIMITS.step_settle, 0)]:
             return False
         before, feature.steps = feature.steps[0], []
         scanned = wear.scan(o, wear.fit(o, self._prior(source, points), self._course(source)))
@@ -576,7 +556,7 @@ class Tracker:
             return
         standing = next((t for t in (up, down) if t.key in self.changes), None)
         test, other = (up, down) if feature.value > 0.0 else (down, up)
-        if standing is other and abs(feature.value) < OVER_STD * feature.std:
+        if standing is other and abs(feature.value) < LIMITS.over_std * feature.std:
             test, other = other, test  # nothing yet says that it goes the other way
         growth, std = self.relative(column, feature.value, feature.std)
         old = self.changes.get(test.key) or self.changes.get(other.key)
@@ -601,21 +581,21 @@ class Tracker:
         _, warn, error = self.limits(test)
         stage = FOUND
         for at, limit in ((WARNED, warn), (GROSS, error)):
-            if change.growth >= (limit if change.stage < at else RELEASE * limit):
+            if change.growth >= (limit if change.stage < at else LIMITS.release * limit):
                 stage = at
         # Not from one window alone, and not twice for one that wavers.
         feature.lower = feature.lower + 1 if stage < change.stage else 0
-        if stage > change.stage or feature.lower >= OVER_WINDOWS:
+        if stage > change.stage or feature.lower >= LIMITS.over_windows:
             change.stage, feature.lower = stage, 0
 
     def _over(self, column: int, change: Change | None) -> bool:
         """Return whether a change has gone, for some windows in a row by now."""
         feature, notice = self.wear[column], self.settings.notice(column)
         size = abs(change.found) if change else 0.0
-        gone = (abs(feature.value) < max(OVER * notice, OVER_STD * feature.std)
-                and feature.std <= max(OVER * notice, OVER_SHARE * size))
+        gone = (abs(feature.value) < max(LIMITS.over * notice, LIMITS.over_std * feature.std)
+                and feature.std <= max(LIMITS.over * notice, LIMITS.over_share * size))
         feature.gone = feature.gone + 1 if gone else 0
-        return feature.gone >= OVER_WINDOWS
+        return feature.gone >= LIMITS.over_windows
 
     def _end(self, column: int) -> None:
         """Forget a change that is over, and the windows in which it lasted."""
@@ -661,8 +641,8 @@ class Tracker:
     def trend(self, column: int) -> Trend | None:
         """Return the Trend of the growth of a feature since its last step, None if steady."""
         feature = self.wear[column]
-        if not feature.steps or feature.moving < MOVING or \
-                abs(feature.slope) < SIGNIFICANT_SLOPE * feature.slope_std:
+        if not feature.steps or feature.moving < LIMITS.moving or \
+                abs(feature.slope) < LIMITS.significant_slope * feature.slope_std:
             return None
         growth, std = self.growth(column)
         unit = (1.0 + growth if PRIORS[column].logarithmic else 1.0) / self.settings.window
@@ -674,7 +654,7 @@ class Tracker:
         if self.point < 0 or not math.isfinite(self._levels[GAP]):
             return None
         count = self.point_windows()
-        if count < scan.MIN_BASELINE:
+        if count < LIMITS.min_baseline:
             return None
         (gap, gap_std), (stiffness, stiffness_std) = (
             self._natural(column, self._levels[column], self._level_stds[column])

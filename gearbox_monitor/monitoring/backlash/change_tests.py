@@ -9,7 +9,7 @@ docs/conditions.md is generated from CONDITIONS.
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from gearbox_monitor.monitoring.backlash import scan
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 
 FEATURES = ('gap', 'lost_motion', 'stiffness', 'hysteresis', 'friction', 'gain')
@@ -138,7 +138,7 @@ def _conditions() -> Iterator[Condition]:
             yield Condition(
                 test.component, Level.ERROR if k == 2 else Level.WARN, f'{test.words} ... %',
                 f'{sure}change >= {limit}{also}',
-                f'best of the newest 1 .. {scan.HORIZON} windows' if k == 0 else
+                f'best of the newest 1 .. {LIMITS.horizon} windows' if k == 0 else
                 'since the change', ADVICE[test.key][k],
                 scores if k == 0 else (name,),
                 tuple(f'{score}_threshold' for score in scores) if k == 0 else

@@ -5,18 +5,13 @@
 import math
 from typing import Any
 
-from gearbox_monitor.monitoring.backlash import scan
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.change import GROSS, Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import (
     ADVICE, ChangeTest, COMPONENTS, FRICTION, GAP, LOST_MOTION, size_name, TESTS)
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction
 from gearbox_monitor.monitoring.backlash.forecast import span, when
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
-
-# The newest windows may fail to be compared for so many windows before that is a warning.
-GRACE = 3
-OPEN = 2.0          # standard deviations within which a change that requires a service may hide
-UNKNOWN = 1.0       # a growth that is less certain than this is none
 
 
 def outcomes(tracker: Tracker) -> dict[str, Outcome]:
@@ -35,7 +30,7 @@ def outcome(tracker: Tracker, component: str) -> Outcome:
     if window is None and not active:
         reason = f': {pause.reason}' if pause else ': no window has ended'
         return Outcome(Level.WARN, f'{component} not measured yet{reason}; a baseline needs '
-                       f'{scan.MIN_BASELINE} windows')
+                       f'{LIMITS.min_baseline} windows')
     values = _measured(tracker, component, window) if window else {}
     level, texts = Level.OK, []
     for test in active:
@@ -74,7 +69,7 @@ NOUN = {GAP: 'backlash', LOST_MOTION: 'lost motion', FRICTION: 'friction'}
 def _stale(tracker: Tracker, column: int, reason: str) -> str:
     """Return the words for a feature that is not compared any more, '' for one that is."""
     compared = tracker.wear[column].compared_ns
-    late = tracker.stamp_ns - compared > GRACE * tracker.settings.window * 1e9
+    late = tracker.stamp_ns - compared > LIMITS.grace * tracker.settings.window * 1e9
     if compared == tracker.stamp_ns or compared and not late:
         return ''
     if not reason:
@@ -90,7 +85,7 @@ def _hidden(tracker: Tracker, column: int) -> str:
         return ''
     test = next(t for t in TESTS if t.column == column)
     growth, std = tracker.growth(column)
-    if not (abs(growth) > std and abs(growth) + OPEN * std >= tracker.limits(test)[1]):
+    if not (abs(growth) > std and abs(growth) + LIMITS.open_std * std >= tracker.limits(test)[1]):
         return ''
     return (f'{NOUN[column]} {_percent(growth, std)}, not separable from the new motion: '
             'drive the old one')
@@ -108,7 +103,7 @@ def _healthy(tracker: Tracker, column: int, window: Backlash | Friction | None) 
     growth, std = tracker.growth(column)
     count, wanted = tracker.point_windows(), tracker.settings.baseline_windows
     learnt = f' ({count} of {wanted} baseline windows)' if count < wanted else ''
-    if not std < UNKNOWN:
+    if not std < LIMITS.unknown_growth:
         return f'{NOUN[column]}{size.rstrip(",")}: learning the baseline{learnt}'
     return (f'{NOUN[column]}{size} {_percent(growth, std)} against the baseline: '
             f'no wear detected so far{learnt}')

@@ -17,38 +17,18 @@ from gearbox_monitor.estimation.rts_smoother import (
     S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3,
     S_X4)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.shape import (
     COULOMB, GAIN, HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
 from gearbox_monitor.plant.drive import DriveModel
 
 MAX_POINTS = 2500
-MIN_POINTS = 50
-PLAUSIBLE = 1e9    # rad, rad/s, N m
 GROUPS = 300       # of points; the fit compares averages of two neighbours
 BLOCKS = 20        # parts of a window that count as independent
 START_POINTS = 250
-HUBER = 1.5        # residuals beyond so many standard deviations count less
 REWEIGHTS = 2
-# Each flank must hold this share of the window, three groups, or the gap is not excited.
-MIN_FLANK = 3 / GROUPS
-MIN_TRAVERSALS = 2
-# Torque counts as loading a flank, and stiffness and hysteresis as seen, from so many standard
-# deviations on.
-LOADED = 3.0
-# What is expected of changes: friction relative to the model's, and to the torque for a model that
-# has none; torque gain.
-FRICTION_PRIOR, TORQUE_SHARE, GAIN_PRIOR = 0.3, 0.02, 0.05
-# A gain is identifiable when the window narrows it to this share of what was expected.
-IDENTIFIED = 0.6
-# Friction is uncertain where the speed is not known to be other than 0.
-STANDSTILL = 3.0
-# The slope on a flank distinguishes gap and compliance: twist and torque must be correlated this
-# much on each flank by itself (half of the torque's variance explained).
-MIN_CORRELATION = 0.7
 # What windows have in common, see pooling.PooledFeatures.
 COMMON = (VISCOUS, COULOMB, GAIN, STIFFNESS)
-# Lost motion is the twist's answer to the direction in this share of the samples, or undefined.
-ONE_SIDED = 0.9
 
 
 @dataclass(frozen=True)
@@ -198,7 +178,7 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
         return NotExcited(stamp_ns, reason, friction=_friction_on_one_flank(
             rows, regression, expected, certain))
 
-    if min(_loaded_shares(rows)) < MIN_FLANK:
+    if min(_loaded_shares(rows)) < LIMITS.flank:
         return without_gap('only one flank is loaded: the torque has to change its sign')
     start, variance = _start(data)
     for loop in (True, False):  # a loop that leaves no flank is none
@@ -212,23 +192,24 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
         half_width = theta[HALF_GAP] + (0.0 if fitted.passive else abs(theta[WIDTH]))
         side = _sides(points[:, S_TWIST] - theta[ZERO], half_width)
         flank = float(min((side > 0).mean(), (side < 0).mean()))
-        if flank >= MIN_FLANK or theta[WIDTH] == 0.0:
+        if flank >= LIMITS.flank or theta[WIDTH] == 0.0:
             break
         regression.weights[:] = weights
     crossed = side[side != 0]
     traversals = int((np.diff(crossed) != 0).sum())
-    if flank < MIN_FLANK:
+    if flank < LIMITS.flank:
         return without_gap('only one flank is reached')
-    if traversals < MIN_TRAVERSALS:
+    if traversals < LIMITS.traversals:
         return NotExcited(stamp_ns, f'backlash crossed {traversals} times in the window, expected '
-                          f'{MIN_TRAVERSALS} or more: there and back')
-    if theta[STIFFNESS] <= LOADED * math.sqrt(max(fitted.covariance[STIFFNESS, STIFFNESS], 0.0)):
+                          f'{LIMITS.traversals} or more: there and back')
+    if theta[STIFFNESS] <= LIMITS.loaded * math.sqrt(max(fitted.covariance[STIFFNESS, STIFFNESS],
+                                                         0.0)):
         return NotExcited(stamp_ns, 'the torque on the flanks does not grow with the twist: the '
                           'stiffness is not seen')
     tau_k = _transmitted(data, theta)
     load = _rms(tau_k, certain)
     separable = all(
-        _correlation(data[on, 0], tau_k[on], certain[on]) >= MIN_CORRELATION
+        _correlation(data[on, 0], tau_k[on], certain[on]) >= LIMITS.flank_correlation
         for on in (side == 1, side == -1))
     return _features(rows, stamp_ns, fitted, flank, traversals, separable, load)
 
@@ -245,27 +226,28 @@ def _rms(values: Array, weights: Array | None = None) -> float:
 
 def _missing(rows: Array) -> str:
     """Return what `rows` lack before anything is fitted, '' for nothing."""
-    if len(rows) < MIN_POINTS:
-        return f'too few samples: {len(rows)}, at least {MIN_POINTS} are needed'
-    if not (np.abs(rows) < PLAUSIBLE).all():  # NaN is not, either
+    if len(rows) < LIMITS.window_points:
+        return f'too few samples: {len(rows)}, at least {LIMITS.window_points} are needed'
+    if not (np.abs(rows) < LIMITS.plausible).all():  # NaN is not, either
         return 'values that no drive has: the estimate is lost'
     if not np.ptp(rows[:, S_TWIST]) > 0.0:
         return 'the twist does not change: the drive stands still'
-    if max(_loaded_shares(rows)) < MIN_FLANK:
-        return (f'the torque stays below its noise ({LOADED:g} standard deviations): the drive '
+    if max(_loaded_shares(rows)) < LIMITS.flank:
+        return (f'the torque stays below its noise ({LIMITS.loaded:g} standard deviations): the '
+                f'drive '
                 'stands still or is not loaded')
     return ''
 
 
 def _loaded_shares(rows: Array) -> tuple[float, float]:
     """Return the shares of samples that load the upper and the lower flank."""
-    loaded = rows[:, S_TAU_K] / np.maximum(LOADED * rows[:, S_TAU_K_NOISE_STD], 1e-300)
+    loaded = rows[:, S_TAU_K] / np.maximum(LIMITS.loaded * rows[:, S_TAU_K_NOISE_STD], 1e-300)
     return float((loaded > 1.0).mean()), float((loaded < -1.0).mean())
 
 
 def _weights(rows: Array, model: DriveModel) -> Array:
     """Return weights [N] that fall where the speed may be 0, and friction anything."""
-    doubt = STANDSTILL * float(np.median(rows[:, S_TWIST_RATE_NOISE_STD]))
+    doubt = LIMITS.standstill * float(np.median(rows[:, S_TWIST_RATE_NOISE_STD]))
     if model.coulomb_friction == 0.0 or doubt == 0.0:
         return np.ones(len(rows))
     ratio = (rows[:, S_X3] / doubt) ** 2
@@ -299,10 +281,11 @@ def _expected(data: Array, model: DriveModel) -> Array:
     load, speed = (float(np.sqrt(np.mean(data[:, i] ** 2))) for i in (1, 2))
     expected = np.full(N_SHAPE, np.inf)
     if speed > 0.0:
-        expected[VISCOUS] = math.hypot(FRICTION_PRIOR * model.viscous_friction,
-                                       TORQUE_SHARE * load / speed)
-    expected[COULOMB] = math.hypot(FRICTION_PRIOR * model.coulomb_friction, TORQUE_SHARE * load)
-    expected[GAIN] = GAIN_PRIOR
+        expected[VISCOUS] = math.hypot(LIMITS.friction_prior * model.viscous_friction,
+                                       LIMITS.torque_share * load / speed)
+    expected[COULOMB] = math.hypot(LIMITS.friction_prior * model.coulomb_friction,
+                                   LIMITS.torque_share * load)
+    expected[GAIN] = LIMITS.gain_prior
     return expected
 
 
@@ -355,18 +338,19 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
                 size = np.abs(regression.residuals)
                 scale = 1.4826 * float(np.median(size))
                 variance = scale ** 2
-                regression.weights[:] = base / np.maximum(1.0, size / max(HUBER * scale, 1e-300))
+                regression.weights[:] = base / np.maximum(1.0,
+                                                          size / max(LIMITS.huber * scale, 1e-300))
         return theta, regression.covariance(variance)
 
     theta, covariance = refit(theta, free, rounds=REWEIGHTS)
     gain = bool(free[GAIN]) and \
-        math.sqrt(max(covariance[GAIN, GAIN], 0.0)) < IDENTIFIED * expected[GAIN]
+        math.sqrt(max(covariance[GAIN, GAIN], 0.0)) < LIMITS.identified * expected[GAIN]
     if free[GAIN] and not gain:
         free[GAIN], theta = False, theta.copy()
         theta[GAIN] = 0.0
         theta, covariance = refit(theta, free)
     theta_free, covariance_free, normal = theta, covariance, regression.normal
-    width, doubt = theta[WIDTH], LOADED * math.sqrt(max(covariance[WIDTH, WIDTH], 0.0))
+    width, doubt = theta[WIDTH], LIMITS.loaded * math.sqrt(max(covariance[WIDTH, WIDTH], 0.0))
     if width < -doubt:
         passive_theta = theta.copy()
         passive_theta[WIDTH], passive_theta[HEIGHT] = -width, -width * theta[STIFFNESS]
@@ -421,7 +405,8 @@ def _friction_on_one_flank(rows: Array, regression: Regression, expected: Array,
     except np.linalg.LinAlgError:
         return None
     theta, std = fitted.theta, np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0))
-    if not (np.isfinite(theta).all() and 0.0 < std[COULOMB] < IDENTIFIED * expected[COULOMB]):
+    if not (np.isfinite(theta).all() and 0.0 < std[COULOMB]
+            < LIMITS.identified * expected[COULOMB]):
         return None
     return Friction(
         float(theta[VISCOUS]), float(std[VISCOUS]), float(theta[COULOMB]), float(std[COULOMB]),
@@ -494,7 +479,7 @@ def _slopes(normal: Array, to_gap: Array) -> Array:
 
 def shows_motion(rows: Array) -> bool:
     """Return whether `rows` are enough, and values of a drive, for lost_motion_of."""
-    return len(rows) >= MIN_POINTS and bool((np.abs(rows) < PLAUSIBLE).all())
+    return len(rows) >= LIMITS.window_points and bool((np.abs(rows) < LIMITS.plausible).all())
 
 
 def lost_motion_of(rows: Array) -> tuple[float, float]:
@@ -512,7 +497,7 @@ def lost_motion_of(rows: Array) -> tuple[float, float]:
     high, low = float(np.median(twist[up])), float(np.median(twist[down]))
     middle = 0.5 * (high + low)
     agree = (np.sign(twist[moving] - middle) == np.sign(high - low) * np.sign(speed[moving]))
-    if agree.mean() < ONE_SIDED:
+    if agree.mean() < LIMITS.one_sided:
         return math.nan, math.nan
     # Strokes are independent, samples are not.
     direction = np.sign(speed[moving])

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.monitoring.alert_limits import LIMITS
+
 SECOND = 1_000_000_000
 PER_SIZE = 16  # blocks of one size, before the two oldest of them become one
-SIGNIFICANT = 3.0  # standard deviations: a slope that small is no trend
-MIN_BLOCKS = 4
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Trend:
     @property
     def found(self) -> bool:
         """Whether there is a trend upwards."""
-        return self.slope > SIGNIFICANT * self.slope_std
+        return self.slope > LIMITS.trend_deviations * self.slope_std
 
     def reach(self, limit: float) -> tuple[float, float, float] | None:
         """
@@ -82,7 +82,7 @@ class GrowthHistory:
     def trend(self, since_ns: int) -> Trend | None:
         """Return the Trend of what came after `since_ns`, None where that is too little."""
         rows = [b for b in self.blocks if b[0] > since_ns]
-        if len(rows) < MIN_BLOCKS:
+        if len(rows) < LIMITS.trend_blocks:
             return None
         last = rows[-1][0]
         t = np.array([(b[0] - last) * 1e-9 for b in rows])

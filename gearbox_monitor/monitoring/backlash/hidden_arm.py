@@ -23,7 +23,8 @@ from gearbox_monitor.identification.innovation_fit import (
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.monitoring.backlash.features import Backlash, MIN_TRAVERSALS, NotExcited
+from gearbox_monitor.monitoring.alert_limits import LIMITS
+from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_OFFSET
@@ -36,8 +37,6 @@ LONGEST = 20.0      # s of a window that are fitted, its last ones
 FIRST, LATER = 20, 8  # iterations of the fit from the model file, and from the window before
 SCAN = (0.35, 0.6, 1.0, 1.6, 2.5)  # of the gap so far: where a fit may begin
 BLOCKS = 20         # parts of a window whose scatter tells the deviation
-LARGEST_STD = 0.3   # of the gap: beyond, the motion does not show it
-SMALLEST = 1e-3     # of the twist by the load: a gap below is none
 SHIFT = (-0.9, 10.0)  # relative, of values of the model
 # Relative standard deviations of values of the model file.
 SPREAD = {'m1': 0.1, 'm2': 0.3, 'D': 0.5, 'Cv': 0.5, 'Cc': 0.5, 'K': 0.5}
@@ -111,16 +110,16 @@ class HiddenArm:
         sides = np.where(twist > half_gap, 1, np.where(twist < -half_gap, -1, 0))
         touched = sides[sides != 0]
         traversals = int((np.diff(touched) != 0).sum())
-        if traversals < MIN_TRAVERSALS:
+        if traversals < LIMITS.traversals:
             return NotExcited(stamp_ns, f'the teeth crossed the backlash {traversals} times in '
-                              f'the window, expected {MIN_TRAVERSALS} or more: the torque on '
+                              f'the window, expected {LIMITS.traversals} or more: the torque on '
                               'the arm has to change its sign')
         covariance = _covariance(likelihood, fit)
         std = np.sqrt(np.diag(covariance))
-        if not std[i] < LARGEST_STD:
+        if not std[i] < LIMITS.hidden_std:
             return NotExcited(stamp_ns, 'the reversals do not show the backlash: standard '
                               f'deviation {100.0 * min(std[i], 9.99):.0f} % of it, expected below '
-                              f'{100.0 * LARGEST_STD:.0f} %')
+                              f'{100.0 * LIMITS.hidden_std:.0f} %')
         self._state = np.concatenate([fit.z, fit.torque])
         change, deviation = ({c.name: float(v) for c, v in zip(candidate.coordinates, values)}
                              for values in (fit.z, std))
@@ -189,7 +188,7 @@ def _candidate(model: DriveModel, torque: float) -> CandidateModel:
         coordinates += [Coordinate(i, parameter, sum(e[parameter] for e in own), scale * torque,
                                    low, prior=prior * torque) for parameter in parameters]
     shape = model.transmission
-    smallest = SMALLEST * torque / shape.stiffness
+    smallest = LIMITS.hidden_gap * torque / shape.stiffness
     start = max(shape.half_gap, 100.0 * smallest)
     coordinates.append(Coordinate(len(ids), 'b', start, 0.2, smallest, 1e6 * smallest, True))
     return CandidateModel(model, (*ids, BACKLASH_GAP.id), tuple(coordinates))

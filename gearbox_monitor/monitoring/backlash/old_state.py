@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.change_tests import (
     FEATURES, GAP, PRIORS, SHARP, TESTS)
 from gearbox_monitor.monitoring.backlash.operating_point import (
     N_COLUMNS, numbers, OperatingPoint)
 from gearbox_monitor.monitoring.backlash.wear_data import (
-    COUNT, KELVIN, KELVIN_2, MIN_COMPLETE, PRODUCT, RIDGE, TOTAL, WearBlock, WearData)
+    COUNT, KELVIN, KELVIN_2, PRODUCT, TOTAL, WearBlock, WearData)
 
 _SUMS = ('first', 'count', 'total', 'squares', 'stated', 'sum_complete')
 
@@ -106,10 +107,10 @@ def _together(row: Values, unit: Array) -> tuple[Array, float]:
 def _couple(data: WearData, block: WearBlock, moments: Array, windows: float) -> None:
     """Take the couplings from `moments` [F, F] of `windows`, and SHARP's sums from the others."""
     used = [i for i in range(GAP + 1, len(FEATURES)) if moments[i, i] > 0.0]
-    if windows >= MIN_COMPLETE and used and moments[GAP, GAP] > 0.0:
+    if windows >= LIMITS.min_complete and used and moments[GAP, GAP] > 0.0:
         stated = np.mean([p.stated[used] for p in data.points], axis=0)
         data.couplings[used] = np.linalg.solve(
-            moments[np.ix_(used, used)] + RIDGE * np.diag(stated), moments[used, GAP])
+            moments[np.ix_(used, used)] + LIMITS.ridge * np.diag(stated), moments[used, GAP])
         data.frozen = True
     if not data.couplings.any():
         return

@@ -16,18 +16,12 @@ from typing import Any, Self
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Values
-from gearbox_monitor.monitoring.backlash import scan
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.change_tests import FEATURES, GAP, SHARP
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction
 
 N_COLUMNS = len(FEATURES) + 1  # the features, and the gap, all else being equal (SHARP)
 TINY = 1e-9
-# A difference of neighbours beyond so many standard deviations is a change rather than noise, and
-# counts as much as this.
-WILD = 3.0
-# Differences of neighbours share windows: each tells as much as this part of a window.
-DIFFERENCE = 2.0 / 3.0
-SHARP_STATED = 0.1  # variance of the gap, all else being equal, over that of the gap, as stated
 
 
 def _columns(value: float = 0.0) -> Array:
@@ -91,23 +85,24 @@ class OperatingPoint:
         """
         off = values - self.previous - slopes * (kelvin - self.kelvin)
         finite = np.isfinite(off)
-        squares = np.minimum(0.5 * np.where(finite, off, 0.0) ** 2, WILD ** 2 * self.variance())
-        self.squares = self.squares + DIFFERENCE * np.where(finite, squares, 0.0)
-        self.freedom = self.freedom + DIFFERENCE * finite
+        squares = np.minimum(0.5 * np.where(finite, off, 0.0) ** 2,
+                             LIMITS.wild ** 2 * self.variance())
+        self.squares = self.squares + LIMITS.difference * np.where(finite, squares, 0.0)
+        self.freedom = self.freedom + LIMITS.difference * finite
         fresh = np.isfinite(values)
         self.previous = np.where(fresh, values, self.previous)
         self.kelvin = kelvin if fresh.any() else self.kelvin
 
     def variance(self) -> Array:
         """Return the variance [F + 1] of one window: what was stated counts as some windows."""
-        stated = np.append(self.stated, SHARP_STATED * self.stated[GAP])
-        prior = scan.PRIOR_WINDOWS * scan.STATED ** 2 * stated
-        result: Array = (prior + self.squares) / (scan.PRIOR_WINDOWS + self.freedom)
+        stated = np.append(self.stated, LIMITS.sharp_stated * self.stated[GAP])
+        prior = LIMITS.prior_windows * LIMITS.stated_excess ** 2 * stated
+        result: Array = (prior + self.squares) / (LIMITS.prior_windows + self.freedom)
         return result
 
     def dof(self, column: int) -> float:
         """Return the degrees of freedom of the variance of a `column`."""
-        return scan.PRIOR_WINDOWS + float(self.freedom[column]) - 1.0
+        return LIMITS.prior_windows + float(self.freedom[column]) - 1.0
 
     def forget_sharp(self) -> None:
         """Drop the noise of SHARP: it is defined again."""

@@ -11,12 +11,9 @@ from dataclasses import replace
 import math
 from typing import Any
 
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.features import Backlash
 
-MEMORY = 5.0  # windows that count
-# A window, or a short mean of windows, is contradicted from so many standard deviations on.
-CONTRADICTED = 4.0
-RECENT = 0.3  # weight of the newest window in the short mean
 N_COMMON = 4
 
 
@@ -52,7 +49,7 @@ class PooledFeatures:
         for i, (value, variance) in enumerate(pairs):
             if not (math.isfinite(value) and 0.0 < variance < math.inf):
                 continue
-            prior = self._variance[i] * MEMORY / (MEMORY - 1.0)
+            prior = self._variance[i] * LIMITS.memory / (LIMITS.memory - 1.0)
             share = 1.0 if math.isinf(prior) else prior / (prior + variance)
             self._mean[i] += share * (value - self._mean[i])
             self._variance[i] = share * variance
@@ -71,10 +68,11 @@ class PooledFeatures:
         contradicted = False
         for i, (value, variance) in enumerate(pairs):
             off = (value - self._mean[i]) / math.sqrt(
-                variance + self._variance[i] * MEMORY / (MEMORY - 1.0)) if variance > 0.0 else 0.0
+                variance + self._variance[i] * LIMITS.memory
+                / (LIMITS.memory - 1.0)) if variance > 0.0 else 0.0
             if not math.isfinite(off):
                 continue
-            self._trend[i] += RECENT * (off - self._trend[i])
-            usual = math.sqrt(RECENT / (2.0 - RECENT))
-            contradicted |= max(abs(off), abs(self._trend[i]) / usual) > CONTRADICTED
+            self._trend[i] += LIMITS.newest_weight * (off - self._trend[i])
+            usual = math.sqrt(LIMITS.newest_weight / (2.0 - LIMITS.newest_weight))
+            contradicted |= max(abs(off), abs(self._trend[i]) / usual) > LIMITS.contradicted
         return contradicted

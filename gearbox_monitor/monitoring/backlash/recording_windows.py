@@ -23,8 +23,6 @@ from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.hidden_arm import HiddenArm
 
 SECOND = 1_000_000_000
-# What averaging over windows does not remove, relative: of a width, not of its growth.
-GAP_ERROR, STIFFNESS_ERROR = 0.01, 0.02
 SETTLE = 2 * SECOND  # ns after the first value that are not used
 
 

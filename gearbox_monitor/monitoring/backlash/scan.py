@@ -4,7 +4,7 @@
 """
 Threshold of the sequential test for a step: generalised likelihood ratio over the change point.
 
-After each window every stretch of the newest 1 .. HORIZON windows is compared with what lies
+After each window every stretch of the newest 1 .. `horizon` windows is compared with what lies
 before it (wear.scan). With one threshold this finds jumps as fast as a CUSUM tuned to them and
 slow ramps as well, and needs no size of the change to be chosen beforehand.
 """
@@ -15,13 +15,7 @@ import numpy as np
 from scipy.special import ndtr  # scipy.stats would take a third of the time of a start
 
 from gearbox_monitor.kernels.types import Array
-
-HORIZON = 120  # windows
-# The stated deviation of a window may be too small by this factor ...
-STATED = 1.5
-# ... and weighs as much as this many windows against the spread that was seen.
-PRIOR_WINDOWS = 10.0
-MIN_BASELINE = 3  # windows
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 
 
 def _overshoot(x: float) -> float:
@@ -41,7 +35,8 @@ def false_alarm_rate(threshold: float) -> float:
     Siegmund and Venkatraman, Annals of Statistics 23(1), 1995.
     """
     from scipy.integrate import quad  # a fifth of the time of a start, and not needed before
-    inner, _ = quad(lambda x: x * _overshoot(x) ** 2, threshold / math.sqrt(HORIZON), threshold)
+    inner, _ = quad(lambda x: x * _overshoot(x) ** 2, threshold / math.sqrt(LIMITS.horizon),
+                    threshold)
     return 0.5 * threshold * _normal_density(threshold) * inner
 
 

@@ -22,21 +22,11 @@ import math
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 
 LEVEL, TEMPERATURE, DISTRUST, SHIFT, N_COMMON = range(5)  # columns before those of the points
-LEVEL_STD = 3.0     # of mu: any
-STEP_STD = 1.0      # of a step of the wear that was found: any
-PENDING_STD = 0.5   # of a step that may have come with a new motion
-SLOPE_STD = 0.01    # of a slope, per window
-# What the wear may do between steps: (has a slope, random walk per window over the noise of a
-# window), and how probable each is before anything was seen.
-COURSES = ((False, 0.0), (True, 0.0), (True, 0.06), (True, 0.3))
-COURSE_PRIOR = (0.5, 0.2, 0.15, 0.15)
 # Ages (windows) at which a random walk may have moved; fine where new.
 KNOTS = (1, 2, 3, 4, 6, 8, 11, 15, 21, 29, 41, 57, 80, 113, 160, 226, 320, 640, 1280, 2560)
-# One window alone is no change: the largest counts no more than this many standard deviations
-# above the second largest.
-LONER = 3.0
 
 
 @dataclass(frozen=True)
@@ -147,13 +137,14 @@ def wear_columns(age: Array, course: Course, has_slope: bool, walk: float
 
     """
     columns = [(age < begin).astype(float) for begin in (*course.steps, *course.pending)]
-    variances = [STEP_STD ** 2] * len(course.steps) + [PENDING_STD ** 2] * len(course.pending)
+    variances = ([LIMITS.step_std ** 2] * len(course.steps)
+                 + [LIMITS.pending_std ** 2] * len(course.pending))
     slope = -1
     if has_slope:
         for begin, end in zip(course.steps, (*course.steps[1:], 0.0)):
             slope = len(columns)
             columns.append(np.clip(begin - age, 0.0, begin - end))
-            variances.append(SLOPE_STD ** 2)
+            variances.append(LIMITS.slope_std ** 2)
     if walk > 0.0 and course.steps:
         knots = [k for k in KNOTS if k < course.steps[0]]
         for near, knot in zip((0, *knots), knots):
@@ -204,7 +195,7 @@ def fit(observations: Observations, prior: Array, course: Course, has_slope: boo
 
 def estimate(observations: Observations, prior: Array, course: Course, noise: float) -> Wear:
     """
-    Return the wear now, averaged over COURSES by how probable each is.
+    Return the wear now, averaged over LIMITS.courses by how probable each is.
 
     Args:
         observations: of one feature.
@@ -220,8 +211,8 @@ def estimate(observations: Observations, prior: Array, course: Course, noise: fl
         fits, logs = [fit(observations, prior, course)], np.zeros(1)
     else:
         fits = [fit(observations, prior, course, has_slope, walk * noise)
-                for has_slope, walk in COURSES]
-        logs = np.array([f.likelihood for f in fits]) + np.log(COURSE_PRIOR)
+                for has_slope, walk in LIMITS.courses]
+        logs = np.array([f.likelihood for f in fits]) + np.log(LIMITS.course_prior)
     share = np.exp(logs - logs.max())
     share /= share.sum()
     now = [wear_columns(np.zeros(1), course, f.has_slope, f.walk)[0][0] for f in fits]
@@ -263,11 +254,11 @@ def scan(observations: Observations, posterior: Fit) -> Scan:
     scores = []
     for sign in (1.0, -1.0):
         first, second = _two_largest(np.maximum(sign * deviations, 0.0))
-        excess = np.maximum(first - second - LONER, 0.0)
+        excess = np.maximum(first - second - LIMITS.loner, 0.0)
         limited = sign * pull - excess * unit * safe / np.maximum(total, 1e-300)
         scores.append(np.where(judged, limited / np.sqrt(safe), 0.0))
     alone = _from_end((weight > 0.0).astype(float)) < 2
-    up, down = (np.where(alone, np.minimum(score, LONER), score) for score in scores)
+    up, down = (np.where(alone, np.minimum(score, LIMITS.loner), score) for score in scores)
     return Scan(size, np.where(judged, 1.0 / np.sqrt(safe), np.nan), up, down,
                 np.where(judged, safe / np.maximum(total, 1e-300), 1.0), float(deviations[-1]))
 

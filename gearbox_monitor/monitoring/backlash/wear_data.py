@@ -15,15 +15,14 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Values
-from gearbox_monitor.monitoring.backlash import scan, wear
+from gearbox_monitor.monitoring.alert_limits import LIMITS
+from gearbox_monitor.monitoring.backlash import wear
 from gearbox_monitor.monitoring.backlash.change_tests import (
     FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, SHARP, STIFFNESS)
 from gearbox_monitor.monitoring.backlash.operating_point import (
     N_COLUMNS, numbers, OperatingPoint, OperatingPoints)
 
 OTHERS = (STIFFNESS, HYSTERESIS, FRICTION, GAIN)  # what comes out of the fit beside the gap
-MIN_COMPLETE = 60  # windows, before the gap is compared with the others being equal
-RIDGE = 2.0        # windows
 PER_SIZE = 16      # blocks of one size, before the two oldest of them become one
 MAX_ACTIVE = 48    # points that take part in a fit, beside those of the newest windows
 COUNT, TOTAL, KELVIN, KELVIN_2, PRODUCT = range(5)  # rows of the sums of a cell
@@ -128,11 +127,11 @@ class WearData:
 
     def couple(self, boundaries: Sequence[int]) -> None:
         """Learn the couplings from the rows; `boundaries` (ns): where features changed."""
-        if self.frozen or len(self) < MIN_COMPLETE:
+        if self.frozen or len(self) < LIMITS.min_complete:
             return
         used = [i for i in OTHERS if np.isfinite(self.values[:, i]).mean() > 0.9]
         complete = np.isfinite(self.values[:, [GAP, *used]]).all(axis=1)
-        if not used or complete.sum() < MIN_COMPLETE:
+        if not used or complete.sum() < LIMITS.min_complete:
             return
         groups: dict[tuple[int, int], list[int]] = {}
         segment = np.searchsorted(np.sort(np.array(boundaries, np.int64)), self.stamps)
@@ -141,12 +140,12 @@ class WearData:
         columns = [GAP, *used]
         off = self.values[:, columns] - np.outer(self.kelvin, self.slopes[columns])
         parts = [off[rows] - off[rows].mean(axis=0) for rows in groups.values() if len(rows) > 2]
-        if not parts or sum(map(len, parts)) < MIN_COMPLETE:
+        if not parts or sum(map(len, parts)) < LIMITS.min_complete:
             return
         x = np.concatenate(parts)
         stated = np.mean([p.stated[used] for p in self.points if p.stated_count[GAP]], axis=0)
         try:
-            coupling = np.linalg.solve(x[:, 1:].T @ x[:, 1:] + RIDGE * np.diag(stated),
+            coupling = np.linalg.solve(x[:, 1:].T @ x[:, 1:] + LIMITS.ridge * np.diag(stated),
                                        x[:, 1:].T @ x[:, 0])
         except np.linalg.LinAlgError:
             return
@@ -181,7 +180,7 @@ class WearData:
 
         """
         marks = sorted(boundaries)
-        while len(self) > scan.HORIZON:
+        while len(self) > LIMITS.horizon:
             self.frozen = True
             stamp, key = self.stamps[0], (self.where[0], self.trusted[0])
             values = self.sharpened(self.values[:1])[0]

@@ -6,20 +6,21 @@ Third trust indicator: the filter's uncertainty of tau_K is at its reference.
 
 That of the filter alone: what the tolerances of the model add to it varies with the motion.
 """
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 
-LOWER, UPPER = 0.8, 1.3  # of the reference
-REFERENCE_EVALUATIONS = 5  # whose median is the reference, where none was given
 _WINDOW = 'median over 2 s, against its reference'
 
 BELOW = Condition(
     'covariance', Level.WARN, 'uncertainty of tau_K below its usual range',
-    f'median standard deviation of tau_K by noise < {LOWER:g} of the reference', _WINDOW,
+    f'median standard deviation of tau_K by noise < {LIMITS.covariance_low:g} of the reference',
+    _WINDOW,
     'the filter hardly uses its measurements; check Q and R, or what adapts them',
     ('tau_k_noise_std',), ('lower_bound',))
 ABOVE = Condition(
     'covariance', Level.WARN, 'uncertainty of tau_K above its usual range',
-    f'median standard deviation of tau_K by noise > {UPPER:g} of the reference', _WINDOW,
+    f'median standard deviation of tau_K by noise > {LIMITS.covariance_high:g} of the reference',
+    _WINDOW,
     'measurements are missing or come slower; check encoders and rate',
     ('tau_k_noise_std',), ('upper_bound',))
 CONDITIONS = (BELOW, ABOVE)
@@ -39,10 +40,11 @@ def check(stated: float, std: float, reference: float | None) -> Outcome:
         return outcome_of([], 'reference for the uncertainty of tau_K not complete yet',
                           {'tau_k_std': stated, 'tau_k_noise_std': std})
     values = {'tau_k_std': stated, 'tau_k_noise_std': std, 'reference': reference,
-              'lower_bound': LOWER * reference, 'upper_bound': UPPER * reference}
+              'lower_bound': LIMITS.covariance_low * reference,
+              'upper_bound': LIMITS.covariance_high * reference}
     broken = []
-    if std < LOWER * reference:
+    if std < LIMITS.covariance_low * reference:
         broken.append(BELOW)
-    elif not std <= UPPER * reference:  # NaN is untrusted, too
+    elif not std <= LIMITS.covariance_high * reference:  # NaN is untrusted, too
         broken.append(ABOVE)
     return outcome_of(broken, 'uncertainty of tau_K in its usual range', values)

@@ -32,6 +32,7 @@ from gearbox_monitor.estimation.rts_smoother import (
     S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE,
     S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks import elastic_fit
 from gearbox_monitor.monitoring.checks.elastic_fit import (
     COULOMB, D_FRICTION, D_U, D_X2, D_X3, D_X4, DELAY, GAIN, HALF_GAP, INERTIA, lasting_share,
@@ -41,40 +42,31 @@ from gearbox_monitor.monitoring.checks.row_check import MAX_ROWS, middle, Result
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 
-WINDOW, SHORTEST = 10.0, 4.0  # s; shares of it that must be there
-CONTACT = 0.05                # share of the rows that a flank must hold
-SHARE = 0.01                  # of the rows that may be beyond
-STANDSTILL = 3.0              # deviations of the speed below which friction is uncertain
-STANDSTILL_WEIGHT = 0.05
-# Standard deviations that are expected before the window is seen: of stiffness and of half gap and
-# play relative to the model's, by wear; of the friction, too; scale; delay (s); gain. That of the
-# motor's inertia is the model's tolerance.
-WORN, FRICTION, SCALES, DELAYS, GAINS = (0.1, 0.5), 1.0, 0.5, 0.05, 1.0
-LEAST = 1e-4  # standard deviation of what has no tolerance
 # Columns of the smoothed rows in the order of elastic_fit.D_*, but for D_FRICTION.
 COLUMNS = (S_TWIST, S_TWIST_RATE, S_X2, S_X4, S_X3, S_X3, S_U, S_MOTOR_SIDE,
            S_MOTOR_SIDE_NOISE_STD)
 COLUMN_OF = {VISCOUS: D_X3, COULOMB: D_FRICTION, GAIN: D_U}  # what errors of torque multiply
-_WINDOW = f'{WINDOW:g} s'
+_WINDOW = f'{LIMITS.curve_window:g} s'
 
 NO_CURVE = Condition(
     'prediction error', Level.WARN, 'no elastic curve explains the torque',
     f'share of the smoothed tau_K that is more than {SIGMA:g} stated standard deviations off '
     f'the best elastic curve, gain, friction, scale and delay, in more than single moments, '
-    f'> {SHARE:g}', _WINDOW,
+    f'> {LIMITS.curve_share:g}', _WINDOW,
     'check sign, limits and delay of the effort and the signs and order of the encoders',
     ('elastic_misfit_share',), ('elastic_misfit_share_threshold',))
 OTHER_TORQUE = Condition(
     'prediction error', Level.WARN, 'torque disagrees with the twist',
     f'share of the smoothed tau_K whose error by gain and friction, as the twist shows it, '
-    f'is more than {SIGMA:g} stated standard deviations, and certain, > {SHARE:g}', _WINDOW,
+    f'is more than {SIGMA:g} stated standard deviations, and certain, > {LIMITS.curve_share:g}',
+    _WINDOW,
     'check scale of the effort, time stamps and friction of the model; then its stiffness',
     ('elastic_torque_share', 'elastic_gain', 'elastic_viscous', 'elastic_coulomb'),
     ('elastic_torque_share_threshold',))
 OTHER_TWIST = Condition(
     'prediction error', Level.WARN, 'encoders disagree',
     f'share of the smoothed twist whose error by scale and delay between the encoders is more '
-    f'than {SIGMA:g} stated standard deviations, and certain, > {SHARE:g}', _WINDOW,
+    f'than {SIGMA:g} stated standard deviations, and certain, > {LIMITS.curve_share:g}', _WINDOW,
     'check gear_ratio, scale and delay of both encoders',
     ('elastic_twist_share', 'elastic_scale', 'elastic_delay_s'),
     ('elastic_twist_share_threshold',))
@@ -91,13 +83,13 @@ def _prior(drive: DriveModel) -> Array:
     shape, tolerance = drive.transmission, drive.tolerance
     std = np.empty(N_SHAPE)
     std[ZERO] = np.inf
-    std[STIFFNESS] = np.hypot(WORN[0], tolerance) * shape.stiffness
-    std[HALF_GAP] = max(WORN[1] * shape.half_gap, 1e-3)
-    std[WIDTH] = max(WORN[1] * shape.hysteresis_width, LEAST)
-    std[SCALE], std[DELAY], std[GAIN] = SCALES, DELAYS, GAINS
-    std[VISCOUS] = max(FRICTION * abs(drive.viscous_friction), 1e-2)
-    std[COULOMB] = max(FRICTION * drive.coulomb_friction, 1e-2)
-    std[INERTIA] = max(UNIFORM * drive.inertia_tolerance, LEAST)
+    std[STIFFNESS] = np.hypot(LIMITS.curve_stiffness, tolerance) * shape.stiffness
+    std[HALF_GAP] = max(LIMITS.curve_gap * shape.half_gap, 1e-3)
+    std[WIDTH] = max(LIMITS.curve_gap * shape.hysteresis_width, LIMITS.curve_fixed)
+    std[SCALE], std[DELAY], std[GAIN] = LIMITS.curve_scale, LIMITS.curve_delay, LIMITS.curve_gain
+    std[VISCOUS] = max(LIMITS.curve_friction * abs(drive.viscous_friction), 1e-2)
+    std[COULOMB] = max(LIMITS.curve_friction * drive.coulomb_friction, 1e-2)
+    std[INERTIA] = max(UNIFORM * drive.inertia_tolerance, LIMITS.curve_fixed)
     return 1.0 / std ** 2
 
 
@@ -107,9 +99,9 @@ def _within_tolerances(drive: DriveModel, at: list[int]) -> Array:
     std[VISCOUS] = UNIFORM * drive.damping_tolerance * abs(drive.viscous_friction)
     std[COULOMB] = UNIFORM * drive.friction_tolerance * drive.coulomb_friction
     std[GAIN] = UNIFORM * drive.torque_gain_tolerance
-    std[DELAY], std[SCALE] = UNIFORM * drive.encoder_delay_tolerance, LEAST
+    std[DELAY], std[SCALE] = UNIFORM * drive.encoder_delay_tolerance, LIMITS.curve_fixed
     result = _prior(drive)
-    result[at] = 1.0 / np.maximum(std[at], LEAST) ** 2
+    result[at] = 1.0 / np.maximum(std[at], LIMITS.curve_fixed) ** 2
     return result
 
 
@@ -132,9 +124,9 @@ def _weights(rows: Array, drive: DriveModel) -> Array:
     """Return weights [N] that fall where the speed may be 0, and friction anything."""
     if drive.coulomb_friction == 0.0:
         return np.ones(len(rows))
-    doubt = STANDSTILL * middle(rows[:, S_TWIST_RATE_NOISE_STD])
+    doubt = LIMITS.curve_standstill * middle(rows[:, S_TWIST_RATE_NOISE_STD])
     ratio = (rows[:, S_X3] / max(doubt, 1e-12)) ** 2
-    return STANDSTILL_WEIGHT + ratio / (1.0 + ratio)
+    return LIMITS.curve_standstill_weight + ratio / (1.0 + ratio)
 
 
 def check(rows: Array, drive: DriveModel) -> Result:
@@ -144,19 +136,20 @@ def check(rows: Array, drive: DriveModel) -> Result:
     None where no flank is in contact, or where the curve has effects that the filter leaves out.
     """
     drive = drive.folded()
-    if len(rows) < MAX_ROWS * SHORTEST / WINDOW or not np.isfinite(rows).all() or any(
+    shortest = MAX_ROWS * LIMITS.curve_shortest / LIMITS.curve_window
+    if len(rows) < shortest or not np.isfinite(rows).all() or any(
             EFFECTS[e['id']].location == 'transmission' for e in drive.effects
             if e['id'] in EFFECTS):
         return None
     first, side = _remembered(rows[:, S_TWIST], drive)
     rows = rows[first:]
-    if len(rows) < MAX_ROWS * SHORTEST / WINDOW:
+    if len(rows) < shortest:
         return None
     friction_estimated = _friction_estimated(rows)
     data = data_of(rows, drive)
     fit = elastic_fit.fit(data, elastic_fit.law_of(drive, side, friction_estimated),
                           _weights(rows, drive), _prior(drive))
-    if fit.contact < CONTACT:
+    if fit.contact < LIMITS.curve_contact:
         return None
     torque, twist = (np.ascontiguousarray(rows[:, i]) for i in (
         S_MOTOR_SIDE_NOISE_STD, S_TWIST_NOISE_STD))
@@ -171,19 +164,19 @@ def check(rows: Array, drive: DriveModel) -> Result:
               'torque': share_beyond(of_torque, torque, fit, wrong),
               'twist': share_beyond(of_twist, twist, fit, TWIST)}
     by_tolerance = [elastic_fit.held(fit, _within_tolerances(drive, at)) for at in (TWIST, TORQUE)]
-    if not max(shares.values()) > SHARE:
+    if not max(shares.values()) > LIMITS.curve_share:
         shares['torque'] = share_beyond(of_torque, torque, by_tolerance[0], wrong)
         shares['twist'] = share_beyond(of_twist, twist, by_tolerance[1], TWIST)
     values = {f'elastic_{name}_share': share for name, share in shares.items()}
-    values |= {f'elastic_{name}_share_threshold': SHARE for name in shares}
+    values |= {f'elastic_{name}_share_threshold': LIMITS.curve_share for name in shares}
     values |= {'elastic_gain': float(fit.theta[GAIN]), 'elastic_scale': float(fit.theta[SCALE]),
                'elastic_delay_s': float(fit.theta[DELAY]),
                'elastic_viscous': float(fit.theta[VISCOUS]),
                'elastic_coulomb': float(fit.theta[COULOMB])}
     broken = [condition for condition, name in (
         (NO_CURVE, 'misfit'), (OTHER_TORQUE, 'torque'), (OTHER_TWIST, 'twist'))
-        if shares[name] > SHARE]
+        if shares[name] > LIMITS.curve_share]
     return broken, values
 
 
-CHECK = RowCheck('elastic', WINDOW, check, down=1, free_torque=True)
+CHECK = RowCheck('elastic', LIMITS.curve_window, check, down=1, free_torque=True)

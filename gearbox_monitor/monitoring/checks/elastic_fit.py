@@ -15,6 +15,7 @@ from scipy.special import stdtrit
 
 from gearbox_monitor.kernels.jit import jit, jit_allocating, jit_inline
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.row_check import middle
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.transmission import dead_zone
@@ -27,10 +28,9 @@ FIRST, LAST = VISCOUS, GAIN + 1  # of TORQUE
 # torque to explain and its stated deviation.
 (D_TWIST, D_RATE, D_X2, D_X4, D_X3, D_FRICTION, D_U, D_TORQUE, D_STD, N_DATA) = range(10)
 BLOCKS = 20                   # parts of a window that count as independent
-SIGMA = 3.0                   # stated standard deviations
-SIGNIFICANCE = 1e-3           # of an error of torque or twist, by Student's t over its blocks
-OFTEN = float(stdtrit(BLOCKS - 1, 0.95))  # by Student's t: not in a block or two alone
-HUBER, ITERATIONS, ENOUGH = 1.5, 12, 1e-3
+SIGMA = LIMITS.curve_sigma
+OFTEN = float(stdtrit(BLOCKS - 1, LIMITS.curve_often))  # not in a block or two
+HUBER, ITERATIONS, ENOUGH = LIMITS.curve_huber, 12, 1e-3
 ZEROS = 13                    # of the grid that the fit starts from
 ROUNDING, TINY = 1e-12, 1e-300
 
@@ -55,7 +55,7 @@ class ElasticLaw(NamedTuple):
     with_inertia: bool
 
 
-class Fit(NamedTuple):
+class CurveFit(NamedTuple):
     """
     Parameters and covariance, share of the rows in contact, and the linear problem at the optimum.
 
@@ -433,7 +433,7 @@ def _moving_blocks(columns: Array) -> float:
     return max(total * total / max(squares, TINY), 1.0)
 
 
-def fit(data: Array, law: ElasticLaw, base: Array, prior: Array) -> Fit:
+def fit(data: Array, law: ElasticLaw, base: Array, prior: Array) -> CurveFit:
     """
     Return the robust fit of the curve by Levenberg and Marquardt.
 
@@ -445,17 +445,17 @@ def fit(data: Array, law: ElasticLaw, base: Array, prior: Array) -> Fit:
 
     """
     zero = middle(data[:, D_TWIST] - data[:, D_TORQUE] / law.stiffness)
-    return Fit(*_fit(data, law, base, prior, zero))
+    return CurveFit(*_fit(data, law, base, prior, zero))
 
 
-def held(optimum: Fit, prior: Array) -> Fit:
+def held(optimum: CurveFit, prior: Array) -> CurveFit:
     """Return the `optimum` with another `prior` [N_SHAPE], by its linear problem."""
     theta, covariance, residuals = _held(
         optimum.theta, optimum.slopes, optimum.weights, optimum.residuals, prior)
     return optimum._replace(theta=theta, covariance=covariance, residuals=residuals)
 
 
-def share_beyond(columns: Array, stds: Array, optimum: Fit, at: list[int]) -> float:
+def share_beyond(columns: Array, stds: Array, optimum: CurveFit, at: list[int]) -> float:
     """
     Return the share of the rows at which an error is beyond SIGMA stated deviations, and certain.
 
@@ -469,7 +469,7 @@ def share_beyond(columns: Array, stds: Array, optimum: Fit, at: list[int]) -> fl
         at: places of the A parameters.
 
     """
-    certain = float(-stdtrit(_moving_blocks(columns), SIGNIFICANCE / 2))
+    certain = float(-stdtrit(_moving_blocks(columns), LIMITS.curve_significance / 2))
     return _share_beyond(columns, stds, optimum.theta[at], optimum.covariance[at][:, at], certain)
 
 

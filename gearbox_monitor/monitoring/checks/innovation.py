@@ -20,60 +20,57 @@ from scipy.special import chdtri, ndtri
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box, MIN_SAMPLES
 from gearbox_monitor.kernels.jit import jit_allocating
 from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 
-MEAN_WINDOW, GATE_WINDOW, WINDOW = 0.5, 1.0, 2.0  # s
-# Of each of the three tests on one window, were the filter's model exact. So small because it
-# never is: a random walk for tau_K, a friction linearised at standstill leave traces of their own.
-SIGNIFICANCE = 1e-6
-MEAN_LIMIT = float(-ndtri(SIGNIFICANCE / 4))  # two channels, two sides
-LJUNG_BOX_LIMIT = float(chdtri(LAGS, SIGNIFICANCE / 2))
-# So much of an innovation must be predictable from those before it (beyond what LAGS / N gives by
-# chance) to be called not white.
-PREDICTABLE = 0.2
-# NIS over its expectation, and squared innovation over predicted variance per encoder.
-NIS_LOW, NIS_HIGH, NIS_GROSS = 0.75, 1.25, 2.0
-VARIANCE_LOW, VARIANCE_HIGH = 0.7, 1.4
-GATE = 5.0  # predicted standard deviations
+MEAN_LIMIT = float(-ndtri(LIMITS.error_significance / 4))  # two channels, two sides
+LJUNG_BOX_LIMIT = float(chdtri(LAGS, LIMITS.error_significance / 2))
 _TUNE = 'check friction, inertia and torque scale of the model'
 
 BIASED = Condition(
     'prediction error', Level.WARN, 'prediction errors biased',
-    f'largest abs(mean) sqrt(N) of the whitened channels > {MEAN_LIMIT:.2f}', f'{MEAN_WINDOW:g} s',
+    f'largest abs(mean) sqrt(N) of the whitened channels > {MEAN_LIMIT:.2f}',
+    f'{LIMITS.mean_window:g} s',
     _TUNE, ('mean',), ('mean_threshold',))
 COLOURED = Condition(
     'prediction error', Level.WARN, 'prediction errors not white',
     f'Ljung-Box over {LAGS} lags > {LJUNG_BOX_LIMIT:.1f} and sum of squared correlations > '
-    f'{PREDICTABLE:g} + {LAGS} / N', f'{WINDOW:g} s', _TUNE + ', and the time stamps',
+    f'{LIMITS.predictable:g} + {LAGS} / N', f'{LIMITS.error_window:g} s', _TUNE
+    + ', and the time stamps',
     ('ljung_box', 'predictable_share'),
     ('ljung_box_threshold', 'predictable_share_threshold'))
 LARGER = Condition(
     'prediction error', Level.WARN, 'prediction errors larger than predicted',
-    f'NIS over its degrees of freedom > {NIS_HIGH:g} and significantly above 1', f'{WINDOW:g} s',
+    f'NIS over its degrees of freedom > {LIMITS.nis_high:g} and significantly above 1',
+    f'{LIMITS.error_window:g} s',
     _TUNE + ', and the encoders; or raise R', ('nis_over_dof',), ('nis_high',))
 SMALLER = Condition(
     'prediction error', Level.WARN, 'prediction errors smaller than predicted',
-    f'NIS over its degrees of freedom < {NIS_LOW:g} and significantly below 1', f'{WINDOW:g} s',
+    f'NIS over its degrees of freedom < {LIMITS.nis_low:g} and significantly below 1',
+    f'{LIMITS.error_window:g} s',
     'R or Q is too large: tune them', ('nis_over_dof',), ('nis_low',))
 GROSS = Condition(
     'prediction error', Level.ERROR, 'prediction errors much larger than predicted',
-    f'NIS over its degrees of freedom > {NIS_GROSS:g}', f'{WINDOW:g} s',
+    f'NIS over its degrees of freedom > {LIMITS.nis_gross:g}', f'{LIMITS.error_window:g} s',
     'do not trust tau_K; check the encoders first, then the model', ('nis_over_dof',),
     ('nis_gross',))
 MOTOR_VARIANCE, ARM_VARIANCE = (Condition(
     'prediction error', Level.WARN, f'{joint} encoder noise differs from r_std_{joint}',
-    f'mean squared innovation of the {joint} over predicted variance outside {VARIANCE_LOW:g} .. '
-    f'{VARIANCE_HIGH:g}', f'{WINDOW:g} s', f'check the {joint} encoder, or tune r_std_{joint}',
+    f'mean squared innovation of the {joint} over predicted variance outside '
+    f'{LIMITS.variance_low:g} .. '
+    f'{LIMITS.variance_high:g}', f'{LIMITS.error_window:g} s', f'check the {joint} encoder, or '
+                                                               f'tune r_std_{joint}',
     (f'variance_ratio_{joint}',), ('variance_ratio_low', 'variance_ratio_high'))
     for joint in ('motor', 'arm'))
 OUTLIERS = Condition(
     'prediction error', Level.WARN, 'outliers',
-    f'largest innovation / ({GATE:g} predicted standard deviations) > 1', f'{GATE_WINDOW:g} s',
+    f'largest innovation / ({LIMITS.gate:g} predicted standard deviations) > 1',
+    f'{LIMITS.gate_window:g} s',
     'check encoder cables and supply, and for impacts', ('test_ratio',),
     ('test_ratio_threshold',))
 TOO_FEW = Condition(
     'prediction error', Level.WARN, 'too few innovations',
-    f'fewer than {MIN_SAMPLES} samples that gave an estimate', f'{WINDOW:g} s',
+    f'fewer than {MIN_SAMPLES} samples that gave an estimate', f'{LIMITS.error_window:g} s',
     'wait; check the rate if it stays', ('window_samples',))
 CONDITIONS = (BIASED, COLOURED, LARGER, SMALLER, GROSS, MOTOR_VARIANCE, ARM_VARIANCE, OUTLIERS,
               TOO_FEW)
@@ -117,8 +114,8 @@ def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float
 @lru_cache(maxsize=64)
 def nis_limits(dof: float) -> tuple[float, float]:
     """Return (low, high) of the mean NIS per degree of freedom, of `dof` in all."""
-    return (float(chdtri(dof, 1.0 - SIGNIFICANCE / 2)) / dof,
-            float(chdtri(dof, SIGNIFICANCE / 2)) / dof)
+    return (float(chdtri(dof, 1.0 - LIMITS.error_significance / 2)) / dof,
+            float(chdtri(dof, LIMITS.error_significance / 2)) / dof)
 
 
 def _mean(white: Array) -> float:
@@ -136,8 +133,8 @@ def flags(white: Array, nis: Array, dof: Array) -> dict[str, bool]:
     """
     Return whether significance alone speaks against a window of W samples.
 
-    If the filter's model were exact, each test would flag SIGNIFICANCE of all windows (whiteness:
-    of long ones).
+    If the filter's model were exact, each test would flag `error_significance` of windows
+    (whiteness: of long ones).
 
     Args:
         white: whitened innovations [W, 2], NaN where not measured.
@@ -190,27 +187,27 @@ def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, rece
         return outcome_of([TOO_FEW], '', {'window_samples': len(nis)})
     mean = _mean(white[len(white) - recent:])
     box, predictable = _whiteness(white)
-    predictable_limit = PREDICTABLE + LAGS / len(nis)
+    predictable_limit = LIMITS.predictable + LAGS / len(nis)
     ratio = float(nis.sum()) / total
     low, high = nis_limits(total)
-    low, high = min(low, NIS_LOW), max(high, NIS_HIGH)
+    low, high = min(low, LIMITS.nis_low), max(high, LIMITS.nis_high)
     motor, arm, gate = _sizes(errors, stds, newest)
-    gate /= GATE
+    gate /= LIMITS.gate
     values = {
         'mean': mean, 'mean_threshold': MEAN_LIMIT,
         'ljung_box': box, 'ljung_box_threshold': LJUNG_BOX_LIMIT,
         'predictable_share': predictable, 'predictable_share_threshold': predictable_limit,
-        'nis_over_dof': ratio, 'nis_low': low, 'nis_high': high, 'nis_gross': NIS_GROSS,
+        'nis_over_dof': ratio, 'nis_low': low, 'nis_high': high, 'nis_gross': LIMITS.nis_gross,
         'variance_ratio_motor': motor, 'variance_ratio_arm': arm,
-        'variance_ratio_low': VARIANCE_LOW, 'variance_ratio_high': VARIANCE_HIGH,
+        'variance_ratio_low': LIMITS.variance_low, 'variance_ratio_high': LIMITS.variance_high,
         'test_ratio': gate, 'test_ratio_threshold': 1.0, 'window_samples': len(nis)}
     broken = [condition for condition, is_broken in (
         (BIASED, mean > MEAN_LIMIT),
         (COLOURED, box > LJUNG_BOX_LIMIT and predictable > predictable_limit),
-        (GROSS, not ratio <= NIS_GROSS),
-        (LARGER, high < ratio <= NIS_GROSS),
+        (GROSS, not ratio <= LIMITS.nis_gross),
+        (LARGER, high < ratio <= LIMITS.nis_gross),
         (SMALLER, ratio < low),
-        (MOTOR_VARIANCE, not VARIANCE_LOW <= motor <= VARIANCE_HIGH),
-        (ARM_VARIANCE, not VARIANCE_LOW <= arm <= VARIANCE_HIGH),
+        (MOTOR_VARIANCE, not LIMITS.variance_low <= motor <= LIMITS.variance_high),
+        (ARM_VARIANCE, not LIMITS.variance_low <= arm <= LIMITS.variance_high),
         (OUTLIERS, gate > 1.0)) if is_broken]
     return outcome_of(broken, 'prediction errors as predicted', values)

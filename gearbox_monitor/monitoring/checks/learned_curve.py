@@ -10,17 +10,17 @@ not the likeliest model, what was learnt says nothing.
 from collections.abc import Mapping
 from dataclasses import replace
 
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.parameters import EstimatorParameters, LEARNED
 from gearbox_monitor.plant.drive import DriveModel
 
-SIGMAS = 3.0
-LEARNT = 0.1  # relative deviation from which on a value counts as learnt
-LIKELY = 0.5
 
-_WHEN = (f'{{}} from the model file by more than `{{}}`, its deviation < {LEARNT:g} of it, and '
-         f'more than {SIGMAS:g} deviations beyond; `tau_k_model` learned, or mixed with a '
-         f'probability of the learned curve >= {LIKELY:g}')
+_WHEN = (f'{{}} from the model file by more than `{{}}`, its deviation < {LIMITS.learned_std:g} '
+         f'of it, and '
+         f'more than {LIMITS.learned_deviations:g} deviations beyond; `tau_k_model` learned, or '
+         f'mixed with a '
+         f'probability of the learned curve >= {LIMITS.learned_probability:g}')
 STIFFNESS = Condition(
     'model', Level.WARN, 'learned stiffness differs from the model file',
     _WHEN.format('`learned_stiffness` differs', 'stiffness_error'), 'the evaluation',
@@ -45,7 +45,7 @@ def check(values: Mapping[str, float], drive: DriveModel,
         parameters: how far the values may be from it.
 
     """
-    if not values or values.get(f'probability_{LEARNED}', 1.0) < LIKELY:
+    if not values or values.get(f'probability_{LEARNED}', 1.0) < LIMITS.learned_probability:
         return []
     shape, broken = drive.transmission, []
     for condition, key, model, tolerance in (
@@ -54,7 +54,8 @@ def check(values: Mapping[str, float], drive: DriveModel,
         value, std = values[key], values[key.replace('_rad', '') + (
             '_std_rad' if key.endswith('_rad') else '_std')]
         beyond = max(value - model * (1.0 + tolerance), model / (1.0 + tolerance) - value)
-        if std < LEARNT * value and beyond > SIGMAS * std and model > 0.0:
+        if (std < LIMITS.learned_std * value and beyond > LIMITS.learned_deviations * std
+                and model > 0.0):
             broken.append(replace(
                 condition, says=f'{condition.says} (x {value / model:.2f})'))
     return broken

@@ -9,14 +9,15 @@ is then a diagnosis (docs/diagnose.md), not another tuning.
 """
 from collections import deque
 
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 
-SHARE = 0.5  # of the time that is looked at
 SECOND = 1_000_000_000
 
 MISSING = Condition(
     'model', Level.WARN, 'model mismatch',
-    f'seconds with prediction errors biased or not white > {SHARE:g} `model_gap_after`; seconds '
+    f'seconds with prediction errors biased or not white > {LIMITS.systematic_share:g} '
+    f'`model_gap_after`; seconds '
     'with an ERROR of input or observability do not count', '`model_gap_after`',
     'call ~/keep_recording, then run the gearbox_monitor diagnose that it answers with; where '
     'that finds no gap, tune the filter', ('systematic_s',), ('systematic_s_threshold',))
@@ -53,13 +54,14 @@ def check(systematic: Systematic, stamp_ns: int, window: float, unknown_load: bo
         unknown_load: whether a load on the arm is estimated, which absorbs most mismatches.
 
     Returns:
-        WARN if the errors were systematic in more than SHARE of the window.
+        WARN if the errors were systematic in more than `systematic_share` of it.
 
     """
     seconds = systematic.seconds(stamp_ns, window)
-    values = {'systematic_s': float(seconds), 'systematic_s_threshold': SHARE * window,
+    values = {'systematic_s': float(seconds),
+              'systematic_s_threshold': LIMITS.systematic_share * window,
               'window_s': window}
-    return outcome_of([MISSING] if seconds > SHARE * window else [],
+    return outcome_of([MISSING] if seconds > LIMITS.systematic_share * window else [],
                       'no lasting gap of the model seen' + (
                           '; with arm_load: unknown most do not show' if unknown_load else ''),
                       values)

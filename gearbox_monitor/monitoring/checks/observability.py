@@ -19,26 +19,25 @@ from gearbox_monitor.estimation.process_model import (
     K_P, LOAD_AT, P0, Q0, R1, R2, tangent, TAU_K, X1, X2, X3, X4)
 from gearbox_monitor.kernels.jit import jit, jit_allocating, jit_inline
 from gearbox_monitor.kernels.types import Array, Flags, Values
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 from gearbox_monitor.plant.drive import (
     arm_load_slopes, D, INVERSE_M1, INVERSE_M2, motor_friction_slope)
 
-WINDOW = 0.1  # s
-UNTRUSTED = 0.3
-WORSE = 1.0  # of the prior standard deviation: the filter knows no more than before it began
 POSITION_SCALE = 1.0  # rad: prior standard deviation of the positions
 ROUNDING = 1e-14
 TINY = 1e-300
 
 HIDDEN = Condition(
     'observability', Level.ERROR, 'tau_K not observable',
-    f'more than {UNTRUSTED:g} of the prior standard deviation of tau_K remains', f'{WINDOW:g} s',
+    f'more than {LIMITS.untrusted:g} of the prior standard deviation of tau_K remains',
+    f'{LIMITS.information_window:g} s',
     'do not trust it; check the encoders; with an unknown load at standstill, wait for motion',
     ('information_share_tau_k',), ('information_share_threshold',))
 UNKNOWN = Condition(
     'observability', Level.ERROR, 'uncertainty of tau_K above its initial value',
-    f'median standard deviation of tau_K > {WORSE:g} of the prior one (`p0_std_torque`)',
-    f'{WINDOW:g} s',
+    f'median standard deviation of tau_K > {LIMITS.unknown:g} of the prior one (`p0_std_torque`)',
+    f'{LIMITS.information_window:g} s',
     'do not trust it; restore the encoder that is lost, or say what loads the arm (arm_load)',
     ('stated_share_tau_k',), ('stated_share_threshold',))
 CONDITIONS = (HIDDEN, UNKNOWN)
@@ -201,17 +200,19 @@ def check(shares: Mapping[str, float], stated: float, eq6: Values) -> Outcome:
     over its prior one.
     """
     values = {
-        'information_share_tau_k': shares['tau_k'], 'information_share_threshold': UNTRUSTED,
+        'information_share_tau_k': shares['tau_k'],
+        'information_share_threshold': LIMITS.untrusted,
         'information_share_motor_speed': shares['x3'],
-        'stated_share_tau_k': stated, 'stated_share_threshold': WORSE, **eq6}
+        'stated_share_tau_k': stated, 'stated_share_threshold': LIMITS.unknown, **eq6}
     if 'tau_arm' in shares:
         values['information_share_tau_arm'] = shares['tau_arm']
     hidden = [name for name, state in (('speed (standstill)', 'x3'),
                                        ('load on the arm (needs both encoders)', 'tau_arm'))
-              if not shares.get(state, 0.0) <= UNTRUSTED]
+              if not shares.get(state, 0.0) <= LIMITS.untrusted]
     fine = 'tau_K observable'
     if hidden:
         fine += '; not: ' + ', '.join(hidden)
     broken = [condition for condition, is_fine in (  # NaN is untrusted, too
-        (HIDDEN, shares['tau_k'] <= UNTRUSTED), (UNKNOWN, stated <= WORSE)) if not is_fine]
+        (HIDDEN, shares['tau_k'] <= LIMITS.untrusted), (UNKNOWN, stated <= LIMITS.unknown))
+        if not is_fine]
     return outcome_of(broken, fine, values)

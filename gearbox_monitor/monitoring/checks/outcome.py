@@ -8,6 +8,7 @@ import enum
 from typing import NamedTuple
 
 from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 
 
 class Level(enum.IntEnum):
@@ -122,8 +123,10 @@ def with_more(outcome: Outcome, broken: Sequence[Condition], values: Values) -> 
 
 # Component -> evaluations in a row that raise and that lower its level. One evaluation per second
 # of stamps; of backlash and friction one per drift window: their sequential test debounces.
-DEBOUNCE = {'observability': (3, 5), 'prediction error': (3, 5), 'covariance': (3, 5),
-            'model': (3, 5), 'backlash': (1, 1), 'friction': (1, 1), 'input': (3, 5)}
+_PER_SECOND = LIMITS.debounce_up, LIMITS.debounce_down
+DEBOUNCE = {'observability': _PER_SECOND, 'prediction error': _PER_SECOND,
+            'covariance': _PER_SECOND, 'model': _PER_SECOND, 'backlash': (1, 1),
+            'friction': (1, 1), 'input': _PER_SECOND}
 
 
 class Alarm:

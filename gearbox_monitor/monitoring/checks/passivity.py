@@ -15,20 +15,19 @@ import numpy as np
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_X3, S_X4)
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.monitoring.checks.row_check import middle, Result, RowCheck
 from gearbox_monitor.plant.drive import DriveModel
 
-WINDOW = 2.0  # s
-MIN_ROWS = 50
-SIGNIFICANT = 3.0  # stated standard deviations that torque, twist and its rate must move by
-CORRELATION, POWER = -0.15, -0.5
 
 AGAINST = Condition(
     'prediction error', Level.WARN, 'torque against twist',
-    f'smoothed: correlation of tau_K and twist < {CORRELATION:g}, or mean of tau_K times twist '
-    f'rate, without what a spring gives back, over their rms < {POWER:g}; judged where each moves '
-    f'by {SIGNIFICANT:g} of its stated standard deviations', f'{WINDOW:g} s',
+    f'smoothed: correlation of tau_K and twist < {LIMITS.correlation:g}, or mean of tau_K times '
+    f'twist '
+    f'rate, without what a spring gives back, over their rms < {LIMITS.power:g}; judged where '
+    f'each moves '
+    f'by {LIMITS.moved:g} of its stated standard deviations', f'{LIMITS.passivity_window:g} s',
     'check the signs of encoders and torque and whether it is the torque that acts, then the '
     'friction of the model',
     ('torque_twist_correlation', 'torque_twist_power'),
@@ -38,12 +37,12 @@ CONDITIONS = (AGAINST,)
 
 def check(rows: Array, drive: DriveModel) -> Result:
     """Return the Result of `rows` [N, N_SMOOTHED] of a `drive`; None if they do not show it."""
-    if len(rows) < MIN_ROWS:
+    if len(rows) < LIMITS.passivity_rows:
         return None
     torque, twist, rate = rows[:, S_TAU_K], rows[:, S_TWIST], rows[:, S_X3] - rows[:, S_X4]
     moved = torque.std(), twist.std(), float(np.sqrt(np.mean(rate ** 2)))
     stds = S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD
-    if not all(size > SIGNIFICANT * middle(rows[:, std]) for size, std in zip(moved, stds)):
+    if not all(size > LIMITS.moved * middle(rows[:, std]) for size, std in zip(moved, stds)):
         return None
     correlation = float(np.mean((torque - torque.mean()) * (twist - twist.mean()))
                         / (moved[0] * moved[1]))
@@ -53,9 +52,9 @@ def check(rows: Array, drive: DriveModel) -> Result:
         2.0 * drive.folded().transmission.stiffness)
     power = float((work + released) / np.sqrt(np.mean(torque ** 2) * len(steps) * steps @ steps))
     values = {'torque_twist_correlation': correlation,
-              'torque_twist_correlation_threshold': CORRELATION,
-              'torque_twist_power': power, 'torque_twist_power_threshold': POWER}
-    return [AGAINST] if correlation < CORRELATION or power < POWER else [], values
+              'torque_twist_correlation_threshold': LIMITS.correlation,
+              'torque_twist_power': power, 'torque_twist_power_threshold': LIMITS.power}
+    return [AGAINST] if correlation < LIMITS.correlation or power < LIMITS.power else [], values
 
 
-CHECK = RowCheck('torque_twist', WINDOW, check)
+CHECK = RowCheck('torque_twist', LIMITS.passivity_window, check)

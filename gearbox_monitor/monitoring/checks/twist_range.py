@@ -6,21 +6,18 @@ import numpy as np
 
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.monitoring.checks.row_check import middle, Result, RowCheck
 from gearbox_monitor.plant.drive import DriveModel
 
-WINDOW = 10.0  # s
-MIN_ROWS = 50
-# Of the twist that the model allows. A drive that has worn, or a stiffness that was guessed, may
-# twist so much more; two encoders that do not read the same shaft twist by turns.
-ROOM = 4.0
-SURE = 3.0  # stated standard deviations of the torque
 
 BEYOND = Condition(
     'prediction error', Level.ERROR, 'twist beyond what backlash and stiffness allow',
-    f'range of the smoothed twist > {ROOM:g} times the backlash of the model and what the range '
-    f'of tau_K, widened by {2 * SURE:g} stated standard deviations, twists', f'{WINDOW:g} s',
+    f'range of the smoothed twist > {LIMITS.twist_room:g} times the backlash of the model and '
+    f'what the range '
+    f'of tau_K, widened by {2 * LIMITS.twist_sure:g} stated standard deviations, twists',
+    f'{LIMITS.twist_window:g} s',
     'check sign, scale and delay of both encoders and whether motor and arm are swapped; then '
     'stiffness and half_gap of the model', ('twist_range',), ('twist_range_threshold',))
 CONDITIONS = (BEYOND,)
@@ -32,14 +29,16 @@ def check(rows: Array, drive: DriveModel) -> Result:
 
     The zero of the encoders against each other does not matter: only the range of the twist does.
     """
-    if len(rows) < MIN_ROWS:
+    if len(rows) < LIMITS.twist_rows:
         return None
     shape = drive.folded().transmission
-    torque = float(np.ptp(rows[:, S_TAU_K]) + 2.0 * SURE * middle(rows[:, S_TAU_K_NOISE_STD]))
-    allowed = ROOM * (2.0 * (shape.half_gap + shape.hysteresis_width) + torque / shape.stiffness)
+    torque = float(np.ptp(rows[:, S_TAU_K])
+                   + 2.0 * LIMITS.twist_sure * middle(rows[:, S_TAU_K_NOISE_STD]))
+    allowed = LIMITS.twist_room * (2.0 * (shape.half_gap + shape.hysteresis_width)
+                                   + torque / shape.stiffness)
     twist = float(np.ptp(rows[:, S_TWIST]))
     return ([BEYOND] if not twist <= allowed else [],
             {'twist_range': twist, 'twist_range_threshold': allowed})
 
 
-CHECK = RowCheck('twist_range', WINDOW, check, down=1)
+CHECK = RowCheck('twist_range', LIMITS.twist_window, check, down=1)

@@ -8,9 +8,9 @@ from functools import cache
 import re
 
 from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 
-START_TIME = 5.0  # s: before the first sample ever, silence is not yet an error
 _WINDOW = 'the last second'
 
 NO_SAMPLE = Condition(
@@ -19,7 +19,8 @@ NO_SAMPLE = Condition(
 # Judged by the node, on the clock of its computer: no stamps come that could be judged.
 SILENT = Condition(
     'input', Level.ERROR, 'no samples received',
-    f'no new stamp between two diagnostics (WARN in the first {START_TIME:g} s before the first '
+    f'no new stamp between two diagnostics (WARN in the first {LIMITS.start_time:g} s before the '
+    f'first '
     'sample ever); all other components then say WARN: no data', '1 s, at once',
     'check that the source runs and that topic, joint names and domain agree')
 

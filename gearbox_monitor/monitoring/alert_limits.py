@@ -1,0 +1,255 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Limits of alerts, each with its derivation: what decides stands here and nowhere else.
+
+Settings of a fit, grids of a search and sizes of buffers, which change how soon a result arrives
+and not what counts as one, stand where they are used. Priors of features and the shares of false
+alarms stand in backlash.change_tests. "Measured by" names the command that shows what a limit
+does; a comment without one says what the number means. Deviations are standard deviations.
+"""
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class AlertLimits:
+    """Limits that decide an alert, or whether a window may be compared."""
+
+    # --- Evaluation, once per second
+    # s after a start that are not judged: the transient of the filter.
+    settle: float = 2.0
+    # Flagged evaluations of a window that are chance: an alarm takes `debounce_up` to rise.
+    chance_flags: int = 2
+    # Evaluations in a row that raise and that lower a level: one flag is chance, and a fault that
+    # comes and goes stays visible.
+    debounce_up: int = 3
+    debounce_down: int = 5
+    # s between two looks: a late timer is followed by one that comes too soon.
+    min_silence: float = 0.5
+    # s before the first sample ever in which silence is no error: discovery takes as long.
+    start_time: float = 5.0
+
+    # --- Prediction errors
+    # s that the mean, single errors, and all else of the prediction errors are judged over.
+    mean_window: float = 0.5
+    gate_window: float = 1.0
+    error_window: float = 2.0
+    # Of each of the three tests on one window, were the filter's model exact. So small because it
+    # never is: a random walk for tau_K, a friction linearised at standstill leave traces.
+    error_significance: float = 1e-6
+    # Share of an innovation that those before it predict, beyond chance, to be called not white.
+    predictable: float = 0.2
+    # NIS over its expectation: a noise that is 12 % off; twice is no noise but another model.
+    nis_low: float = 0.75
+    nis_high: float = 1.25
+    nis_gross: float = 2.0
+    # Squared innovation over predicted variance of one encoder: a noise that is 18 % off.
+    variance_low: float = 0.7
+    variance_high: float = 1.4
+    # Predicted deviations of one error: 6e-7 by chance.
+    gate: float = 5.0
+
+    # --- Uncertainty of tau_K
+    # Of the reference: lower, measurements are hardly used; higher, they are missing.
+    # Measured by `benchmark trust`.
+    covariance_low: float = 0.8
+    covariance_high: float = 1.3
+    # Evaluations whose median is the reference, where none was given: a median outlives two.
+    reference_evaluations: int = 5
+
+    # --- Observability
+    # s of samples whose information is judged: so few that a passing loss shows.
+    information_window: float = 0.1
+    # Share of the prior deviation that remains: more is a state that readings hardly tell.
+    # Measured by `benchmark trust`.
+    untrusted: float = 0.3
+    # Share of the prior deviation of tau_K: the filter knows no more than before it began.
+    unknown: float = 1.0
+
+    # --- Torque against twist
+    # s of smoothed rows that are judged, and how many rows of them at least.
+    passivity_window: float = 2.0
+    passivity_rows: int = 50
+    # Stated deviations that torque, twist and its rate must move by.
+    moved: float = 3.0
+    # Correlation of torque and twist, and power over their rms, below which a sign is wrong: a
+    # transmission pushes back and makes no power, both are 0 or more but for noise and friction.
+    correlation: float = -0.15
+    power: float = -0.5
+
+    # --- Range of the twist
+    # s of smoothed rows that are judged, and how many rows of them at least.
+    twist_window: float = 10.0
+    twist_rows: int = 50
+    # Times the twist that the model allows. A drive that has worn, or a stiffness that was
+    # guessed, may twist so much more; two encoders of different shafts twist by turns.
+    twist_room: float = 4.0
+    # Stated deviations of the torque: 0.3 % by chance on either side.
+    twist_sure: float = 3.0
+
+    # --- Elastic curve
+    # s of a window, and those of it that must be there.
+    curve_window: float = 10.0
+    curve_shortest: float = 4.0
+    # Share of the rows that a flank must hold, or no stiffness is seen.
+    curve_contact: float = 0.05
+    # Share of the rows that may be beyond `curve_sigma` stated deviations: 0.3 % are by chance.
+    curve_share: float = 0.01
+    curve_sigma: float = 3.0
+    # Probability of an error of torque or twist by chance, by Student's t over blocks.
+    curve_significance: float = 1e-3
+    # Probability that lasting misfit is more than that of a block or two.
+    curve_often: float = 0.95
+    # Residuals beyond so many stated deviations count less: 96 % efficient for normal ones.
+    curve_huber: float = 1.5
+    # Deviations of the speed below which friction is uncertain, and the weight that rows keep.
+    curve_standstill: float = 3.0
+    curve_standstill_weight: float = 0.05
+    # Deviations expected before a window is seen: of stiffness and of half gap and play relative
+    # to the model's, by wear; of the friction, too; scale; delay (s); gain.
+    curve_stiffness: float = 0.1
+    curve_gap: float = 0.5
+    curve_friction: float = 1.0
+    curve_scale: float = 0.5
+    curve_delay: float = 0.05
+    curve_gain: float = 1.0
+    # Deviation of what has no tolerance: too small to explain anything.
+    curve_fixed: float = 1e-4
+
+    # --- Model
+    # Share of `model_gap_after` in which prediction errors are systematic: most of the time.
+    systematic_share: float = 0.5
+    # Deviations by which a learned value is beyond what is allowed: 0.1 % by chance.
+    learned_deviations: float = 3.0
+    # Relative deviation of a value that counts as learned.
+    learned_std: float = 0.1
+    # Probability of the learned curve: likelier than the other curve of `mixed`.
+    learned_probability: float = 0.5
+
+    # --- Features of a window
+    # Points that a fit needs: eight parameters and blocks of them.
+    window_points: int = 50
+    # rad, rad/s, N m: no drive has such values.
+    plausible: float = 1e9
+    # Share of a window that each flank must hold: three of its 300 groups.
+    flank: float = 0.01
+    # Crossings of the gap: there and back.
+    traversals: int = 2
+    # Deviations from which on torque loads a flank, and stiffness and hysteresis are seen.
+    loaded: float = 3.0
+    # Deviations expected of changes: friction relative to the model's, and to the torque for a
+    # model that has none; torque gain.
+    friction_prior: float = 0.3
+    torque_share: float = 0.02
+    gain_prior: float = 0.05
+    # Share of what was expected to which a window narrows what it identifies.
+    identified: float = 0.6
+    # Deviations of the speed below which friction is uncertain.
+    standstill: float = 3.0
+    # Correlation of twist and torque on each flank that tells gap and compliance apart: half of
+    # the torque's variance.
+    flank_correlation: float = 0.7
+    # Share of the samples in which the twist answers to the direction, or lost motion is none.
+    one_sided: float = 0.9
+    # Residuals beyond so many deviations count less: 96 % efficient for normal ones.
+    huber: float = 1.5
+    # Relative deviation of a hidden gap: beyond, the motion does not show it.
+    hidden_std: float = 0.3
+    # Of the twist by the load: a hidden gap below is none.
+    hidden_gap: float = 1e-3
+
+    # --- What windows have in common
+    # Windows that count.
+    memory: float = 5.0
+    # Deviations of a window, or of the short mean, that contradict the windows before.
+    contradicted: float = 4.0
+    # Weight of the newest window in the short mean.
+    newest_weight: float = 0.3
+
+    # --- Spread of a point
+    # Windows before which nothing is compared: two differences of neighbours.
+    min_baseline: int = 3
+    # Factor by which the stated deviation of a window may be too small, and the windows that it
+    # weighs as much as against the spread that was seen.
+    stated_excess: float = 1.5
+    prior_windows: float = 10.0
+    # Deviations of a difference of neighbours beyond which it is a change rather than noise, and
+    # counts as much as this.
+    wild: float = 3.0
+    # Part of a window that a difference of neighbours tells: they share windows.
+    difference: float = 2.0 / 3.0
+    # Variance of the gap, all else being equal, over that of the gap, as stated.
+    sharp_stated: float = 0.1
+    # Windows before the gap is compared, all else being equal: ten per coupling and more.
+    min_complete: int = 60
+    # Windows that hold the couplings to 0.
+    ridge: float = 2.0
+
+    # --- Wear
+    # Deviations expected of the logarithms: of the level, a step, a step that may have come with
+    # a new motion, a slope per window.
+    level_std: float = 3.0
+    step_std: float = 1.0
+    pending_std: float = 0.5
+    slope_std: float = 0.01
+    # What the wear may do between steps: (has a slope, random walk per window over the noise of a
+    # window), and how probable each is before anything was seen.
+    courses: tuple[tuple[bool, float], ...] = (
+        (False, 0.0), (True, 0.0), (True, 0.06), (True, 0.3))
+    course_prior: tuple[float, ...] = (0.5, 0.2, 0.15, 0.15)
+    # Deviations by which the largest window may exceed the second largest: one alone is no change.
+    loner: float = 3.0
+    # Windows of the sequential test, whose false alarms scan.false_alarm_rate gives. Measured by
+    # test/system/wear.py.
+    horizon: int = 120
+    # Windows within which the place of a step is searched again.
+    step_settle: int = 12
+    # Windows of other motions after which what may have come with a motion is resolved.
+    resolved: int = 12
+    # Windows after which a new motion may come with a change.
+    settled_windows: int = 30
+    # Stated deviation over that of the baseline, and over the change that requires a service, up
+    # to which a window is compared that is not trusted: the fit holds then.
+    stated_ratio: float = 3.0
+    precise: float = 0.1
+    # Score of a stretch below which a feature has stayed, and by which the gap as it was measured
+    # must speak for a change, too. Measured by test/system/wear.py.
+    stayed: float = 3.5
+    agrees: float = 1.5
+    # Relative deviation of the couplings.
+    coupled: float = 0.05
+    # Points that the stated spread of offsets counts as.
+    offset_windows: float = 5.0
+    # Probability, and deviations, from which on a slope is one.
+    moving: float = 0.9
+    significant_slope: float = 3.0
+    # Logarithm below the first value that counts as nothing: 2 %.
+    value_floor: float = 4.0
+
+    # --- Stages of an alarm
+    # Share of its limit below which a stage is left.
+    release: float = 0.9
+    # A change is over when it is below this share of what is reported, or within so many
+    # deviations of nothing where these are such a share of it, for so many windows in a row.
+    over: float = 0.5
+    over_std: float = 2.0
+    over_share: float = 0.25
+    over_windows: int = 3
+
+    # --- Words and forecast
+    # Windows without one that can be compared before an outcome says so.
+    grace: int = 3
+    # Deviations within which a change that requires a service may hide.
+    open_std: float = 2.0
+    # Deviation of the logarithm of a growth that is not known at all: a factor of e.
+    unknown_growth: float = 1.0
+    # Deviations below which a slope is no trend, and the blocks that a trend needs.
+    trend_deviations: float = 3.0
+    trend_blocks: int = 4
+    # What averaging over windows does not remove, relative: of a width, not of its growth.
+    gap_error: float = 0.01
+    stiffness_error: float = 0.02
+
+
+LIMITS = AlertLimits()
