@@ -15,6 +15,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     fit                   the values of a model, fitted to recordings
     tune                  R and Q of a filter, from a recording
     adapt                 model and parameters of one unit, from its motion
+    ranges                of parameters, that a new drive of the kind may have
     write_report          the page of a bag
     export_model          a model in the file of a simulator
 
@@ -33,6 +34,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     NominalFit            what fit returns
     TunedParameters       what tune returns
     Adapted               what adapt returns
+    ParameterRanges       what ranges returns
     ReportPages           what write_report returns
     Robot                 what load_robot returns
     RobotDiagnosis        what diagnose_robot returns
@@ -73,6 +75,8 @@ _PUBLIC = {
     'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
     'RobotDiagnosis': 'library.robot', 'track_payload': 'library.payload',
     'PayloadTrack': 'library.payload',
+    'ranges': 'library.ranges',
+    'ParameterRanges': 'identification.parameter_ranges',
 }
 __all__ = list(_PUBLIC)
 

@@ -11,7 +11,7 @@ more than they do on windows that were not fitted, the values of the regression 
 How long unexplained torque lasts is that of the likeliest fit.
 """
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 import math
 from typing import Any
 
@@ -71,7 +71,8 @@ class NominalFit(Drawn):
     """
     Result: model, a DriveModel with the values; values; correlated: [(name, name, r)].
 
-    method: 'search', or 'regression' where its values stand for those of a search.
+    method: 'search', or 'regression' where its values stand for those of a search. covariance
+    [P, P] of the errors of the values, in their units and order.
     """
 
     model: DriveModel
@@ -81,6 +82,7 @@ class NominalFit(Drawn):
     gap_after: float
     validation: dict[str, Any] | None = None
     method: str = 'search'
+    covariance: Array | None = field(default=None, compare=False)
 
 
 def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
@@ -176,7 +178,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
     fitted_model = candidate.model(fitted.point.z)
     covariance = (_covariance(data, fitted) if method == 'search' or regression is None
                   else regression.covariance)
-    values, correlated = _listed(candidate, fitted.point.z, covariance, stated)
+    values, correlated, covariance = _listed(candidate, fitted.point.z, covariance, stated)
     gap_after = _gap(data, candidate, fitted.point)
     validation = None
     if validate is not None:
@@ -186,7 +188,8 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
         fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
     fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
                            zero_tolerance=model.zero_tolerance)
-    return NominalFit(fitted_model, values, correlated, gap_before, gap_after, validation, method)
+    return NominalFit(fitted_model, values, correlated, gap_before, gap_after, validation, method,
+                      covariance)
 
 
 def _with_starts(model: DriveModel, free: Sequence[str]) -> DriveModel:
@@ -394,9 +397,10 @@ def _covariance(data: likelihood.WindowData, fitted: CandidateFit) -> Array:
 
 
 def _listed(candidate: CandidateModel, z: Array, covariance: Array,
-            model: DriveModel) -> tuple[list[FittedValue], list[tuple[str, str, float]]]:
+            model: DriveModel
+            ) -> tuple[list[FittedValue], list[tuple[str, str, float]], Array]:
     """
-    Return ([Value], [(name, name, correlation)]) of a fit.
+    Return ([Value], [(name, name, correlation)], covariance of the values [P, P]) of a fit.
 
     Args:
         candidate: model that was fitted.
@@ -432,7 +436,8 @@ def _listed(candidate: CandidateModel, z: Array, covariance: Array,
     r = covariance / np.outer(errors, errors)
     correlated = [(values[i].name, values[j].name, float(r[i, j])) for i in range(len(values))
                   for j in range(i) if abs(r[i, j]) > THRESHOLDS.correlated]
-    return values, correlated
+    scale = np.array([value.error for value in values])
+    return values, correlated, r * np.outer(scale, scale)
 
 
 def _central(data: likelihood.WindowData, candidate: CandidateModel,
