@@ -69,8 +69,8 @@ def ranges_data(ranges: ParameterRanges) -> dict[str, Any]:
 
 
 def _yaml(ranges: ParameterRanges) -> str:
-    head = ('# 90 % ranges of a new drive. lognormal: low and high are 5 % and 95 % of it, between '
-            'is\n# the relative deviation from drive to drive; correlation: of the logarithms.\n')
+    head = ('# 90 % ranges of a new drive. lognormal: low and high are 5 % and 95 % of it, '
+            'between is\n# the relative deviation from drive to drive; correlation: of the logarithms.\n')
     return head + yaml.safe_dump(ranges_data(ranges), sort_keys=False, width=99,
                                  allow_unicode=True)
 
@@ -117,7 +117,8 @@ def _event(name: str, framework: str, function: str, arguments: Sequence[str],
 def _lacking(ranges: ParameterRanges, taken: Sequence[str]) -> list[str]:
     """Return a comment on the parameters for which there is no event."""
     left = [name for name in ranges.names if name not in taken]
-    return [f'# No event: {", ".join(left)}. They stand above; set them in your code.'] if left else []
+    return [f'# No event: {", ".join(left)}. They stand above; set them in your code.'
+            ] if left else []
 
 
 def _delay(ranges: ParameterRanges) -> list[str]:
@@ -130,7 +131,8 @@ def _delay(ranges: ParameterRanges) -> list[str]:
             'DELAY_STEPS = tuple(round(delay / PHYSICS_STEP) for delay in DELAY)']
 
 
-def _together(ranges: ParameterRanges, write: Sequence[str], decorator: Sequence[str]) -> list[str]:
+def _together(ranges: ParameterRanges, write: Sequence[str],
+              decorator: Sequence[str]) -> list[str]:
     """Return a function that draws the parameters of the joint with their correlation."""
     own = [i for i, name in enumerate(ranges.names) if name in JOINT]
     if not own:
@@ -145,7 +147,8 @@ def _together(ranges: ParameterRanges, write: Sequence[str], decorator: Sequence
     return [
         '', '', f'PARAMETERS = ({", ".join(repr(ranges.names[i]) for i in own)},)',
         f'CENTRE = ({centre},)', f'LOW = ({low},)', f'HIGH = ({high},)',
-        f'DEVIATION = ({", ".join(f"{s:.6g}" for s in scale)},)  # of the logarithm, where it has one',
+        '# Of the logarithm, where a parameter has one.',
+        f'DEVIATION = ({", ".join(f"{s:.6g}" for s in scale)},)',
         f'LOGARITHMIC = ({logs},)', 'CORRELATION = (', *rows, ')', '', '',
         'def draw(count, device):',
         '    """Return correlated parameters {name: [count, 1]}, within their 90 % ranges."""',
@@ -184,8 +187,8 @@ def _isaac(ranges: ParameterRanges) -> str:
             *(f"'{key}': {value}" for key, value in rows.items()),
             f"'operation': '{operation}'", f"'distribution': '{law}'"], asset))
     if friction:
-        events += ['    # Scales static, dynamic and viscous friction of the actuator configuration,',
-                   '    # each by a draw of its own from this one range: set them to the medians.']
+        events += ['    # Scales static, dynamic and viscous friction of the configuration, each',
+                   '    # by a draw of its own from this one range: set them to the medians.']
         add('joint_friction', 'randomize_joint_parameters',
             {'friction_distribution_params': friction.relative}, 'scale', friction.law)
     if armature:
@@ -203,7 +206,7 @@ def _isaac(ranges: ParameterRanges) -> str:
             weight.law, 'body_names=BODIES')
     write = []
     if armature:
-        write += ["    asset.write_joint_armature_to_sim(", f"        value['{ARMATURE}'], "
+        write += ['    asset.write_joint_armature_to_sim(', f"        value['{ARMATURE}'], "
                   'joint_ids=asset_cfg.joint_ids, env_ids=env_ids)']
     if friction:
         write += ['    asset.write_joint_friction_coefficient_to_sim(',
@@ -220,7 +223,8 @@ def _isaac(ranges: ParameterRanges) -> str:
         'from isaaclab.managers import EventTermCfg, SceneEntityCfg',
         'from isaaclab.utils import configclass', 'import torch', '',
         "ASSET, JOINTS, BODIES = 'robot', ['joint'], ['body']  # names in your scene",
-        *delay, *(['# min_delay, max_delay = DELAY_STEPS of DelayedPDActuatorCfg'] if delay else []),
+        *delay, *(['# min_delay, max_delay = DELAY_STEPS of DelayedPDActuatorCfg']
+                  if delay else []),
         *_lacking(ranges, taken), '', '', '@configclass', 'class RangeEvents:',
         '    """Each parameter alone, without correlation."""', '', *(events or ['    pass']),
         *together, *(['', '', '@configclass', 'class CorrelatedEvents:',
@@ -277,7 +281,8 @@ def _mjlab(ranges: ParameterRanges) -> str:
         *delay, *_lacking(ranges, [*JOINT, 'kp', 'kd', DELAY, WEIGHT]), '',
         '# Each parameter alone, without correlation.', *body,
         f'EVENTS = {{{", ".join(f"{name!r}: {name}" for name in names)}}}', *together,
-        *(['', '', '# Instead of friction, damping and armature of EVENTS.', 'joint = EventTermCfg(',
+        *(['', '', '# Instead of friction, damping and armature of EVENTS.',
+           'joint = EventTermCfg(',
            "    func=joint_together, mode='startup',",
            "    params={'asset_cfg': SceneEntityCfg(ASSET, joint_names=JOINTS)})",
            "CORRELATED_EVENTS = {'joint': joint}"] if together else []), ''])

@@ -18,6 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 import math
+from typing import Any
 
 import numpy as np
 from scipy.special import ndtr
@@ -65,6 +66,9 @@ class Combination:
     deviation: float
 
     def __str__(self) -> str:
+        if len(self.exponents) == 1:
+            return (f'not determined: {next(iter(self.exponents))}, with a deviation of '
+                    f'{self.deviation:.2g}')
         terms = ', '.join(f'{name} {weight:+.2f}' for name, weight in self.exponents.items())
         return (f'known only in combination: {terms} move together, with a deviation of '
                 f'{self.deviation:.2g}')
@@ -162,7 +166,7 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     values = np.array([[e.values[name] for name in names] for e in estimates], float)
     covariances = np.array([np.asarray(e.covariance, float)[np.ix_(at, at)]
                             for e, at in zip(estimates, places)])
-    logarithmic = (values > 0.0).all(axis=0)
+    logarithmic = np.asarray((values > 0.0).all(axis=0))
     slope = np.where(logarithmic, np.where(logarithmic, values, 1.0), 1.0)
     y = np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
     covariances = covariances / (slope[:, :, None] * slope[:, None, :])
@@ -190,7 +194,9 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     if len(estimates) == 1:
         correlation = _normalised(covariances[0])
     else:
-        inner = _between_correlation(known, inside)
+        # Of the difference between drives, and of the error of their mean.
+        inner = _normalised(_between_correlation(known, inside) * np.outer(between, between)
+                            + inside.mean(axis=0) / len(estimates))
         correlation = _normalised(inner * np.outer(deviation, deviation)
                                   + (along * variance) @ along.T)
     quantiles *= size
@@ -202,7 +208,7 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
         tuple(e.name for e in estimates), tuple(remarks), quantiles)
 
 
-def _at(quantiles: Array, level: float, logarithmic: Array) -> Array:
+def _at(quantiles: Array, level: float, logarithmic: Any) -> Array:
     """Return the values [P] at a level of the distributions."""
     value = np.array([np.interp(level, LEVELS, column) for column in quantiles.T])
     return np.where(logarithmic, np.exp(np.where(logarithmic, value, 0.0)), value)

@@ -80,7 +80,8 @@ def test_combination_is_said_and_drawn_along():
 def test_correlation_between_drives_is_drawn():
     strong = ranges_of(population(30, 0, 0.04 * np.array([[1.0, 0.9], [0.9, 1.0]])))
     drawn = strong.sample(5000, seed=2)
-    assert np.corrcoef(np.log(drawn['Cc']), np.log(drawn['Cv']))[0, 1] == pytest.approx(0.9, abs=.1)
+    r = np.corrcoef(np.log(drawn['Cc']), np.log(drawn['Cv']))[0, 1]
+    assert r == pytest.approx(0.9, abs=0.1)
     none = ranges_of(population(6, 1, 0.04 * np.eye(2)))
     assert abs(none.correlation[0, 1]) < 0.35
     inside = (drawn['Cc'] > strong.low[0]) & (drawn['Cc'] < strong.high[0])
@@ -108,7 +109,7 @@ def rich():
     """Return ranges of all parameters that an event exists for, and one more."""
     names = ('Cc', 'Cv', 'm1', 'kp', 'kd', 'actuator_delay.T', 'gravity.G', 'kt')
     rng = np.random.default_rng(5)
-    return ranges_of([estimate({name: float(np.exp(0.1 * rng.standard_normal())) for name in names},
+    return ranges_of([estimate(dict(zip(names, np.exp(0.1 * rng.standard_normal(8)))),
                                1e-4 * np.eye(len(names))) for _ in range(8)])
 
 
