@@ -36,6 +36,7 @@ from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.quality.recording import UniformRecording
 
 FREE = ('m1', 'Cv', 'Cc', 'u0', 'kt')
+LOADED = 'load_friction'  # of a servo: its friction grows with the torque that it transmits
 FIELDS = {'m1': 'motor_inertia', 'Cv': 'viscous_friction', 'Cc': 'coulomb_friction',
           'kt': 'torque_constant', 'u0': 'torque_offset'}
 LIGHT = 1e-6  # kg m^2: an arm that carries nothing
@@ -89,7 +90,7 @@ def _of_servo(folder: Path, kind: str) -> Measured:
         model = _swinging(servo, log, servo.inertia)
         show(f'{kind}: {log.path.name}')
         try:
-            fit = fit_nominal([bam.recording_of(log, model)], model, FREE,
+            fit = fit_nominal([bam.recording_of(log, model)], model, (*FREE, LOADED),
                               seconds=bam.WHOLE)
         except (InputError, Undecided) as error:
             left.append(f'{log.path.name}: {error}')
@@ -106,7 +107,7 @@ def _of_servo(folder: Path, kind: str) -> Measured:
         value = dict(zip(ranges.names, ranges.centre))
         errors = []
         for log in test:
-            model = _swinging(servo, log, value['m1'])
+            model = _swinging(servo, log, value['m1'], float(value[f'{LOADED}.Cl']))
             model = replace(model, viscous_friction=float(value['Cv']),
                             coulomb_friction=float(value['Cc']),
                             torque_offset=float(value['u0']),
@@ -120,10 +121,12 @@ def _of_servo(folder: Path, kind: str) -> Measured:
     return Measured(estimates, left, judged)
 
 
-def _swinging(servo: bam.BenchServo, log: bam.ServoLog, inertia: float) -> DriveModel:
+def _swinging(servo: bam.BenchServo, log: bam.ServoLog, inertia: float,
+              load: float = 0.1) -> DriveModel:
     """Return the model of a servo with the weight of `log`, all inertia on its motor."""
     model = bam.stated_model(servo, log)
-    return replace(model, motor_inertia=float(inertia) + model.arm_inertia, arm_inertia=LIGHT)
+    return replace(model, motor_inertia=float(inertia) + model.arm_inertia, arm_inertia=LIGHT,
+                   effects=(*model.effects, {'id': LOADED, 'Cl': load}))
 
 
 def _scaled(covariance: Array | None, names: list[str], factor: float) -> Array | None:
@@ -201,9 +204,11 @@ def entry(name: str, folder: Path) -> dict[str, Any]:
     measured = source.measure(folder)
     ranges = ranges_of(measured.estimates, measured.left_out)
     value = {n: float(f'{v:.4g}') for n, v in zip(ranges.names, ranges.centre)}
-    model = {FIELDS[n]: v for n, v in value.items()} | {
+    model = {FIELDS[n]: v for n, v in value.items() if n in FIELDS} | {
         'arm_inertia': LIGHT, 'position_gain': 0.0, 'transmission': {'kind': 'rigid'},
         'process_torque_time': 0.3}
+    if f'{LOADED}.Cl' in value:
+        model['effects'] = [{'id': LOADED, 'Cl': value[f'{LOADED}.Cl']}]
     return {'name': name, 'description': source.description, 'source': source.source,
             'licence': source.licence, 'citation': source.citation, 'recorded': source.recorded,
             'command': f'gearbox_monitor benchmark actuators {name} {folder.name}',

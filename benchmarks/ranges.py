@@ -68,7 +68,8 @@ def identified(values: dict[str, float], rng: np.random.Generator) -> UnitEstima
 
 def population(rng: np.random.Generator, drives: int, fresh: int) -> dict[str, list[bool]]:
     """Return {parameter: whether each new drive is in its range} of one population."""
-    deviation = dict(zip(CENTRE, np.exp(rng.uniform(*np.log(DEVIATIONS), len(CENTRE)))))
+    low, high = map(math.log, DEVIATIONS)
+    deviation = dict(zip(CENTRE, np.exp(rng.uniform(low, high, len(CENTRE)))))
 
     def drawn() -> dict[str, float]:
         return {name: value * math.exp(deviation[name] * rng.standard_normal())
@@ -107,7 +108,8 @@ def run(args: argparse.Namespace) -> int:
     for name, share in shares.items():
         mean = float(np.mean(share)) if share else math.nan
         # New drives of one population share its ranges: the population is the unit of chance.
-        error = float(np.std(share, ddof=1) / math.sqrt(len(share))) if len(share) > 1 else math.nan
+        error = (float(np.std(share, ddof=1) / math.sqrt(len(share)))
+                 if len(share) > 1 else math.nan)
         rows[name] = {'share': mean, 'low': mean - 1.645 * error, 'high': mean + 1.645 * error}
         bars.judge(f'{name}: share of new drives in the 90 % range', mean, LOW, HIGH)
     data: dict[str, Any] = {'populations': args.populations, 'drives': args.drives,

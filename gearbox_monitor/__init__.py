@@ -16,6 +16,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     tune                  R and Q of a filter, from a recording
     adapt                 model and parameters of one unit, from its motion
     ranges                of parameters, that a new drive of the kind may have
+    load_actuator         an actuator of the catalogue, with its model and ranges
     write_report          the page of a bag
     export_model          a model in the file of a simulator
 
@@ -35,6 +36,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     TunedParameters       what tune returns
     Adapted               what adapt returns
     ParameterRanges       what ranges returns
+    CatalogueActuator     what load_actuator returns
     ReportPages           what write_report returns
     Robot                 what load_robot returns
     RobotDiagnosis        what diagnose_robot returns
@@ -77,6 +79,7 @@ _PUBLIC = {
     'PayloadTrack': 'library.payload',
     'ranges': 'library.ranges',
     'ParameterRanges': 'identification.parameter_ranges',
+    'load_actuator': 'library.actuators', 'CatalogueActuator': 'library.actuators',
 }
 __all__ = list(_PUBLIC)
 

@@ -24,7 +24,8 @@ docs/firmware.md.
 
 --ranges makes the domain randomisation of a simulator of several estimates: 90 % ranges of a new
 drive with their correlation, as YAML, or as event terms of Isaac Lab or mjlab (docs/ranges.md).
-The estimates are JSON files of fit-nominal or diagnose, one of each drive or recording.
+The estimates are JSON files of fit-nominal or diagnose, one of each drive or recording. MODEL may
+also be the name of an actuator of the catalogue (docs/actuators.md); a file of that name wins.
 
 --check BAG runs the file and the patched file in MuJoCo on a recorded torque and prints the misfit
 of both, in standard deviations of the encoder noise, beside that of the model in this package's
@@ -64,6 +65,7 @@ from gearbox_monitor.export.robot_patch import ROOTS
 from gearbox_monitor.export.xml_edit import difference
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.identification.model_overlay import overlay
+from gearbox_monitor.library.actuators import is_actuator, load_actuator, NAMES
 from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
@@ -126,7 +128,11 @@ def run(args: Namespace) -> int:
         return _write_c(args)
     if export_robot.is_verdict(args):
         return export_robot.run(args)
-    model = load_model(args.model)
+    if args.model in NAMES and Path(args.model).exists():
+        print(f'note: {args.model}: the file of this name, not the actuator of the catalogue',
+              file=sys.stderr)
+    model = (load_actuator(args.model).model if is_actuator(args.model)
+             else load_model(args.model))
     if args.to in LISTS:
         for option in ('into', 'joint', 'out', 'check'):
             if getattr(args, option) and (args.to not in ROOTS or args.into is None
@@ -176,7 +182,10 @@ def _export_ranges(args: Namespace) -> int:
     for option in ('into', 'joint', 'check', 'keyframe', 'actuator', 'root'):
         if getattr(args, option):
             raise InputError(f'--{option}: with --ranges, expected none of it')
-    text = randomisation(ranges(args.models), args.to)
+    if len(args.models) == 1 and is_actuator(args.models[0]):
+        text = randomisation(load_actuator(args.models[0]).ranges, args.to)
+    else:
+        text = randomisation(ranges(args.models), args.to)
     if args.out:
         write_new(args.out, text)
         print(f'written {args.out}')
