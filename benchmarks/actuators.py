@@ -9,8 +9,8 @@ out were not fitted: their error is that of the median values. DATA is the folde
 recordings, see docs/actuators.md for its source.
 
 usage examples:
-  gearbox_monitor benchmark actuators xl330 path/to/bam_servo_pendulum --out xl330.yaml
-  gearbox_monitor benchmark actuators davinci_backend path/to/davinci_backend
+  python -m benchmarks actuators xl330 path/to/bam_servo_pendulum --out xl330.yaml
+  python -m benchmarks actuators davinci_backend path/to/davinci_backend
 """
 import argparse
 from collections.abc import Callable
@@ -22,8 +22,8 @@ import numpy as np
 import yaml
 
 from gearbox_monitor.bag.importer import load_mapping, read_recording
-from gearbox_monitor.benchmarks import bam
-from gearbox_monitor.benchmarks.harness import progress_line
+from benchmarks import bam
+from benchmarks.harness import progress_line
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.export.randomisation import ranges_data
 from gearbox_monitor.files.opening import write_new
@@ -211,7 +211,7 @@ def entry(name: str, folder: Path) -> dict[str, Any]:
         model['effects'] = [{'id': LOADED, 'Cl': value[f'{LOADED}.Cl']}]
     return {'name': name, 'description': source.description, 'source': source.source,
             'licence': source.licence, 'citation': source.citation, 'recorded': source.recorded,
-            'command': f'gearbox_monitor benchmark actuators {name} {folder.name}',
+            'command': f'python -m benchmarks actuators {name} {folder.name}',
             'model': model, 'ranges': ranges_data(ranges),
             'held_out': measured.judged(ranges)}
 

@@ -9,7 +9,7 @@ logarithmic deviation of its own, and a delay of the torque. Some of them are si
 encoder noise and identified by the balance of torques; then a new drive is drawn.
 
 usage examples:
-  gearbox_monitor benchmark ranges --populations 40 --drives 6 --seed 1
+  python -m benchmarks ranges --populations 40 --drives 6 --seed 1
 """
 import argparse
 import math
@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.benchmarks.harness import (
+from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, require_whole)
 from gearbox_monitor.errors import Undecided
 from gearbox_monitor.identification.nominal import balanced
@@ -54,8 +54,9 @@ def drive(values: dict[str, float]) -> DriveModel:
 def identified(values: dict[str, float], rng: np.random.Generator) -> UnitEstimate:
     """Return the estimate of a simulated drive from one recording."""
     t = np.arange(0.0, SECONDS, 1.0 / RATE)
-    u = sum(a * np.sin(2.0 * math.pi * f * t + rng.uniform(0.0, 2.0 * math.pi))
-            for a, f in ((0.9, 0.4), (0.6, 1.3), (0.4, 3.1)))
+    u = np.zeros(len(t))
+    for a, f in ((0.9, 0.4), (0.6, 1.3), (0.4, 3.1)):
+        u += a * np.sin(2.0 * math.pi * f * t + rng.uniform(0.0, 2.0 * math.pi))
     run = simulate(drive(values), u, 1.0 / RATE, Noise(measurement=(NOISE, NOISE)),
                    int(rng.integers(1 << 31)))
     model = drive(CENTRE)
@@ -86,7 +87,7 @@ def population(rng: np.random.Generator, drives: int, fresh: int) -> dict[str, l
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    require_compiled('benchmark ranges')
+    require_compiled('ranges')
     require_whole('--populations', args.populations)
     require_whole('--drives', args.drives, 2)
     require_whole('--fresh', args.fresh)

@@ -81,10 +81,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('models', metavar='MODEL', nargs='+',
                         help='model file, such as drive.closed.yaml, or verdict.json on a whole '
                         'robot; with --ranges JSON files of fit-nominal or diagnose')
-    parser.add_argument('--to', choices=dict.fromkeys(
-        ('mjcf', *LISTS, 'c', *WRITERS, *ALIASES)),
-                        required=True, help='simulator; yaml and mjlab with --ranges; c: the filter, for '
-                        'firmware')
+    parser.add_argument('--to', required=True,
+                        choices=dict.fromkeys(('mjcf', *LISTS, 'c', *WRITERS, *ALIASES)),
+                        help='simulator; yaml, mjlab: with --ranges; c: filter for firmware')
     parser.add_argument('--ranges', action='store_true',
                         help='domain randomisation: ranges of a new drive')
     parser.add_argument('--into', metavar='FILE',

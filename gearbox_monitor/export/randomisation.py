@@ -70,7 +70,8 @@ def ranges_data(ranges: ParameterRanges) -> dict[str, Any]:
 
 def _yaml(ranges: ParameterRanges) -> str:
     head = ('# 90 % ranges of a new drive. lognormal: low and high are 5 % and 95 % of it, '
-            'between is\n# the relative deviation from drive to drive; correlation: of the logarithms.\n')
+            'between is\n# the relative deviation from drive to drive; correlation: of the '
+            'logarithms.\n')
     return head + yaml.safe_dump(ranges_data(ranges), sort_keys=False, width=99,
                                  allow_unicode=True)
 

@@ -57,7 +57,7 @@ def ranges(sources: Sequence[Source]) -> ParameterRanges:
 
 
 def _estimate(source: Any, name: str, notes: list[str]) -> UnitEstimate:
-    """Return the UnitEstimate of a source; add sentences on what is left out to `notes`."""
+    """Return the UnitEstimate of a source; add to `notes` which values have no range."""
     if isinstance(source, (str, Path)):
         return _read(Path(source), notes)
     if isinstance(source, Adapted):
