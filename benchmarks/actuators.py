@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from gearbox_monitor.bag.importer import load_mapping, read_recording
 from benchmarks import bam
 from benchmarks.harness import progress_line
+from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.export.randomisation import ranges_data
 from gearbox_monitor.files.opening import write_new
