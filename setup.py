@@ -19,6 +19,7 @@ setup(
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),
         ('share/' + package_name + '/config', sorted(glob('config/*.*'))),
+        ('share/' + package_name + '/config/actuators', sorted(glob('config/actuators/*.yaml'))),
         ('share/' + package_name + '/config/import', sorted(glob('config/import/*.yaml'))),
         ('share/' + package_name + '/config/security', sorted(glob('config/security/*.xml'))),
         ('share/' + package_name + '/launch',

@@ -33,6 +33,8 @@ BENCHMARKS = {
     'wear': ('wear', 'backlash and its growth from the motor encoder alone'),
     'naming': ('naming', 'what changed between two recordings, named as after an alert'),
     'real_gap': ('real_gap', 'diagnosis of pairs of real logs whose truth stays sealed'),
+    'actuators': ('actuators', 'an entry of the catalogue of actuators from public recordings'),
+    'ranges': ('ranges', 'how often new simulated drives lie in the ranges of others'),
     'blind': ('blind.runner', 'diagnosis of recordings whose effect only the scorer knows'),
 }
 

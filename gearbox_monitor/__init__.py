@@ -15,6 +15,8 @@ of the package alone is cheap. docs/python.md shows them at work:
     fit                   the values of a model, fitted to recordings
     tune                  R and Q of a filter, from a recording
     adapt                 model and parameters of one unit, from its motion
+    ranges                of parameters, that a new drive of the kind may have
+    load_actuator         an actuator of the catalogue, with its model and ranges
     write_report          the page of a bag
     export_model          a model in the file of a simulator
 
@@ -33,6 +35,8 @@ of the package alone is cheap. docs/python.md shows them at work:
     NominalFit            what fit returns
     TunedParameters       what tune returns
     Adapted               what adapt returns
+    ParameterRanges       what ranges returns
+    CatalogueActuator     what load_actuator returns
     ReportPages           what write_report returns
     Robot                 what load_robot returns
     RobotDiagnosis        what diagnose_robot returns
@@ -73,6 +77,9 @@ _PUBLIC = {
     'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
     'RobotDiagnosis': 'library.robot', 'track_payload': 'library.payload',
     'PayloadTrack': 'library.payload',
+    'ranges': 'library.ranges',
+    'ParameterRanges': 'identification.parameter_ranges',
+    'load_actuator': 'library.actuators', 'CatalogueActuator': 'library.actuators',
 }
 __all__ = list(_PUBLIC)
 

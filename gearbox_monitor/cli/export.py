@@ -22,6 +22,11 @@ With --to c it writes the estimator's filter with the model as C99 for the firmw
 FILE.c of --out, and FILE.h beside it. --params states the parameters of the estimator. See
 docs/firmware.md.
 
+--ranges makes the domain randomisation of a simulator of several estimates: 90 % ranges of a new
+drive with their correlation, as YAML, or as event terms of Isaac Lab or mjlab (docs/ranges.md).
+The estimates are JSON files of fit-nominal or diagnose, one of each drive or recording. MODEL may
+also be the name of an actuator of the catalogue (docs/actuators.md); a file of that name wins.
+
 --check BAG runs the file and the patched file in MuJoCo on a recorded torque and prints the misfit
 of both, in standard deviations of the encoder noise, beside that of the model in this package's
 simulator: 1 is the floor. Take a recording that the model was not found on.
@@ -36,6 +41,7 @@ usage examples:
   gearbox_monitor export drive.closed.yaml --to isaac
   gearbox_monitor export drive.yaml --params estimator.yaml --to c --out elbow.c --prefix elbow
   gearbox_monitor export verdict.json --to mjcf --into robot.xml --out closed.xml
+  gearbox_monitor export unit1.json unit2.json unit3.json --to isaac --ranges --out events.py
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
@@ -54,11 +60,14 @@ from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive
 from gearbox_monitor.export.mjcf_patch import Patch
 from gearbox_monitor.export.mujoco_run import misfit, rig_of
 from gearbox_monitor.export.parameter_list import TARGETS as LISTS
+from gearbox_monitor.export.randomisation import ALIASES, randomisation, WRITERS
 from gearbox_monitor.export.robot_patch import ROOTS
 from gearbox_monitor.export.xml_edit import difference
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.identification.model_overlay import overlay
+from gearbox_monitor.library.actuators import is_actuator, load_actuator, NAMES
 from gearbox_monitor.library.drive_file import load_model
+from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import REPEATED
@@ -69,11 +78,14 @@ WIDTH = 80
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
-    parser.add_argument('model', metavar='MODEL',
+    parser.add_argument('models', metavar='MODEL', nargs='+',
                         help='model file, such as drive.closed.yaml, or verdict.json on a whole '
-                        'robot')
-    parser.add_argument('--to', choices=('mjcf', *LISTS, 'c'), required=True,
-                        help='simulator; c: the filter, for firmware')
+                        'robot; with --ranges JSON files of fit-nominal or diagnose')
+    parser.add_argument('--to', required=True,
+                        choices=dict.fromkeys(('mjcf', *LISTS, 'c', *WRITERS, *ALIASES)),
+                        help='simulator; yaml, mjlab: with --ranges; c: filter for firmware')
+    parser.add_argument('--ranges', action='store_true',
+                        help='domain randomisation: ranges of a new drive')
     parser.add_argument('--into', metavar='FILE',
                         help='MJCF, URDF or SDF file that is patched; it stays as it is')
     add_joint_arguments(parser)
@@ -99,14 +111,27 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     expect_new(args.out)
     expect_folder_of(args.out)
+    args.to = ALIASES.get(args.to, args.to)
+    if args.to != 'c' or args.ranges:
+        for option in ('params', 'prefix'):
+            if getattr(args, option):
+                raise InputError(f'--{option}: with --to {args.to}, expected it with --to c')
+    if args.ranges:
+        return _export_ranges(args)
+    if args.to in WRITERS and args.to not in LISTS:
+        raise InputError(f'--to {args.to}: without --ranges, expected it with --ranges')
+    if len(args.models) > 1:
+        raise InputError(f'{len(args.models)} models: without --ranges, expected one')
+    args.model = args.models[0]
     if args.to == 'c':
         return _write_c(args)
-    for option in ('params', 'prefix'):
-        if getattr(args, option):
-            raise InputError(f'--{option}: with --to {args.to}, expected it with --to c')
     if export_robot.is_verdict(args):
         return export_robot.run(args)
-    model = load_model(args.model)
+    if args.model in NAMES and Path(args.model).exists():
+        print(f'note: {args.model}: the file of this name, not the actuator of the catalogue',
+              file=sys.stderr)
+    model = (load_actuator(args.model).model if is_actuator(args.model)
+             else load_model(args.model))
     if args.to in LISTS:
         for option in ('into', 'joint', 'out', 'check'):
             if getattr(args, option) and (args.to not in ROOTS or args.into is None
@@ -146,6 +171,25 @@ def _write_c(args: Namespace) -> int:
     write_new(args.out, text.source)
     write_new(header, text.header)
     print(f'written {args.out} and {header}')
+    return 0
+
+
+def _export_ranges(args: Namespace) -> int:
+    """Write or print the domain randomisation of several estimates; return the exit code."""
+    if args.to not in WRITERS:
+        raise InputError(f'--to {args.to}: with --ranges, expected one of {", ".join(WRITERS)}')
+    for option in ('into', 'joint', 'check', 'keyframe', 'actuator', 'root'):
+        if getattr(args, option):
+            raise InputError(f'--{option}: with --ranges, expected none of it')
+    if len(args.models) == 1 and is_actuator(args.models[0]):
+        text = randomisation(load_actuator(args.models[0]).ranges, args.to)
+    else:
+        text = randomisation(ranges(args.models), args.to)
+    if args.out:
+        write_new(args.out, text)
+        print(f'written {args.out}')
+    else:
+        print(text, end='')
     return 0
 
 

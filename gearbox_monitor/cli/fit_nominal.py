@@ -93,7 +93,8 @@ def run(args: Namespace) -> int:
     data = plain({
         'values': {v.name: {k: x for k, x in vars(v).items() if k != 'name'}
                    for v in result.values},
-        'correlated': result.correlated, 'gap_before': result.gap_before,
+        'correlated': result.correlated, 'covariance': result.covariance,
+        'gap_before': result.gap_before,
         'gap_after': result.gap_after, 'method': result.method,
         'process_torque_time': result.model.process_torque_time, 'validation': result.validation,
         'notes': [note for _, notes in loaded for note in notes]})

@@ -11,7 +11,7 @@ more than they do on windows that were not fitted, the values of the regression 
 How long unexplained torque lasts is that of the likeliest fit.
 """
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 import math
 from typing import Any
 
@@ -71,7 +71,8 @@ class NominalFit(Drawn):
     """
     Result: model, a DriveModel with the values; values; correlated: [(name, name, r)].
 
-    method: 'search', or 'regression' where its values stand for those of a search.
+    method: 'search', or 'regression' where its values stand for those of a search. covariance
+    [P, P] of the errors of the values, in their units and order.
     """
 
     model: DriveModel
@@ -81,6 +82,7 @@ class NominalFit(Drawn):
     gap_after: float
     validation: dict[str, Any] | None = None
     method: str = 'search'
+    covariance: Array | None = field(default=None, compare=False)
 
 
 def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
@@ -116,6 +118,53 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     return result
 
 
+@dataclass(frozen=True)
+class BalancedValues:
+    """
+    Values by the balance of momentum alone, without a run of the model.
+
+    model, values, covariance: see NominalFit. before, after: rms of the torque that the model file
+    and the values leave, N m; torque: rms of that which acts, N m.
+    """
+
+    model: DriveModel
+    values: list[FittedValue]
+    covariance: Array
+    before: float
+    after: float
+    torque: float
+
+
+def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
+             free: Sequence[str] | None = None) -> BalancedValues:
+    """
+    Return the values `free` by the regression of the torque: seconds where a fit takes minutes.
+
+    Args:
+        recordings: of one drive, with its torque.
+        model: of the drive.
+        free: as of fit_nominal.
+
+    Raises:
+        InputError: names that this drive does not have. Undecided: no regression.
+    """
+    recording = concatenated([driven(r, model) for r in recordings])
+    model = stated = model.folded()
+    _expect_free(model, free)
+    plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
+    sigma, _ = noise_floor(recording, model)
+    candidate = _free_candidate(Search(recording, plain, sigma, []), plain, model, free)
+    regression = torque_regression(recording, candidate)
+    if regression is None:
+        raise Undecided(f'{recording.name}: the balance of torques determines no values')
+    values, _, covariance = _listed(candidate, regression.z, regression.covariance, stated)
+    fitted_model = candidate.model(regression.z)
+    fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
+    return BalancedValues(fitted_model.folded(), values, covariance, regression.before,
+                          regression.after,
+                          float(np.sqrt(np.mean((recording.torque * model.effort_scale) ** 2))))
+
+
 def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequence[str] | None,
          validate: UniformRecording | None, seconds: float | None, jobs: int,
          progress: Callable[..., object] | None) -> NominalFit:
@@ -126,10 +175,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
         raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
                          'transmission.kind: rigid; diagnose takes it')
     model = _with_starts(model, free or ())
-    names, own = offered(model), _effects_of(model)
-    for name in free or ():
-        if name not in names and name not in own:
-            raise InputError(f'free: {name!r}, expected one of {", ".join([*names, *own])}')
+    _expect_free(model, free)
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
     sigma, _ = noise_floor(recording, model)
     search: Search = Search(recording, plain, sigma, [], jobs, progress)
@@ -140,15 +186,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
         base = plain if recording.motor is None else model
         gap_before = misfit_of([closed_model.open_loop(driven(r, model), base, sigma, 0.0)
                                 for r in recordings])
-    scales = {'u0': search.starts.scales.torque, ZERO: max(search.starts.scales.twist, 1e-6)}
-    held = ('kt', *(GAINS if model.controller and not model.controller.tolerance else ()))
-    free = free or [name for name in names if name not in held]
-    ids = tuple(name for name in free if name in own)
-    coordinates = [_coordinate(name, scales.get(name)) for name in free if name not in own]
-    for i, name in enumerate(ids):
-        coordinates += _of_effect(search.starts, own[name], i)
-    orders = {i: int(own[name]['N']) for i, name in enumerate(ids) if name in PERIODIC}
-    candidate = CandidateModel(plain, ids, tuple(coordinates), orders)
+    candidate = _free_candidate(search, plain, model, free)
     report = progress or (lambda *_: None)
     regression = torque_regression(recording, candidate)
     fitted = _searched(search, candidate, regression, report)
@@ -176,7 +214,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
     fitted_model = candidate.model(fitted.point.z)
     covariance = (_covariance(data, fitted) if method == 'search' or regression is None
                   else regression.covariance)
-    values, correlated = _listed(candidate, fitted.point.z, covariance, stated)
+    values, correlated, covariance = _listed(candidate, fitted.point.z, covariance, stated)
     gap_after = _gap(data, candidate, fitted.point)
     validation = None
     if validate is not None:
@@ -186,7 +224,39 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
         fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
     fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
                            zero_tolerance=model.zero_tolerance)
-    return NominalFit(fitted_model, values, correlated, gap_before, gap_after, validation, method)
+    return NominalFit(fitted_model, values, correlated, gap_before, gap_after, validation, method,
+                      covariance)
+
+
+def _expect_free(model: DriveModel, free: Sequence[str] | None) -> None:
+    """Raise InputError unless `free` are names of values of a model."""
+    names = [*offered(model), *_effects_of(model)]
+    for name in free or ():
+        if name not in names:
+            raise InputError(f'free: {name!r}, expected one of {", ".join(names)}')
+
+
+def _free_candidate(search: Search, plain: DriveModel, model: DriveModel,
+                    free: Sequence[str] | None) -> CandidateModel:
+    """
+    Return the CandidateModel of the values that are free.
+
+    Args:
+        search: of the recording.
+        plain: model without tolerances.
+        model: with them.
+        free: names, None for all of the drive.
+    """
+    own = _effects_of(model)
+    scales = {'u0': search.starts.scales.torque, ZERO: max(search.starts.scales.twist, 1e-6)}
+    held = ('kt', *(GAINS if model.controller and not model.controller.tolerance else ()))
+    free = free or [name for name in offered(model) if name not in held]
+    ids = tuple(name for name in free if name in own)
+    coordinates = [_coordinate(name, scales.get(name)) for name in free if name not in own]
+    for i, name in enumerate(ids):
+        coordinates += _of_effect(search.starts, own[name], i)
+    orders = {i: int(own[name]['N']) for i, name in enumerate(ids) if name in PERIODIC}
+    return CandidateModel(plain, ids, tuple(coordinates), orders)
 
 
 def _with_starts(model: DriveModel, free: Sequence[str]) -> DriveModel:
@@ -394,9 +464,10 @@ def _covariance(data: likelihood.WindowData, fitted: CandidateFit) -> Array:
 
 
 def _listed(candidate: CandidateModel, z: Array, covariance: Array,
-            model: DriveModel) -> tuple[list[FittedValue], list[tuple[str, str, float]]]:
+            model: DriveModel
+            ) -> tuple[list[FittedValue], list[tuple[str, str, float]], Array]:
     """
-    Return ([Value], [(name, name, correlation)]) of a fit.
+    Return ([Value], [(name, name, correlation)], covariance of the values [P, P]) of a fit.
 
     Args:
         candidate: model that was fitted.
@@ -432,7 +503,8 @@ def _listed(candidate: CandidateModel, z: Array, covariance: Array,
     r = covariance / np.outer(errors, errors)
     correlated = [(values[i].name, values[j].name, float(r[i, j])) for i in range(len(values))
                   for j in range(i) if abs(r[i, j]) > THRESHOLDS.correlated]
-    return values, correlated
+    sizes = np.array([value.error for value in values])
+    return values, correlated, r * np.outer(sizes, sizes)
 
 
 def _central(data: likelihood.WindowData, candidate: CandidateModel,

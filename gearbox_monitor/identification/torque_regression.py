@@ -94,7 +94,7 @@ class _Rows:
         key = tuple(e[COMMAND_PLACES])
         if key not in self.torques:
             self.torques[key] = np.concatenate([
-                smooth.filtered(simulator.acting(e).mean(axis=1))
+                smooth.filtered(_at_stamps(simulator.acting(e).mean(axis=1)))
                 for simulator, smooth in self.parts])
         out = np.empty(len(self.t))
         imbalance((self.t, self.motion if moved is None else moved), self.torques[key],
@@ -114,6 +114,11 @@ class _Rows:
             out[:, i] = (ends[1] - ends[0]) / (2.0 * step)
         out[:, -1] = self.imbalance(candidate.model(z), moved)
         return out
+
+
+def _at_stamps(held: Array) -> Array:
+    """Return the mean torque [N] about each stamp, of that `held` [N] from each stamp on."""
+    return np.asarray(0.5 * (held + np.append(held[:1], held[:-1])))
 
 
 def _rows(recording: UniformRecording, model: DriveModel) -> _Rows:

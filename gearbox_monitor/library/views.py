@@ -14,11 +14,13 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag.stamp_matching import match_stamps
 from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
+from gearbox_monitor.export.randomisation import randomisation
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.parameter_file import write_parameters
 from gearbox_monitor.files.plain_data import plain
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.identification.nominal import NominalFit
+from gearbox_monitor.identification.parameter_ranges import ParameterRanges
 from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
@@ -151,6 +153,19 @@ def _(adapted: Adapted) -> str:
     return f'Adapted({"values before kept" if adapted.kept else fitted})'
 
 
+@brief.register
+def _(ranges: ParameterRanges) -> str:
+    rows = ', '.join(f'{name} {low:.4g} to {high:.4g}' for name, low, high in zip(
+        ranges.names, ranges.low, ranges.high))
+    return f'ParameterRanges({rows})'
+
+
+@words.register
+def _(ranges: ParameterRanges) -> str:
+    return '\n'.join([brief(ranges), *map(str, ranges.combinations),
+                      *(f'note: {note}' for note in ranges.notes)])
+
+
 @words.register
 def _(adapted: Adapted) -> str:
     return '\n'.join([brief(adapted), *(f'open: {sentence}' for sentence in adapted.open)])
@@ -263,6 +278,12 @@ def _(tuned: TunedParameters) -> Columns:
     rows = [(name, getattr(tuned.before, name), value, tuned.errors[name])
             for name, value in tuned.values.items()]
     return _by_name(rows, ('parameter', 'before', 'value', 'relative_error'))
+
+
+@columns.register
+def _(ranges: ParameterRanges) -> Columns:
+    return {'name': ranges.names, 'unit': ranges.units, 'low': ranges.low,
+            'median': ranges.centre, 'high': ranges.high, 'between': ranges.between}
 
 
 @columns.register
@@ -409,6 +430,11 @@ def _(model: DriveModel, path: str | Path) -> Path:
 def _(tuned: TunedParameters, path: str | Path) -> Path:
     write_parameters(path, tuned.before, ('', {}), tuned.figures)
     return Path(path)
+
+
+@save.register
+def _(ranges: ParameterRanges, path: str | Path) -> Path:
+    return write_new(path, randomisation(ranges, 'yaml'))
 
 
 @save.register

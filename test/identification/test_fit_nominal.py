@@ -12,9 +12,11 @@ import yaml
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.identification.innovations import InnovationLikelihood
+from gearbox_monitor.identification.nominal import balanced
+from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.plant.drive import Controller, DriveModel, Transmission
 from gearbox_monitor.plant.excitation import Excitation
-from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 TRUE = DriveModel(torque_offset=0.1, position_gain=0.0)
 WRONG = replace(TRUE, torque_offset=0.0, motor_inertia=0.008, arm_inertia=0.015,
@@ -137,3 +139,23 @@ def test_bad_usage(tmp_path, capsys, monkeypatch, words, parts):
     assert main(['fit-nominal', bag, '--model', 'd.yaml', *words]) == 2
     err = capsys.readouterr()[1]
     assert all(part in err for part in parts) and err.count('\n') == 1
+
+
+def test_balance_of_torques_knows_a_delay_without_half_a_sample():
+    dt, delay = 0.002, 0.008
+    t = np.arange(0.0, 6.0, dt)
+    u = 0.9 * np.sin(2.0 * np.pi * 0.4 * t) + 0.5 * np.sin(2.0 * np.pi * 3.1 * t)
+    rigid = DriveModel().with_(kind='rigid', position_gain=0.0, arm_inertia=1e-6,
+                               motor_inertia=0.03)
+    true = rigid.with_(effects=({'id': 'actuator_delay', 'T': delay},))
+    start = rigid.with_(effects=({'id': 'actuator_delay', 'T': 0.005},), viscous_friction=0.2)
+    run = simulate(true, u, dt, Noise(measurement=(2e-5, 2e-5)))
+    recording = load_recording({'t': t, 'torque': u, 'motor': np.full(len(t), np.nan),
+                                'arm': run.y[:, 1]}, start, name='run').uniform()[0]
+    found = balanced([recording], start, ['m1', 'Cv', 'Cc', 'actuator_delay'])
+    values = {v.name: v for v in found.values}
+    assert abs(values['actuator_delay.T'].value - delay) < 0.1 * dt
+    assert abs(values['Cv'].value / true.viscous_friction - 1.0) < 0.01
+    assert found.after < 0.1 * found.before
+    assert found.covariance.shape == (4, 4)
+    assert np.allclose(np.sqrt(np.diag(found.covariance)), [v.error for v in found.values])

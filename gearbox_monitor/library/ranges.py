@@ -1,0 +1,145 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Ranges of parameters from several fits, verdicts or their JSON files."""
+from collections.abc import Mapping, Sequence
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import read_text
+from gearbox_monitor.identification.candidates import NUISANCES
+from gearbox_monitor.identification.nominal import FittedValue, NominalFit
+from gearbox_monitor.identification.parameter_ranges import (
+    ParameterRanges, ranges_of, UnitEstimate)
+from gearbox_monitor.identification.unit_adaptation import Adapted
+from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.units import on_axis
+
+MAX_JSON = 1 << 26  # bytes
+SHORT = {where: name for name, where in NUISANCES.items()}
+EXPECTED = 'JSON of fit-nominal, adapt or diagnose on one drive, or what fit or diagnose returns'
+Source = NominalFit | Adapted | Verdict | str | Path
+
+
+def ranges(sources: Sequence[Source]) -> ParameterRanges:
+    """
+    Return the ranges that a new drive of the kind may have, from estimates of several.
+
+    Args:
+        sources: one estimate of each drive, or of each recording of one drive: what `fit`, `adapt`
+            and `diagnose` return, or the JSON files of the commands. Of a verdict the values of
+            its findings count, as if their errors were independent.
+
+    Returns:
+        The ranges: `low` and `high` hold 90 %; `sample` draws drives; `save` writes YAML.
+
+    Raises:
+        InputError: a source has no values with errors, or none in common with the others.
+
+    >>> ranges([])
+    Traceback (most recent call last):
+    ...
+    gearbox_monitor.errors.InputError: sources: none, expected one or several estimates
+    """
+    if isinstance(sources, (str, Path)) or not isinstance(sources, Sequence):
+        raise InputError(f'sources: {sources!r}, expected a list of {EXPECTED}')
+    if not sources:
+        raise InputError('sources: none, expected one or several estimates')
+    notes: list[str] = []
+    return ranges_of([_estimate(source, f'estimate {i + 1}', notes)
+                      for i, source in enumerate(sources)], notes)
+
+
+def _estimate(source: Any, name: str, notes: list[str]) -> UnitEstimate:
+    """Return the UnitEstimate of a source; add to `notes` which values have no range."""
+    if isinstance(source, (str, Path)):
+        return _read(Path(source), notes)
+    if isinstance(source, Adapted):
+        if source.fit is None:
+            raise InputError(f'{name}: adapt identified no value, expected a fit')
+        source = source.fit
+    if isinstance(source, NominalFit):
+        return _of_values(source.values, source.covariance, name, notes)
+    if isinstance(source, Verdict):
+        return _of_findings([f.to_dict() for f in source.findings], name, notes)
+    raise InputError(f'{name}: {type(source).__name__}, expected {EXPECTED}')
+
+
+def _read(path: Path, notes: list[str]) -> UnitEstimate:
+    """Return the UnitEstimate in a JSON file."""
+    try:
+        data = json.loads(read_text(path, MAX_JSON))
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror or error}, expected {EXPECTED}') from None
+    except (ValueError, RecursionError):
+        raise InputError(f'{path}: no JSON, expected {EXPECTED}') from None
+    if isinstance(data, dict) and isinstance(data.get('findings'), list):
+        if isinstance(data.get('remainders'), list):
+            raise InputError(f'{path}: the verdict on a whole robot, expected one on one joint')
+        return _of_findings(data['findings'], str(path), notes)
+    rows = data.get('values') if isinstance(data, dict) else None
+    if not isinstance(rows, dict):
+        raise InputError(f'{path}: neither values nor findings, expected {EXPECTED}')
+    try:
+        values = [FittedValue(name, row.get('unit', ''), row.get('start', math.nan),
+                              float(row['value']), float(row['error']),
+                              bool(row.get('determined', True))) for name, row in rows.items()]
+        covariance = data.get('covariance')
+        covariance = None if covariance is None else np.array(covariance, float)
+        if covariance is not None and covariance.shape != (len(values), len(values)):
+            raise ValueError
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise InputError(f'{path}: values: no value and error of each, expected {EXPECTED}'
+                         ) from None
+    return _of_values(values, covariance, str(path), notes)
+
+
+def _of_values(values: Sequence[FittedValue], covariance: Any, name: str,
+               notes: list[str]) -> UnitEstimate:
+    """Return the UnitEstimate of the values of a fit."""
+    if covariance is None:
+        notes.append(f'{name}: no covariance, its errors count as independent')
+        covariance = np.diag([v.error ** 2 for v in values])
+    return _checked(UnitEstimate(name, {v.name: v.value for v in values},
+                                 {v.name: v.unit for v in values}, covariance))
+
+
+def _of_findings(findings: Sequence[Mapping[str, Any]], name: str,
+                 notes: list[str]) -> UnitEstimate:
+    """Return the UnitEstimate of the findings of a verdict, as plain data."""
+    effects, values, units, errors = library(), {}, {}, []
+    for finding in findings:
+        effect = effects.get(finding.get('effect', ''))
+        if effect is None:
+            raise InputError(f'{name}: findings: effect: {finding.get("effect")!r}, expected the '
+                             'id of an effect')
+        for parameter in effect.parameters:
+            value = finding.get('values', {}).get(parameter.name)
+            error = finding.get('deviations', {}).get(parameter.name)
+            where = f'{effect.id}.{parameter.name}'
+            if not isinstance(value, (int, float)):
+                continue
+            if not isinstance(error, (int, float)):
+                notes.append(f'{name}: {where}: without a deviation, no range')
+                continue
+            where = SHORT.get(effect.replaces, where)
+            values[where], units[where] = float(value), on_axis(parameter.unit, 'rotary')
+            errors.append(float(error))
+    if not values:
+        raise InputError(f'{name}: no finding with values and deviations, expected {EXPECTED}')
+    return _checked(UnitEstimate(name, values, units, np.diag(np.square(errors))))
+
+
+def _checked(estimate: UnitEstimate) -> UnitEstimate:
+    """Return an estimate with finite numbers. Raises InputError."""
+    for i, (name, value) in enumerate(estimate.values.items()):
+        if not (math.isfinite(value) and np.isfinite(estimate.covariance[i]).all()):
+            raise InputError(f'{estimate.name}: {name}: {value!r} or its error is not finite, '
+                             'expected numbers')
+    return estimate

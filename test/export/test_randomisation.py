@@ -1,0 +1,168 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Ranges of a population of drives: intervals with a known answer, and the texts made of them."""
+import ast
+import json
+
+import numpy as np
+import pytest
+from scipy.stats import t as student
+import yaml
+
+import gearbox_monitor as gm
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.randomisation import randomisation
+from gearbox_monitor.identification.parameter_ranges import ranges_of, UnitEstimate
+
+
+def estimate(values, covariance, name='unit'):
+    """Return a UnitEstimate with `covariance` of the logarithms."""
+    size = np.array(list(values.values()))
+    return UnitEstimate(name, values, dict.fromkeys(values, 'N m'),
+                        np.asarray(covariance) * np.outer(size, size))
+
+
+def population(count, seed, covariance, error=1e-3):
+    """Return estimates of drives whose logarithms of Cc, Cv have a `covariance`."""
+    draws = np.random.default_rng(seed).multivariate_normal([0.0, -1.0], covariance, count)
+    return [estimate({'Cc': float(np.exp(a)), 'Cv': float(np.exp(b))}, error ** 2 * np.eye(2))
+            for a, b in draws]
+
+
+def test_interval_without_errors_is_students():
+    values = np.array([1.0, 1.2, 0.9, 1.1, 1.05])
+    found = ranges_of([estimate({'Cc': v}, [[0.0]]) for v in values])
+    logs = np.log(values)
+    reach = student.ppf(0.95, 4) * logs.std(ddof=1) * np.sqrt(1.2)
+    assert np.log(found.low[0]) == pytest.approx(logs.mean() - reach, abs=1e-3)
+    assert np.log(found.high[0]) == pytest.approx(logs.mean() + reach, abs=1e-3)
+    assert found.between[0] == pytest.approx(logs.std(ddof=1), rel=1e-6)
+
+
+def test_one_estimate_has_the_range_of_its_error():
+    found = ranges_of([UnitEstimate('a', {'u0': -0.2}, {'u0': 'N m'}, np.array([[0.01]]))])
+    assert found.low[0] == pytest.approx(-0.2 - 0.16449, abs=2e-3)
+    assert found.high[0] == pytest.approx(-0.2 + 0.16449, abs=2e-3)
+    assert 'one estimate' in found.notes[0]
+
+
+def test_errors_are_not_taken_for_differences_between_drives():
+    rng = np.random.default_rng(3)
+    same = [estimate({'Cc': float(np.exp(0.1 * rng.standard_normal()))}, [[0.01]])
+            for _ in range(300)]
+    found = ranges_of(same)
+    assert found.between[0] < 0.05
+    assert np.log(found.high[0] / found.low[0]) < 0.5 * 2 * 1.645 * 0.1
+
+
+def test_large_error_of_one_estimate_counts_little():
+    sure = [estimate({'Cc': v}, [[1e-4]]) for v in (1.0, 1.02, 0.98, 1.01)]
+    found = ranges_of([*sure, estimate({'Cc': 2.0}, [[0.06]])])
+    assert found.centre[0] == pytest.approx(1.0, abs=0.05)
+
+
+def test_combination_is_said_and_drawn_along():
+    along = np.array([1.0, 1.0]) / np.sqrt(2.0)
+    covariance = np.outer(along, along) + 1e-4 * np.eye(2)
+    units = [estimate({'m1': np.exp(d), 'Cc': np.exp(-d)}, covariance) for d in (-.1, 0., .1, .05)]
+    found = ranges_of(units)
+    assert len(found.combinations) == 1
+    assert set(found.combinations[0].exponents) == {'m1', 'Cc'}
+    assert found.combinations[0].deviation == pytest.approx(1.0, rel=0.01)
+    drawn = found.sample(4000, seed=1)
+    ratio, product = (np.log(f(drawn['m1'], drawn['Cc'])).std() for f in (np.divide, np.multiply))
+    assert ratio < 0.4 < 1.2 < product  # four estimates do not average the open direction away
+    assert 'known only in combination' in randomisation(found, 'isaac')
+
+
+def test_correlation_between_drives_is_drawn():
+    strong = ranges_of(population(30, 0, 0.04 * np.array([[1.0, 0.9], [0.9, 1.0]])))
+    drawn = strong.sample(5000, seed=2)
+    r = np.corrcoef(np.log(drawn['Cc']), np.log(drawn['Cv']))[0, 1]
+    assert r == pytest.approx(0.9, abs=0.1)
+    none = ranges_of(population(6, 1, 0.04 * np.eye(2)))
+    assert abs(none.correlation[0, 1]) < 0.35
+    inside = (drawn['Cc'] > strong.low[0]) & (drawn['Cc'] < strong.high[0])
+    assert inside.mean() == pytest.approx(0.9, abs=0.02)
+
+
+def test_parameters_of_some_estimates_only_are_said():
+    found = ranges_of([estimate({'Cc': 1.0}, [[0.01]]),
+                       estimate({'Cc': 1.1, 'Cv': 1.0}, 0.01 * np.eye(2))])
+    assert found.names == ('Cc',)
+    assert any(note.startswith('Cv') for note in found.notes)
+
+
+def test_coverage_of_new_drives_with_known_variances():
+    rng, inside, count = np.random.default_rng(7), 0, 60
+    for _ in range(count):
+        truth = 0.1 * rng.standard_normal(7)
+        found = ranges_of([estimate({'Cc': float(np.exp(t + 0.05 * rng.standard_normal()))},
+                                    [[0.0025]]) for t in truth[:6]])
+        inside += bool(found.low[0] < np.exp(truth[6]) < found.high[0])
+    assert 0.8 < inside / count < 0.99
+
+
+def rich():
+    """Return ranges of all parameters that an event exists for, and one more."""
+    names = ('Cc', 'Cv', 'm1', 'kp', 'kd', 'actuator_delay.T', 'gravity.G', 'kt')
+    rng = np.random.default_rng(5)
+    return ranges_of([estimate(dict(zip(names, np.exp(0.1 * rng.standard_normal(8)))),
+                               1e-4 * np.eye(len(names))) for _ in range(8)])
+
+
+@pytest.mark.parametrize('to, functions', [
+    ('isaaclab', {'randomize_joint_parameters', 'randomize_actuator_gains',
+                  'randomize_rigid_body_mass', 'write_joint_friction_coefficient_to_sim'}),
+    ('mjlab', {'joint_friction', 'joint_damping', 'joint_armature', 'pd_gains', 'body_mass',
+               'sync_actuator_delays', 'requires_model_fields'})])
+def test_events_are_python_with_the_functions_of_the_framework(to, functions):
+    text = randomisation(rich(), to)
+    tree = ast.parse(text)
+    used = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    used |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    assert functions <= used
+    assert '# No event: kt' in text
+
+
+def test_each_range_of_an_event_is_that_of_the_parameter():
+    found = rich()
+    tree = ast.parse(randomisation(found, 'mjlab'))
+    call = next(node.value for node in tree.body if isinstance(node, ast.Assign)
+                and getattr(node.targets[0], 'id', '') == 'joint_damping')
+    params = next(k.value for k in call.keywords if k.arg == 'params')
+    values = dict(zip((k.value for k in params.keys), params.values))
+    i = found.names.index('Cv')
+    assert ast.literal_eval(values['ranges']) == pytest.approx((found.low[i], found.high[i]), 1e-4)
+
+
+def written(path, value, error, name='Cc'):
+    """Write what fit-nominal writes as JSON."""
+    path.write_text(json.dumps({
+        'values': {name: {'unit': 'N m', 'start': 1.0, 'value': value, 'error': error,
+                          'determined': True}}, 'covariance': [[error ** 2]]}))
+    return str(path)
+
+
+def test_command_writes_two_drives_that_differ(tmp_path, capsys):
+    files = [written(tmp_path / f'{i}.json', v, 0.01) for i, v in enumerate((1.0, 1.5, 1.2))]
+    out = tmp_path / 'ranges.yaml'
+    assert main(['export', *files, '--to', 'yaml', '--ranges', '--out', str(out)]) == 0
+    data = yaml.safe_load(out.read_text())
+    row = data['parameters']['Cc']
+    assert row['low'] < 1.0 < 1.5 < row['high']
+    assert row['distribution'] == 'lognormal'
+    assert data['sources'] == files
+    assert main(['export', files[0], '--to', 'yaml']) == 2
+    assert 'expected it with --ranges' in capsys.readouterr().err
+
+
+def test_sources_without_errors_are_refused(tmp_path):
+    (tmp_path / 'a.json').write_text('{"values": {"Cc": {"value": 1.0}}}')
+    with pytest.raises(InputError, match=r'a\.json: values'):
+        gm.ranges([tmp_path / 'a.json'])
+    one = written(tmp_path / 'b.json', 1.0, 0.1)
+    with pytest.raises(InputError, match='in common'):
+        gm.ranges([one, written(tmp_path / 'c.json', 1.0, 0.1, 'Cv')])

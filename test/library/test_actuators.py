@@ -1,0 +1,67 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The catalogue of actuators: each entry loads, draws and is exported."""
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+import gearbox_monitor as gm
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.randomisation import ranges_data
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.library.actuators import NAMES
+
+
+def test_catalogue_has_the_entries_of_its_folder():
+    folder = config_path(f'actuators/{NAMES[0]}.yaml').parent
+    assert sorted(path.stem for path in folder.glob('*.yaml')) == sorted(NAMES)
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_entry_has_values_within_its_ranges_and_their_source(name):
+    found = gm.load_actuator(name)
+    stored = yaml.safe_load(config_path(f'actuators/{name}.yaml').read_text())
+    assert ranges_data(found.ranges) == stored['ranges']
+    i = found.ranges.names.index('Cc')
+    assert found.ranges.low[i] < found.model.coulomb_friction < found.ranges.high[i]
+    assert all(found.provenance.values())
+    fitted, unseen = set(found.ranges.sources), set(found.held_out['recordings'])
+    assert unseen and not fitted & unseen
+    assert len(found.held_out['error']) == len(unseen)
+    drawn = found.ranges.sample(2000, seed=1)['Cc']
+    inside = (drawn >= found.ranges.low[i]) & (drawn <= found.ranges.high[i])
+    assert np.mean(inside) == pytest.approx(0.9, abs=0.03)
+
+
+def test_unknown_name_lists_the_catalogue():
+    with pytest.raises(InputError, match='davinci_backend'):
+        gm.load_actuator('davinci')
+
+
+@pytest.mark.parametrize('to', ['isaac', 'bam', 'mjcf'])
+def test_export_takes_a_name_of_the_catalogue(to, capsys):
+    if to == 'mjcf':
+        pytest.importorskip('mujoco')
+    assert main(['export', NAMES[0], '--to', to]) in (0, 1)
+    shown = capsys.readouterr().out
+    inertia = gm.load_actuator(NAMES[0]).model.motor_inertia
+    assert f'{inertia:.6g}' in shown
+
+
+def test_ranges_of_the_catalogue_are_exported(capsys):
+    assert main(['export', NAMES[0], '--to', 'mjlab', '--ranges']) == 0
+    ast.parse(capsys.readouterr().out)
+
+
+def test_file_of_the_same_name_wins(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path(NAMES[0]).write_text('motor_inertia: 0.5\ntransmission: {kind: rigid}\n')
+    main(['export', NAMES[0], '--to', 'isaac'])
+    shown = capsys.readouterr()
+    assert '0.5 kg m^2' in shown.out
+    assert 'note: davinci_backend: the file of this name' in shown.err
