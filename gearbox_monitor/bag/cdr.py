@@ -298,7 +298,15 @@ def joint_state_rows(stamp_ns: npt.ArrayLike, names: Sequence[str],
                      position: npt.ArrayLike | None = None,
                      velocity: npt.ArrayLike | None = None,
                      effort: npt.ArrayLike | None = None, frame_id: str = '') -> Bytes:
-    """Return what encode_joint_states returns, with the same arguments, as uint8 [N, size]."""
+    """
+    Return messages of JointState as rows of bytes, uint8 [N, size]; see encode_joint_states.
+
+    Args:
+        stamp_ns: [N] of the headers.
+        names: of J joints.
+        position: [N, J] rad, None for an empty field; so `velocity` (rad/s) and `effort` (N m).
+        frame_id: of the headers.
+    """
     stamp_ns = np.asarray(stamp_ns, np.int64)
     values = {'position': position, 'velocity': velocity, 'effort': effort}
     head, record = _template(tuple(names), tuple(

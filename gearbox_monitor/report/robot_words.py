@@ -93,7 +93,7 @@ def _changed(effect: str, name: str, finding: Mapping[str, Any]) -> str:
 
 
 def remainder_words(remainder: Mapping[str, Any]) -> str:
-    """Return one sentence, without a full stop, on what no finding explains."""
+    """Return the `remainder` of a verdict in a sentence without a full stop."""
     size = f'{remainder["size"]:.2g} N m rms'
     if remainder['over'] == 'bursts':
         names = remainder.get('recordings') or [''] * len(remainder['times'])
@@ -104,7 +104,7 @@ def remainder_words(remainder: Mapping[str, Any]) -> str:
 
 
 def robot_headline(data: Mapping[str, Any]) -> str:
-    """Return the verdict in words: what differs, by how much, whether that is all."""
+    """Return the verdict `data` in words: what differs, by how much, whether that is all."""
     findings, remainders = data['findings'], data['remainders']
     against = 'the references' if data.get('references') else 'the model file'
     if data['verdict'] == 'none':
@@ -123,7 +123,7 @@ def robot_headline(data: Mapping[str, Any]) -> str:
 
 
 def next_steps(data: Mapping[str, Any]) -> list[str]:
-    """Return what to do next, with real names."""
+    """Return what to do after the verdict `data`, with its own file names."""
     logs = shlex.join(data['logs'])
     model = ' '.join(filter(None, (shlex.quote(data['model']), data['options'])))
     steps = []
@@ -148,7 +148,7 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
 
 
 def robot_text(data: Mapping[str, Any]) -> str:
-    """Return the verdict in some ten lines."""
+    """Return the verdict `data` in some ten lines."""
     lines = [data['summary']]
     if len(data['findings']) > 1:
         lines += [f'  {finding_words(f)}' for f in data['findings']]

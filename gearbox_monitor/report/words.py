@@ -114,7 +114,7 @@ def value_rows(data: Mapping[str, Any], axis: str) -> list[ValueRow]:
 
 
 def value_text(row: ValueRow, sign: str = '±') -> str:
-    """Return a ValueRow as `name = value ± deviation unit (model: nominal, change)`."""
+    """Return the `row` as "name = value `sign` deviation unit (model: nominal, change)"."""
     spread = f' ({row.deviation})' if row.deviation == UNDETERMINED else \
         f' {sign} {row.deviation}'
     beside = f' (model: {row.nominal}{", " * bool(row.change)}{row.change})' if row.nominal else ''
@@ -162,7 +162,7 @@ def undefined(data: Mapping[str, Any]) -> str:
 
 
 def torque_map_of(data: Mapping[str, Any]) -> tuple[str, list[tuple[str, str, str]]] | None:
-    """Return (words, [(where, torque, its deviation)]) of the torque map of a verdict, or None."""
+    """Return (words, [(where, torque, deviation)]) of the torque map in `data` of a verdict."""
     table = (data.get('remainder') or {}).get('torque_map')
     if not table:
         return None

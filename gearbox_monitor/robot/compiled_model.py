@@ -199,7 +199,7 @@ def mujoco_module() -> Any:
 
 
 def name_of(m: Any, kind: str, index: int) -> str:
-    """Return the name of an object of `m`, a `kind` as in mjtObj, or its number."""
+    """Return the name of object `index` of `m`, of a `kind` as in mjtObj, or its number."""
     mujoco = mujoco_module()
     own = mujoco.mj_id2name(m, getattr(mujoco.mjtObj, f'mjOBJ_{kind.upper()}'), int(index))
     return own or f'number {int(index)}'

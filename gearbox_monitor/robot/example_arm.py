@@ -52,7 +52,7 @@ def parameters_of(joint: int) -> dict[str, object]:
 
 
 def as_built(robot: RobotDescription, rng: np.random.Generator, spread: float) -> RobotArrays:
-    """Return a `robot` whose masses and inertias are off by up to `spread` (relative)."""
+    """Return a `robot` with masses and inertias that `rng` draws, off by `spread` at most."""
     mass, inertia = (1.0 + spread * rng.uniform(-1.0, 1.0, (2, len(robot.mass))))
     return arrays_of(replace(robot, mass=robot.mass * mass,
                              inertia=robot.inertia * inertia[:, None, None]),
@@ -60,7 +60,7 @@ def as_built(robot: RobotDescription, rng: np.random.Generator, spread: float) -
 
 
 def drives_as_built(drives: list[DriveModel], rng: np.random.Generator) -> list[DriveModel]:
-    """Return `drives` with frictions and inertias drawn within their tolerances."""
+    """Return `drives` with frictions and inertias that `rng` draws within their tolerances."""
     def off(tolerance: float) -> float:
         return 1.0 + tolerance * float(rng.uniform(-1.0, 1.0))
     return [replace(d, coulomb_friction=d.coulomb_friction * off(d.friction_tolerance),

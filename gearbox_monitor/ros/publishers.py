@@ -56,7 +56,7 @@ class HeardPublisher:
         self.stamp = stamp_ns
 
     def misses(self, number: int, stamp_ns: int) -> float:
-        """Return how far, over what is usual, the message is off the next one; > 1: not ours."""
+        """Return how far message `number` at `stamp_ns` is off, over the usual; > 1: not ours."""
         numbers = number - self.last
         if not 0 < numbers <= REACH:
             return math.inf
