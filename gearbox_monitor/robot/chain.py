@@ -276,7 +276,7 @@ def joint_losses(text: str, source: str = 'URDF') -> dict[str, tuple[float, floa
 
 
 def losses_of(joint: ElementTree.Element, source: str) -> tuple[float, float]:
-    """Return damping and friction of the element `joint` of the file `source`; see joint_losses."""
+    """Return damping and friction of the element `joint` of file `source`; see joint_losses."""
     element, where = joint.find('dynamics'), f'{source}: joint {joint.get("name", "")}: dynamics'
     damping, friction = (
         finite_number('0' if element is None else element.get(key, '0'), f'{where}: {key}')
