@@ -47,8 +47,8 @@ THIRD_PARTY = {
     'yaml': ('python3-yaml', 'PyYAML'),
     'zstandard': ('mcap-ros2-support', 'mcap'),
     **{name: (name, None) for name in (
-        'builtin_interfaces', 'diagnostic_msgs', 'launch', 'launch_ros', 'rcl_interfaces',
-        'rclpy', 'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs')},
+        'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'launch', 'launch_ros',
+        'rcl_interfaces', 'rclpy', 'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs')},
 }
 
 
@@ -107,7 +107,8 @@ def test_dependencies_are_declared():
 def test_entry_points_exist():
     scripts = re.findall(r"'(\w+) = ([\w.]+):(\w+)'", SETUP)
     assert {name for name, _, _ in scripts} == {
-        'gearbox_monitor', 'plant_node', 'arm_plant_node', 'estimator_node', 'recorder_node'}
+        'gearbox_monitor', 'plant_node', 'arm_plant_node', 'estimator_node', 'recorder_node',
+        'payload_node'}
     for _, module, function in scripts:
         if '.ros.' in module:
             pytest.importorskip('rclpy')

@@ -304,7 +304,9 @@ def joint_state_rows(stamp_ns: npt.ArrayLike, names: Sequence[str],
     Args:
         stamp_ns: [N] of the headers.
         names: of J joints.
-        position: [N, J] rad, None for an empty field; so `velocity` (rad/s) and `effort` (N m).
+        position: [N, J] rad, None for an empty field.
+        velocity: likewise, rad/s.
+        effort: likewise, N m.
         frame_id: of the headers.
     """
     stamp_ns = np.asarray(stamp_ns, np.int64)

@@ -32,7 +32,7 @@ HEADS = np.dtype([('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2'), ('seq
 INDEX = struct.Struct('<BQHI')  # opcode, length, channel, bytes of the entries
 ENTRY = struct.Struct('<QQ')  # log time and offset of a message
 FOOTER = struct.Struct('<BQQQ')
-# Level 1 packs estimates as well as level 3 does, in two thirds of the time.
+# Level 1 packs estimates like level 3, in two thirds of the time.
 ZSTD_LEVEL = 1
 
 

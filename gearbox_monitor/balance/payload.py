@@ -8,7 +8,7 @@ Each window multiplies the equation of motion by a Hann window and integrates by
 acceleration is formed. What the model leaves is explained by a payload, by errors of the model
 (friction, links, rotors, lag; constants that wander slowly) and by noise; what none of them
 explains is external torque. While a joint rests, its friction is any torque up to Coulomb's: a
-state of its own, drawn anew whenever the joint comes to rest.
+state of its own that begins whenever the joint comes to rest.
 
 A payload that is taken or put down is a jump (Adams and MacKay 2007): filters that forgot the
 payload at different times run side by side, each weighted by its likelihood, and what is published
@@ -88,6 +88,7 @@ class PayloadSettings:
 PAYLOAD_SETTINGS = PayloadSettings()
 N_PAYLOAD = 4  # m and m c
 MEDIAN = 0.4549  # of chi squared with one degree of freedom
+SEEN = 2.0  # deviations from which a mass has a centre to linearise about
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,8 +298,8 @@ class PayloadTracker:
         self._deviation = np.array([c.deviation for c in rows.nuisance])
         self._wanders: Flags = np.array([c.group is not None for c in rows.nuisance])
 
-    def _start(self) -> None:
-        """Begin the filter with what the first windows say of the size of torques."""
+    def _start(self, held: Array) -> None:
+        """Begin the filter, about a payload `held` [4], with the size of the first torques."""
         s, count, k = self._settings, self._joints, len(self._labels)
         self._size = np.maximum(np.sqrt(np.mean([w.effort ** 2 for w in self._waiting], axis=0)),
                                 1e-6)
@@ -324,8 +325,8 @@ class PayloadTracker:
         whole[N_PAYLOAD:N_PAYLOAD + k, N_PAYLOAD:N_PAYLOAD + k] = covariance
         if not self._empty:
             whole[:N_PAYLOAD, :N_PAYLOAD] = self._open()
-        state = _State(np.concatenate([np.zeros(N_PAYLOAD), mean, np.zeros(count)]), whole)
-        self._held = [_Held(state, 0.0, 0, 0)]
+        state = _State(np.concatenate([held, mean, np.zeros(count)]), whole)
+        self._held, self._count = [_Held(state, 0.0, 0, 0)], 0
         # Of a window, and as much as makes the means over blocks scatter as they do.
         self._noise: Array = (s.guess * self._size) ** 2
         self._noise_of_means = self._noise
@@ -345,9 +346,14 @@ class PayloadTracker:
         self._waiting.append(window)
         if len(self._waiting) < self._settings.settle:
             return []
-        self._start()
-        waiting, self._waiting = self._waiting, []
-        return [self._step(w) for w in waiting]
+        # Twice: the second time linearised about the centre that the first one ends with.
+        held: Array = np.zeros(N_PAYLOAD)
+        for _ in range(2):
+            self._start(held)
+            estimates = [self._step(w) for w in self._waiting]
+            held = held if self._empty else self._held[0].state.mean[:N_PAYLOAD]
+        self._waiting = []
+        return estimates[-1:]
 
     def _step(self, window: _Window) -> PayloadEstimate:
         s, chance = self._settings, self._settings.hop / self._settings.often
@@ -389,7 +395,7 @@ class PayloadTracker:
         return [x for x in held if x is not closest]
 
     def _predicted(self, state: _State, window: _Window, begins: Flags) -> _State:
-        """Return the state before a window: friction wanders, joints that begin to rest anew."""
+        """Return the state before a window: friction wanders, or begins with a rest."""
         s = self._settings
         mean, covariance = state.mean.copy(), state.covariance.copy()
         k = len(self._labels)
@@ -417,7 +423,8 @@ class PayloadTracker:
 
     def _columns_at(self, state: _State, window: _Window) -> Array:
         """Return how a window answers to the state [J, S]."""
-        centre = centre_of(state.mean[:N_PAYLOAD])
+        certain = state.mean[0] ** 2 > SEEN ** 2 * state.covariance[0, 0]
+        centre = centre_of(state.mean[:N_PAYLOAD]) if certain else np.zeros(3)
         return np.hstack([window.weight @ compact(centre), window.h, np.diag(window.resting)])
 
     def _corrected(self, state: _State, window: _Window) -> tuple[_State, float]:

@@ -77,7 +77,7 @@ def at(estimates, seconds):
 def test_a_load_that_is_taken_is_measured_and_dated(estimates):
     before, after = at(estimates, TAKEN - 0.5), at(estimates, PUSHED - 0.5)
     assert abs(before.mass) < 3.0 * before.mass_std and before.since_ns == 0
-    assert after.mass_std < 0.1 and abs(after.mass - MASS) < 3.0 * after.mass_std
+    assert after.mass_std < 0.2 and abs(after.mass - MASS) < 2.0 * after.mass_std
     assert np.all(np.abs(after.centre - CENTRE) < 3.0 * after.centre_std)
     assert np.all(after.centre_std < 0.02)
     assert abs(after.since_ns * 1e-9 - TAKEN) < 0.5
@@ -86,7 +86,7 @@ def test_a_load_that_is_taken_is_measured_and_dated(estimates):
 def test_a_push_is_external_torque_of_the_joints_that_it_turns_and_no_load(estimates):
     during = [e for e in estimates if PUSHED + 0.2 < e.stamp_ns * 1e-9 < PUSHED + 0.8]
     push = np.mean([e.external for e in during], axis=0)
-    std = np.max([e.external_std for e in during], axis=0)
+    std = np.median([e.external_std for e in during], axis=0)
     assert np.all(np.abs(push - PUSH) < 3.0 * std) and push[1] > 10.0 * std[1]
     last = estimates[-1]
     assert abs(last.mass - MASS) < 3.0 * last.mass_std
@@ -131,7 +131,7 @@ def test_after_a_gap_it_goes_on_with_what_it_knows(arm, log, estimates):
     out = tracked(arm, stamps[keep], q[keep], u[keep])
     assert not [e for e in out if 10.8 < e.stamp_ns * 1e-9 < 11.8]
     first = next(e for e in out if e.stamp_ns * 1e-9 >= 11.8)
-    assert abs(first.mass - MASS) < 3.0 * first.mass_std < 0.3
+    assert abs(first.mass - MASS) < 2.0 * first.mass_std < 0.4
 
 
 def test_at_rest_friction_may_be_anything_up_to_coulombs(arm, log):

@@ -197,3 +197,11 @@ def test_root_is_where_the_parts_of_a_file_lie(tmp_path, capsys, command):
     assert main(arguments) == 2 and 'parts.xml' in capsys.readouterr().err
     assert main([*arguments, '--root', str(tmp_path)]) == 2
     assert 'no.csv: no such file' in capsys.readouterr().err
+
+
+def test_replay_weighs_the_load_as_the_page_says(arm, capsys):
+    assert main(['replay', str(arm / 'today.csv'), '--model', str(arm / 'robot.urdf'),
+                 '--reference', str(arm / 'arm.knowledge')]) == 0
+    headline = capsys.readouterr().out.splitlines()[0]
+    assert headline in (Path(__file__).parents[2] / 'docs/payload.md').read_text()
+    assert abs(float(headline.split()[0]) - 2.0) < 0.2

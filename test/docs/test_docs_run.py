@@ -33,7 +33,7 @@ ELSEWHERE = {
     'fleet': 'test_fleet, and below', 'live': 'test_live'}
 # Pages whose commands go on with each other's files: each has a test of its own.
 WALKS = ('first_hour.md', 'current.md', 'closed_model.md', 'mujoco.md', 'simulator.md',
-         'robot_gap.md')
+         'robot_gap.md', 'payload.md')
 ENTRANCES = ('Motor encoder alone', 'Only setpoints')  # of first_hour.md
 RATE = ['--rate', '200']  # five times as fast as what the pages make
 
