@@ -51,13 +51,14 @@ class PayloadSettings:
     friction and of viscous friction at 1 rad/s, and of the rotor at 20 rad/s^2, in rms torques of
     the joint (friction of gears takes up to a third of the torque). hour: in which friction
     becomes as uncertain as at the beginning (temperature). rest: in which the friction of a
-    resting joint forgets itself. often: between changes of the
-    payload, as expected. filters: side by side, of which the times of their changes go back in
-    steps of equal ratio; spawn: windows between them. push: prior probability of a window with
-    external torque, `loud` times the noise. memory: windows over which noise is measured, by the
+    resting joint forgets itself. often: between changes of the payload, as expected. filters: side
+    by side, of which the times of their changes go back in steps of equal ratio; spawn: windows
+    between them. push: prior probability of a window with external torque, `loud` times the noise.
+    memory: windows over which noise is measured, by the
     median: a push that lasts for less than half of it is none; belief: windows that its first
     guess, `guess` rms torques, counts for. block: windows whose mean tells how coloured the noise
-    is. settle: windows before the first estimate.
+    is. settle: windows in motion before the first estimate; least: assumed size of a torque of which
+    they show little, share of the largest joint's.
     """
 
     hop: float = 0.1
@@ -83,6 +84,7 @@ class PayloadSettings:
     guess: float = 0.03
     block: int = 30
     settle: int = 20
+    least: float = 0.1
 
 
 PAYLOAD_SETTINGS = PayloadSettings()
@@ -301,8 +303,8 @@ class PayloadTracker:
     def _start(self, held: Array) -> None:
         """Begin the filter, about a payload `held` [4], with the size of the first torques."""
         s, count, k = self._settings, self._joints, len(self._labels)
-        self._size = np.maximum(np.sqrt(np.mean([w.effort ** 2 for w in self._waiting], axis=0)),
-                                1e-6)
+        size = np.sqrt(np.mean([w.effort ** 2 for w in self._waiting], axis=0))
+        self._size = np.maximum(size, s.least * size.max() + 1e-6)
         mean, covariance = np.zeros(k), np.diag(self._deviation ** 2)
         if self._knowledge is None:
             wide: dict[str, float] = {}
@@ -320,8 +322,8 @@ class PayloadTracker:
             mean[ours] = prior.mean[theirs]
             covariance[np.ix_(ours, ours)] = prior.covariance[np.ix_(theirs, theirs)]
         self._wander = np.where(self._wanders, np.diag(covariance), 0.0) * s.hop / s.hour
-        size = N_PAYLOAD + k + count
-        whole = np.zeros((size, size))
+        states = N_PAYLOAD + k + count
+        whole = np.zeros((states, states))
         whole[N_PAYLOAD:N_PAYLOAD + k, N_PAYLOAD:N_PAYLOAD + k] = covariance
         if not self._empty:
             whole[:N_PAYLOAD, :N_PAYLOAD] = self._open()
@@ -343,6 +345,8 @@ class PayloadTracker:
         """Take a window; return the estimates that are there now."""
         if self._held:
             return [self._step(window)]
+        if window.resting.min() > 0.5:
+            return []
         self._waiting.append(window)
         if len(self._waiting) < self._settings.settle:
             return []

@@ -135,10 +135,12 @@ def test_after_a_gap_it_goes_on_with_what_it_knows(arm, log, estimates):
 
 
 def test_at_rest_friction_may_be_anything_up_to_coulombs(arm, log):
-    """A load that only leans on resting joints is not known better than their friction is."""
+    """What only leans on resting joints is not known better than their friction is."""
     stamps, q, u = (x[:800] for x in log)
-    rest = tracked(arm, stamps, np.repeat(q[:1], 800, 0), np.repeat(u[:1], 800, 0))
-    assert rest[-1].mass_std > 0.3
+    moves = np.minimum(np.arange(800), 300)
+    rest = tracked(arm, stamps, q[moves], u[moves])
+    assert rest[-1].mass_std > 0.9 * at(rest, 3.3).mass_std
+    assert tracked(arm, stamps, q[np.zeros(800, int)], u[np.zeros(800, int)]) == []
 
 
 def test_replay_of_a_robot_says_what_it_held_and_writes_a_table(tmp_path, arm, log, capsys):
