@@ -57,7 +57,7 @@ class PayloadSettings:
     memory: windows over which noise is measured, by the
     median: a push that lasts for less than half of it is none; belief: windows that its first
     guess, `guess` rms torques, counts for. block: windows whose mean tells how coloured the noise
-    is. settle: windows in motion before the first estimate; least: assumed size of a torque of which
+    is. settle: windows in motion before the first estimate; least: size of a torque of which
     they show little, share of the largest joint's.
     """
 
@@ -178,6 +178,8 @@ class PayloadTracker:
         self._robot = replace(robot, learnt=knowledge is not None)
         self._knowledge, self._settings = knowledge, settings
         self._index = names.index(self.link)
+        # What differs between healthy parts of the reference differs now, too.
+        self._dispersion: Array = np.ones(1) if knowledge is None else knowledge.dispersion
         self._empty = empty
         self._grid, tests = _hann(settings)
         count = len(names)
@@ -460,7 +462,7 @@ class PayloadTracker:
         means = np.array(errors)[len(errors) - count * s.block:].reshape(
             count, s.block, self._joints).mean(axis=1)
         slow = np.median(means ** 2, axis=0) * s.block / MEDIAN if count > 1 else self._noise
-        self._noise_of_means = np.maximum(self._noise, slow)
+        self._noise_of_means = np.maximum(self._noise, slow) * self._dispersion
 
     def _estimate(self, window: _Window) -> PayloadEstimate:
         """Return mean and covariance over the filters, by their weights."""
