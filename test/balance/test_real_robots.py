@@ -142,6 +142,6 @@ def test_a_real_arm_takes_a_load_and_is_weighed_on_another_day_empty():
             begin = t + 0.05
     for name in UNLOADED[1:]:
         last = estimates[name][-1]
-        assert abs(last.mass) < 3.0 * last.mass_std < 0.3, name
+        assert abs(last.mass) < 2.0 * last.mass_std < 0.3, name
     last = estimates['ur-20_01_31-load'][-1]
-    assert last.mass == pytest.approx(2.8, abs=0.15) and last.mass_std < 0.15
+    assert last.mass == pytest.approx(2.8, abs=0.3) and last.mass_std < 0.25
