@@ -15,6 +15,7 @@ import yaml
 
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.identification.parameter_ranges import NORMAL, ParameterRanges
+from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY
 
 ALIASES = {'isaaclab': 'isaac'}
 FRICTION, VISCOUS, ARMATURE = 'Cc', 'Cv', 'm1'
@@ -262,7 +263,7 @@ def _mjlab(ranges: ParameterRanges) -> str:
             f"'distribution': '{weight.law}'"], 'body_names=BODIES')
     delay = _delay(ranges)
     if delay:
-        events += _event('actuator_delay', 'dr', 'sync_actuator_delays', [
+        events += _event(ACTUATOR_DELAY.id, 'dr', 'sync_actuator_delays', [
             "'lag_range': DELAY_STEPS"], 'actuator_names=JOINTS')
     write = ['    dofs = asset.indexing.joint_v_adr[asset_cfg.joint_ids]',
              *(f"    env.sim.model.{field}[env_ids[:, None], dofs] = value['{name}']"
