@@ -89,9 +89,11 @@ def damaged(stamps, u, y):
 @needs_gcc
 @pytest.mark.parametrize('changes, parameters', [
     ({}, {'effort_delay': 3}),
-    ({'friction_law': {'kind': 'tanh'}, 'effects': [
-        {'id': 'gravity', 'G': 0.8, 'phi': 0.2}, {'id': 'arm_coulomb', 'Cac': 0.05}]}, {}),
-    ({}, {'arm_load': 'unknown', 'friction_error_std': 0.1}),
+    pytest.param({'friction_law': {'kind': 'tanh'}, 'effects': [
+        {'id': 'gravity', 'G': 0.8, 'phi': 0.2}, {'id': 'arm_coulomb', 'Cac': 0.05}]}, {},
+        marks=pytest.mark.system),
+    pytest.param({}, {'arm_load': 'unknown', 'friction_error_std': 0.1},
+                 marks=pytest.mark.system),
     ({}, {'tau_k_model': 'elastic'}), ({}, {'arm_joint': ''})],
     ids=['walk', 'loaded', 'unknown', 'elastic', 'one encoder'])
 def test_estimates_are_those_of_the_estimator(tmp_path, changes, parameters):
@@ -113,6 +115,7 @@ def test_estimates_are_those_of_the_estimator(tmp_path, changes, parameters):
 
 
 @needs_gcc
+@pytest.mark.system
 @pytest.mark.parametrize('changes, parameters', [
     ({}, {'tau_k_model': 'learned'}),
     ({'transmission': {'kind': 'play', 'stiffness': 25.0, 'half_gap': 0.1,
