@@ -136,7 +136,7 @@ class Chain:
                 if self.links[joint].slides:
                     columns.append((np.zeros_like(axis), _into(turn, axis)))
                 else:
-                    arm = np.cross(axis, places[index] - anchors[joint])
+                    arm = _cross(axis, places[index] - anchors[joint])
                     columns.append((_into(turn, axis), _into(turn, arm)))
             steps = [(w * v[:, j, None], s * v[:, j, None]) for j, (w, s) in zip(movers, columns)]
             spin = np.sum([step[0] for step in steps], axis=0)
@@ -145,11 +145,11 @@ class Chain:
             for joint, (w, s), step in zip(movers, columns, steps):
                 # Twist of the joint's link, seen from this link's frame: dV/dq_j = -ad(J_j) V_j.
                 spin_up, speed_up = spin_up + step[0], speed_up + step[1]
-                turned = -np.cross(w, spin_up)
-                moved = -np.cross(w, speed_up) - np.cross(s, spin_up)
+                turned = -_cross(w, spin_up)
+                moved = -_cross(w, speed_up) - _cross(s, spin_up)
                 weight = np.zeros((len(q), PER_LINK))
                 weight[:, 0] = -np.einsum('ni,ni->n', down, s)
-                weight[:, 1:4] = -np.cross(down, w)
+                weight[:, 1:4] = -_cross(down, w)
                 yield Regressor(index, joint, _kinetic(w, s, spin, speed),
                                 _kinetic(turned, moved, spin, speed), weight)
 
@@ -175,6 +175,14 @@ class Chain:
         return turns, places, axes, anchors
 
 
+def _cross(a: Array, b: Array) -> Array:
+    """Return the cross products [N, 3] of `a` and `b` [N, 3], with the bits of numpy.cross."""
+    out = np.empty(a.shape)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.subtract(a[:, j] * b[:, k], a[:, k] * b[:, j], out=out[:, i])
+    return out
+
+
 def _into(turn: Array, x: Array) -> Array:
     """Return vectors of the base `x` [N, 3] in the frames `turn` [N, 3, 3]."""
     return np.einsum('nji,nj->ni', turn, x)
@@ -184,7 +192,7 @@ def _kinetic(w1: Array, v1: Array, w2: Array, v2: Array) -> Array:
     """Return d(kinetic energy)/d(theta) [N, 10] as a bilinear form of two twists."""
     out = np.empty((len(w1), PER_LINK))
     out[:, 0] = np.einsum('ni,ni->n', v1, v2)
-    out[:, 1:4] = np.cross(v1, w2) + np.cross(v2, w1)
+    out[:, 1:4] = _cross(v1, w2) + _cross(v2, w1)
     for i in range(3):
         out[:, 4 + i] = w1[:, i] * w2[:, i]
     for column, (i, j) in enumerate(OFF_DIAGONAL, 7):
