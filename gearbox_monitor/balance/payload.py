@@ -225,6 +225,7 @@ class PayloadTracker:
                 self._next = 0
                 if step < 0.0:      # the clock was set back: another motion
                     self._begin()
+                    self._empty = False
                     self._origin, now, samples = stamp_ns, 0, self._samples
         samples.append((now, q, u))
         hop, reach = round(s.hop * SECOND), round(s.reach * SECOND)
@@ -297,8 +298,7 @@ class PayloadTracker:
 
     def _columns(self, rows: Rows) -> None:
         """Take the names of the model's errors, which are those of every window."""
-        self._labels = tuple(f'{c.label} of recording 1' if c.own else c.label
-                             for c in rows.nuisance)
+        self._labels = tuple(c.label for c in rows.nuisance)
         self._deviation = np.array([c.deviation for c in rows.nuisance])
         self._wanders: Flags = np.array([c.group is not None for c in rows.nuisance])
 

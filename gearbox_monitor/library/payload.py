@@ -3,7 +3,7 @@
 
 """What a robot held over a log, and the external torque on its joints."""
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,6 @@ from gearbox_monitor.bag.robot_values import robot_model
 from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.payload import PayloadTracker, SECOND
 from gearbox_monitor.balance.robot_log import SETPOINT
-from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.kernels.types import Array
@@ -47,9 +46,10 @@ class PayloadTrack(Drawn):
     notes: tuple[str, ...]
 
 
-def payload_model(robot: Robot, knowledge: Knowledge | None) -> RobotModel:
-    """Return the model of a `robot` whose friction `knowledge` has taught, or nobody (None)."""
-    return replace(robot_model(robot.file, robot.values, False), learnt=knowledge is not None)
+def payload_tracker(robot: Robot, link: str = '', knowledge: Knowledge | None = None,
+                    empty: bool = False) -> PayloadTracker:
+    """Return the PayloadTracker of a `robot` of `load_robot`; the others as it takes them."""
+    return PayloadTracker(robot_model(robot.file, robot.values, False), link, knowledge, empty)
 
 
 def track_payload(log: str | Path, robot: Robot, *,
@@ -87,7 +87,7 @@ def track_payload(log: str | Path, robot: Robot, *,
         raise InputError(f'{path}: joint {lacking[0]}: no position, expected all joints of the '
                          'model (--recorded NAME=LOGNAME maps a name)')
     q, u = (np.column_stack([x[j] for j in joints]) for x in (raw.position, raw.input))
-    tracker = PayloadTracker(payload_model(robot, knowledge), link, knowledge, empty)
+    tracker = payload_tracker(robot, link, knowledge, empty)
     good = np.isfinite(raw.t)
     stamps = np.round((raw.t[good] - raw.t[good][:1]) * SECOND).astype(np.int64)
     estimates, total = [], len(stamps)

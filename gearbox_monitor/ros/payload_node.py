@@ -23,13 +23,13 @@ from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from gearbox_monitor.balance.payload import PayloadEstimate, PayloadTracker, SECOND
+from gearbox_monitor.balance.payload import PayloadEstimate, SECOND
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import load_knowledge
 from gearbox_monitor.interfaces.signals import (
     DIAGNOSTICS, EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD, JOINT_STATES, PAYLOAD, PAYLOAD_STD)
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.library.payload import payload_model
+from gearbox_monitor.library.payload import payload_tracker
 from gearbox_monitor.library.robot import load_robot, recorded_names
 from gearbox_monitor.parameters import PAYLOAD_NODE, PayloadParameters
 from gearbox_monitor.report.payload_words import payload_words
@@ -54,8 +54,7 @@ class PayloadNode(TableNode):
             values.reference) else None
         names = recorded_names(filter(None, values.recorded), 'payload: recorded')
         self._joints = [names.get(joint, joint) for joint in robot.joints]
-        self._tracker = PayloadTracker(payload_model(robot, knowledge), values.link, knowledge,
-                                       values.empty)
+        self._tracker = payload_tracker(robot, values.link, knowledge, values.empty)
         self._payload = [advertise(self, InertiaStamped, topic, 10)
                          for topic in (PAYLOAD, PAYLOAD_STD)]
         self._external = [advertise(self, JointState, topic, 10)

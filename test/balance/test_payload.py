@@ -10,11 +10,10 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from gearbox_monitor import load_robot, track_payload
-from gearbox_monitor.balance.payload import PayloadTracker
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.library.payload import payload_model
+from gearbox_monitor.library.payload import payload_tracker
 from gearbox_monitor.robot.chain import inertial
 
 MASS, CENTRE = 2.0, np.array([0.01, -0.03, 0.08])
@@ -61,7 +60,7 @@ def log(arm):
 
 
 def tracked(arm, stamps, q, u, **options):
-    tracker = PayloadTracker(payload_model(arm, None), **options)
+    tracker = payload_tracker(arm, **options)
     return [e for stamp, x, y in zip(stamps.tolist(), q, u) for e in tracker.take(stamp, x, y)]
 
 
@@ -101,7 +100,7 @@ def test_the_stated_deviations_hold(estimates):
 
 
 def test_after_tare_a_load_is_what_is_held_beyond_the_state_of_that_time(arm, log, estimates):
-    tracker, out = PayloadTracker(payload_model(arm, None)), []
+    tracker, out = payload_tracker(arm), []
     for stamp, x, y in zip(log[0].tolist(), *log[1:]):
         if stamp == 6_000_000_000:
             tracker.tare()
@@ -123,6 +122,16 @@ def test_stamps_count_from_the_first_and_late_or_broken_samples_change_nothing(a
     for one, two in zip(whole, shifted):
         assert one.stamp_ns + 1_700_000_000_000_000_123 == two.stamp_ns
         assert one.mass == two.mass and (one.external == two.external).all()
+
+
+def test_after_the_clock_was_set_back_nothing_is_known_of_the_load(arm, log):
+    """Also where it began empty: meanwhile it may have taken one."""
+    stamps, q, u = (x[int(TAKEN / STEP):int(TAKEN / STEP) + 400] for x in log)
+    tracker = payload_tracker(arm, empty=True)
+    for k in range(300):
+        tracker.take(10 ** 12 + 10_000_000 * k, log[1][k], log[2][k])
+    out = [e for stamp, x, y in zip(stamps.tolist(), q, u) for e in tracker.take(stamp, x, y)]
+    assert abs(out[-1].mass - MASS) < 3.0 * out[-1].mass_std < 1.5
 
 
 def test_after_a_gap_it_goes_on_with_what_it_knows(arm, log, estimates):

@@ -16,9 +16,8 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor import load_robot  # noqa: E402
-from gearbox_monitor.balance.payload import PayloadTracker  # noqa: E402
 from gearbox_monitor.files.resources import config_path  # noqa: E402
-from gearbox_monitor.library.payload import payload_model  # noqa: E402
+from gearbox_monitor.library.payload import payload_tracker  # noqa: E402
 from gearbox_monitor.ros.convert import stamp_of, to_time  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -54,7 +53,7 @@ def test_live_is_what_the_library_gives_and_incomplete_messages_are_told(graph):
         publisher.publish(message)
         if k % 50 == 0:
             graph.spin(0.01)
-    tracker = PayloadTracker(payload_model(robot, None))
+    tracker = payload_tracker(robot)
     expected = [e for k in range(N) for e in tracker.take(T0 + k * DT, q[k], u[k])]
     graph.until(lambda: len(masses) >= len(expected) and len(torques) >= len(expected),
                 'all estimates')
@@ -71,6 +70,8 @@ def test_live_is_what_the_library_gives_and_incomplete_messages_are_told(graph):
 
 @pytest.mark.parametrize('parameters, words', [
     ({}, "payload: model: '', expected the MJCF or URDF file of the robot"),
+    ({'model': str(config_path('arm6.urdf')), 'reference': 'no.knowledge'},
+     'no.knowledge: '),
     ({'model': str(config_path('arm6.urdf')), 'link': 'flang'}, "link: did you mean 'flange'?"),
     ({'model': str(config_path('arm6.urdf')), 'recorded': "['joint1']"},
      "payload: recorded: 'joint1', expected NAME=LOGNAME")])
