@@ -19,6 +19,7 @@ from gearbox_monitor.files.baseline_recording import (
 from gearbox_monitor.files.baselines import set_aside
 from gearbox_monitor.files.state_file import StateFile
 from gearbox_monitor.identification.findings import NONE
+from gearbox_monitor.monitoring.backlash.change_tests import TESTS
 from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -31,11 +32,12 @@ COMPARED = 8.0      # s of each recording that are compared
 # s between two diagnoses for a mismatch of the model alone: it may come and go.
 MISMATCH_INTERVAL = 600.0
 MISMATCH = 'model mismatch'
+_CHANGES = {test.key: test.words.removesuffix(' by') for test in TESTS}
 
 
 @dataclass(frozen=True)
 class NamingAlert:
-    """Why a change is named: in words, since which stamp (ns), and the tests that stand."""
+    """Why a change is named: its tests, since which stamp (ns), and the tests that stand."""
 
     reason: str
     since_ns: int
@@ -163,7 +165,7 @@ class ChangeWatch:
         p, buffer, reference = self._monitor.parameters, self._buffer, self._reference
         if buffer is None or reference is None:
             self._due, self._alert, self._verdict = None, alert, None
-            self._problem = f'a change cannot be named: {self._lacking()}'
+            self._problem = f'its cause cannot be named: {self._lacking()}'
             return
         newest_ns = buffer.newest_ns
         since_ns = buffer.first_ns
@@ -217,13 +219,13 @@ class ChangeWatch:
             values |= {'alert': self._alert.reason, 'since': when(self._alert.since_ns)}
         over = '' if self._stands() else 'over: '
         if self._due is not None:
-            return Outcome(Level.OK, f'{self._due.reason}: recording {COMPARED:g} s since it '
-                           'came, then it is named', values)
+            return Outcome(Level.OK, f'{_in_words(self._due)}: recording {COMPARED:g} s '
+                           'since it came, then its cause is named', values)
         if self._job is not None:
-            return Outcome(Level.OK, f'{_reason(self._alert)}: being named', values)
+            return Outcome(Level.OK, f'{_in_words(self._alert)}: its cause is being named', values)
         if self._problem:
             return Outcome(Level.OK if over else Level.WARN,
-                           f'{over}{_reason(self._alert)}: {self._problem}', values)
+                           f'{over}{_in_words(self._alert)}: {self._problem}', values)
         if self._verdict is not None:
             verdict = self._verdict
             values |= {
@@ -242,8 +244,9 @@ class ChangeWatch:
         return Outcome(Level.OK, 'no alert, nothing to name', values)
 
 
-def _reason(alert: NamingAlert | None) -> str:
-    return '' if alert is None else alert.reason
+def _in_words(alert: NamingAlert | None) -> str:
+    return '' if alert is None else ', '.join(
+        _CHANGES.get(test, test) for test in alert.reason.split(', '))
 
 
 def _aside(path: Path) -> str:

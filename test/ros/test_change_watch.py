@@ -80,7 +80,7 @@ def test_an_alert_is_named_against_the_healthy_minute_by_rows_since_it_came():
     gearbox.run(40)
     gearbox.alert(since_s=96.0)
     outcome, _ = gearbox.run(1)
-    assert outcome.level == Level.OK and 'gap: recording 8 s' in outcome.message
+    assert outcome.level == Level.OK and 'backlash has grown: recording 8 s' in outcome.message
     assert not gearbox.orders
     gearbox.run(4)
     (order,) = gearbox.orders
@@ -88,7 +88,7 @@ def test_an_alert_is_named_against_the_healthy_minute_by_rows_since_it_came():
     assert unpacked_rows(order.reference.blocks)['stamp_ns'][-1] == healthy
     later = unpacked_rows(order.later(), order.since_ns)['stamp_ns']
     assert (later[0], later[-1]) == (order.since_ns, gearbox.monitor.stamp_ns)
-    assert gearbox.run(3)[0].message == 'gap: being named'
+    assert gearbox.run(3)[0].message == 'backlash has grown: its cause is being named'
     gearbox.end(NAMED)
     outcome, verdict = gearbox.run(1)
     assert outcome.level == Level.WARN
@@ -109,7 +109,7 @@ def test_a_failure_is_said_and_the_next_alert_tries_again():
     gearbox.end(problem='the diagnosis took more than 300 s of CPU time (name_changes_cpu)')
     outcome, verdict = gearbox.run(1)
     assert verdict is None and outcome.level == Level.WARN
-    assert outcome.message.startswith('gap: the diagnosis took more than 300 s')
+    assert outcome.message.startswith('backlash has grown: the diagnosis took more than 300 s')
     gearbox.run(30)
     assert len(gearbox.orders) == 1
     gearbox.alert(stage=2, since_s=60.0)  # it grew; and a second one comes while that is named
@@ -119,7 +119,7 @@ def test_a_failure_is_said_and_the_next_alert_tries_again():
     assert len(gearbox.orders) == 2
     gearbox.end(NOTHING)
     outcome, _ = gearbox.run(1)
-    assert len(gearbox.orders) == 3 and outcome.message == 'stiffness_loss: being named'
+    assert len(gearbox.orders) == 3 and outcome.message == 'stiffness has dropped: its cause is being named'
     gearbox.end(NOTHING)
     assert gearbox.run(1)[0].message == 'nothing named'
 
@@ -216,7 +216,7 @@ def test_what_is_over_does_not_come_back_with_another_alert():
     assert outcome.level == Level.WARN and 'no baseline recording' in outcome.message
     gearbox.tracker.changes.clear()
     outcome, _ = gearbox.run(69)
-    assert outcome.level == Level.OK and outcome.message.startswith('over: gap: ')
+    assert outcome.level == Level.OK and outcome.message.startswith('over: backlash has grown: ')
     gearbox.alert()
     gearbox.run(11)
     gearbox.end(NAMED)
