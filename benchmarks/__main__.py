@@ -19,7 +19,7 @@ import sys
 from typing import Any
 
 from gearbox_monitor.cli.exit_codes import exit_code_text
-from gearbox_monitor.cli.main import OneLineParser, run_parsed
+from gearbox_monitor.cli.main import OneLineParser, parsed_whole, run_parsed
 
 EXIT_CODES = {0: 'all bars are met', 1: 'a bar is missed'}
 # name -> (module of benchmarks, one line of help)
@@ -67,7 +67,7 @@ def _parse(argv: Sequence[str]) -> argparse.Namespace:
         subparser = subparsers.add_parser(
             name, help=summary, formatter_class=argparse.RawDescriptionHelpFormatter)
         subparser.module = module
-    return parser.parse_args(argv)
+    return parsed_whole(parser, subparsers, argv)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -30,12 +30,10 @@ is valid but does not answer the question.
 
 
 def json_of(module):
-    """Return what `--json` of a command takes: FILE, prints, or no."""
+    """Return what `--json` of a command takes: FILE, nothing (prints), or no."""
     parser = argparse.ArgumentParser()
     import_module(f'gearbox_monitor.cli.{module}').add_arguments(parser)
     option = parser._option_string_actions.get('--json')
-    if parser._subparsers is not None:
-        return 'each its own'
     return 'no' if option is None else option.metavar or 'prints'
 
 

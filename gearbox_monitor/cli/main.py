@@ -57,7 +57,6 @@ class OneLineParser(argparse.ArgumentParser):
 
 # What argparse says, and how all other errors say it.
 SAYINGS = (
-    (r'unrecognized arguments: (.*)', r'\1: no option, expected none of it'),
     (r'the following arguments are required: (.*)', r'\1: missing, expected it'),
     (r'one of the arguments (.*) is required', r'expected one of \1'),
     (r'argument ([^:]+): invalid int value: (.*)', r'\1: \2, expected a whole number'),
@@ -80,6 +79,20 @@ def in_own_words(message: str) -> str:
         if match := re.fullmatch(pattern, message):
             return match.expand(words)
     return message
+
+
+def parsed_whole(parser: argparse.ArgumentParser,
+                 subparsers: 'argparse._SubParsersAction[OneLineParser]',
+                 argv: Sequence[str]) -> argparse.Namespace:
+    """Return the parsed `argv`; its subcommand refuses the first word that it does not take."""
+    args, rest = parser.parse_known_args(argv)
+    if rest:
+        chosen = subparsers.choices[getattr(args, subparsers.dest)]
+        word = rest[0].partition('=')[0]
+        chosen.error(f'{word}: ' + (
+            f'no option of this command, {unknown(word, chosen._option_string_actions)}'
+            if word.startswith('-') else 'one argument too many, expected none'))
+    return args
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -162,17 +175,7 @@ def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
             sub.description = shell.__doc__
             shell.add_arguments(sub)
             sub.set_defaults(run=shell.run)
-    args, rest = parser.parse_known_args(argv)
-    if rest and command in COMMANDS:
-        shell_parser = subparsers.choices[command]
-        word = rest[0].partition('=')[0]
-        options = sorted(shell_parser._option_string_actions)
-        shell_parser.exit(BAD_INPUT, f'{shell_parser.prog}: {word}: ' + (
-            f'no option of this command, {unknown(word, options)}' if word.startswith('-') else
-            'one argument too many, expected none') + f'; see {shell_parser.prog} --help\n')
-    if rest:
-        parser.error(f'unrecognized arguments: {rest[0]}')
-    return args
+    return parsed_whole(parser, subparsers, argv)
 
 
 if __name__ == '__main__':

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
-from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.errors import InputError, most_similar, unknown
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.identification.parameter_ranges import (
@@ -62,8 +62,8 @@ def load_actuator(name: str) -> CatalogueActuator:
 
 
 def is_actuator(path: str) -> bool:
-    """Return whether `path` is the name of an actuator and no file."""
-    return path in NAMES and not Path(path).exists()
+    """Return whether `path` is no file, but the name of an actuator or a misspelt one."""
+    return bool(most_similar(path, NAMES)) and not Path(path).exists()
 
 
 def _ranges(data: Mapping[str, Any]) -> ParameterRanges:

@@ -4,6 +4,7 @@
 """Bad usage ends before the work begins, with one line and exit code 2."""
 import pytest
 
+from benchmarks.__main__ import main as benchmarks_main
 from gearbox_monitor.cli.main import main
 
 
@@ -86,3 +87,16 @@ def test_benchmarks_are_run_from_a_checkout(words, name, capsys):
     assert not out and err.splitlines() == [
         'gearbox_monitor benchmark: benchmarks are no part of the package, run them from a '
         f'checkout: python -m benchmarks {name}']
+
+
+@pytest.mark.parametrize('words, says', [
+    (['nonsense'], "NAME: 'nonsense', expected one of actuators, "),
+    (['trust', '--quik'],
+     "trust: --quik: no option of this command, did you mean '--quick'?; "
+     'see python -m benchmarks trust --help'),
+    (['wear', '3'], 'wear: 3: one argument too many, expected none;')])
+def test_bad_usage_of_a_benchmark_is_one_line(words, says, capsys):
+    with pytest.raises(SystemExit, match='2'):
+        benchmarks_main(words)
+    line, = capsys.readouterr().err.splitlines()
+    assert line.startswith('python -m benchmarks') and says in line

@@ -43,6 +43,13 @@ def test_unknown_name_lists_the_catalogue():
         gm.load_actuator('davinci')
 
 
+@pytest.mark.parametrize('options', [[], ['--ranges']])
+def test_export_names_the_actuator_that_was_meant(options, capsys):
+    assert main(['export', 'davinci_backnd', '--to', 'isaac', *options]) == 2
+    assert capsys.readouterr().err == (
+        "gearbox_monitor export: actuator: 'davinci_backnd', did you mean 'davinci_backend'?\n")
+
+
 @pytest.mark.parametrize('to', ['isaac', 'bam', 'mjcf'])
 def test_export_takes_a_name_of_the_catalogue(to, capsys):
     if to == 'mjcf':
