@@ -175,10 +175,10 @@ def mujoco(folder: Path) -> Iterator[str]:
     for text in re.findall(r'```(?:xml|yaml)\n(.*?)```', page, re.DOTALL):
         (folder / re.findall(r'\S+\.(?:xml|yaml)', text)[0]).write_text(text, encoding='utf-8')
     run('example run --model true.yaml --seconds 10 --process-noise 0', folder)
-    run('diagnose run --model robot.xml --joint elbow --values gearbox.yaml --out identified '
+    run('diagnose run --model robot.xml --joint elbow --values gearbox.yaml --out found '
         '--only arm_inertia gravity',
         folder)
-    yield (folder / 'identified/report.html').as_uri()
+    yield (folder / 'found/report.html').as_uri()
 
 
 @contextmanager
@@ -249,7 +249,7 @@ class Picture:
 PICTURES = {
     'robot_gap.png': Picture(robot_gap, 1000, 1010),
     'live.png': Picture(live, 1000, 1275, ready='!!document.querySelector("#condition0")'),
-    'mujoco.png': Picture(mujoco, 1000, 620),
+    'mujoco.png': Picture(mujoco, 1000, 820),
     'fleet.png': Picture(fleet, 1000, 760)}
 
 

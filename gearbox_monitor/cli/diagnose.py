@@ -165,7 +165,7 @@ def user_files(args: Namespace) -> UserFiles:
     """Return the UserFiles of the options `args`, as further commands have them."""
     closed = str(Path(args.out) / 'drive.closed.yaml') if args.out else ''
     return UserFiles(args.model, args.bag, recording_options(args), closed, args.validate,
-                     args.model if args.joint else '', joint_options(args))
+                     args.model if args.joint else '', joint_options(args), args.values)
 
 
 def _changes(args: Namespace, closed: DriveModel, data: dict[str, Any]) -> list[str]:

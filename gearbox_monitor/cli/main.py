@@ -10,7 +10,7 @@ import importlib
 import os
 import re
 import sys
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.exit_codes import (
@@ -82,7 +82,7 @@ def in_own_words(message: str) -> str:
 
 
 def parsed_whole(parser: argparse.ArgumentParser,
-                 subparsers: 'argparse._SubParsersAction[OneLineParser]',
+                 subparsers: 'argparse._SubParsersAction[Any]',
                  argv: Sequence[str]) -> argparse.Namespace:
     """Return the parsed `argv`; its subcommand refuses the first word that it does not take."""
     args, rest = parser.parse_known_args(argv)

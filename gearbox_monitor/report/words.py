@@ -200,6 +200,7 @@ class UserFiles:
     model, bags: as given. options: those that say how the recordings are read. closed: the closed
     model, '' where it is not written. validated: the second recording, or None. robot: the file
     of a simulator with the joint, '' for a model file. joint: options that select the joint.
+    values: file of what the robot's does not state, or None.
     """
 
     model: str = 'drive.yaml'
@@ -209,13 +210,15 @@ class UserFiles:
     validated: str | None = None
     robot: str = ''
     joint: str = ''
+    values: str | None = None
 
     def command(self, name: str, model: str = '', more: str = '') -> str:
         """Return the command `name` on the recordings, with another `model` and `more` options."""
         bags = ' '.join(map(shlex.quote, self.bags))
         joint = '' if model else self.joint
+        values = f'--values {shlex.quote(self.values)}' if self.values and not model else ''
         words = (f'gearbox_monitor {name}', bags, f'--model {shlex.quote(model or self.model)}',
-                 joint, self.options, more)
+                 joint, values, self.options, more)
         return ' '.join(word for word in words if word)
 
     def export(self) -> str:

@@ -118,9 +118,12 @@ def test_next_steps_have_the_names_and_options_of_the_user():
     assert ('fit-nominal run1 run2 --model out/drive.closed.yaml --topic left --out fitted.yaml'
             ) in steps
     robot = UserFiles('arm.urdf', ('run1',), '', 'out/drive.closed.yaml', robot='arm.urdf',
-                      joint='--joint elbow')
-    assert ('export out/drive.closed.yaml --to urdf --into arm.urdf --joint elbow'
-            ) in ' '.join(next_steps(data_of('effect', HEAVY), robot))
+                      joint='--joint elbow', values='my values.yaml')
+    steps = ' | '.join(next_steps(data_of('effect', HEAVY), robot))
+    assert 'export out/drive.closed.yaml --to urdf --into arm.urdf --joint elbow |' in steps
+    assert 'fit-nominal run1 --model out/drive.closed.yaml --out fitted.yaml' in steps
+    assert ("diagnose run1 --model arm.urdf --joint elbow --values 'my values.yaml' "
+            '--validate BAG2') in steps
 
 
 def test_a_robot_answers_in_the_same_way():
