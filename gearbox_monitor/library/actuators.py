@@ -62,7 +62,7 @@ def load_actuator(name: str) -> CatalogueActuator:
 
 
 def is_actuator(path: str) -> bool:
-    """Return whether `path` is no file, but the name of an actuator or a misspelt one."""
+    """Return whether `path` names an actuator, perhaps misspelt, and not a file."""
     return bool(most_similar(path, NAMES)) and not Path(path).exists()
 
 
