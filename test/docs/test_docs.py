@@ -133,14 +133,18 @@ def test_index_has_every_page():
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
 def test_commands_can_be_given(page):
-    """In shell blocks, every command of ours has the options it is shown with."""
-    for block in re.findall(r'```sh\n(.*?)```', page.read_text(encoding='utf-8'), re.DOTALL):
-        for line in block.replace('\\\n', ' ').splitlines():
-            words = shlex.split(line, comments=True)
-            if words[:1] == ['gearbox_monitor']:
-                _parse(words[1:], words[1])
-            elif words[:3] == ['python', '-m', 'benchmarks']:
-                parse_benchmark(words[3:])
+    """In shell blocks and sentences, every command of ours has the options it is shown with."""
+    text = page.read_text(encoding='utf-8')
+    lines = [line for block in re.findall(r'```sh\n(.*?)```', text, re.DOTALL)
+             for line in block.replace('\\\n', ' ').splitlines()]
+    prose = re.sub(r'```.*?```', '', text, flags=re.DOTALL)
+    lines += re.findall(r'`((?:gearbox_monitor|python -m benchmarks) [a-z_-]+\s[^`]+)`', prose)
+    for line in lines:
+        words = shlex.split(line, comments=True)
+        if words[:1] == ['gearbox_monitor']:
+            _parse(words[1:], words[1])
+        elif words[1:3] == ['-m', 'benchmarks']:
+            parse_benchmark(words[3:])
 
 
 def anchors(page):
