@@ -23,7 +23,7 @@ from gearbox_monitor.robot.dynamics import coupled_inertia, move, RobotArrays, t
 LONGEST_STEP = 5e-4  # s: a light link on a stiff joint swings at some hundred Hz
 
 
-class Servo(NamedTuple):
+class Servos(NamedTuple):
     """u = kp (r - x1) + kd (r' - x3) of each of n joints; N m/rad and N m s/rad, arm side."""
 
     kp: Array
@@ -89,7 +89,7 @@ def _slopes(robot: RobotArrays, p: Array, x: Array, u: Array, scratch: ArmScratc
 
 
 @jit
-def _run(robot: RobotArrays, p: Array, servo: Servo, references: Array, payload: Array, x: Array,
+def _run(robot: RobotArrays, p: Array, servo: Servos, references: Array, payload: Array, x: Array,
          dt: float, scratch: ArmScratch, out: Array) -> None:
     """Run the arm; references [N, 2, n], payload [N], x [4 n] changed, out [N, 4, n]."""
     substeps = math.ceil(dt / LONGEST_STEP)
@@ -137,7 +137,7 @@ class ArmPlant:
         inertia = np.array([torque_on(robot, i)[2] + drive.motor_inertia
                             for i, drive in enumerate(drives)])
         omega = 2.0 * np.pi * bandwidth
-        self._servo = Servo(inertia * omega ** 2, 1.4 * inertia * omega)
+        self._servo = Servos(inertia * omega ** 2, 1.4 * inertia * omega)
 
     def run(self, references: Array, payload: Array, dt: float) -> ArmRun:
         """

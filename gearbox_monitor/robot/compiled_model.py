@@ -35,21 +35,21 @@ class Refusal(NamedTuple):
         return f'{self.attribute}: {self.words}'
 
 
-class Decision(NamedTuple):
-    """What becomes of an array of MjModel, or of an option: its kind and why."""
+class ArrayTreatment(NamedTuple):
+    """What becomes of an array of MjModel, or of an option: its kind and the reason."""
 
     kind: str
-    why: str
+    reason: str
 
 
-def _decided(kind: str, why: str, names: str) -> dict[str, Decision]:
-    return {name: Decision(kind, why) for name in names.split()}
+def _decided(kind: str, reason: str, names: str) -> dict[str, ArrayTreatment]:
+    return {name: ArrayTreatment(kind, reason) for name in names.split()}
 
 
 # ---------------------------------------------------------------------- the table
 
 
-DECISIONS: dict[str, Decision] = {
+DECISIONS: dict[str, ArrayTreatment] = {
     # joints
     **_decided(READ, 'inertia, place and axis of what moves, through the inertia matrix', (
         'jnt_pos jnt_axis body_pos body_quat body_ipos body_iquat body_mass body_inertia '
@@ -178,11 +178,11 @@ FAMILIES = {
     'npolygon': 'sizes'}
 
 
-def decision(name: str) -> Decision | None:
+def decision(name: str) -> ArrayTreatment | None:
     """Return what is decided about `name` of MjModel, 'opt.x', 'disable.X'; None: nothing."""
     if name in DECISIONS:
         return DECISIONS[name]
-    return next((Decision(IRRELEVANT, why) for first, why in FAMILIES.items()
+    return next((ArrayTreatment(IRRELEVANT, reason) for first, reason in FAMILIES.items()
                  if name.startswith(first)), None)
 
 
