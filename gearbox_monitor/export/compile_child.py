@@ -78,6 +78,7 @@ def without_shapes(spec: Any, mujoco: Any, root: Path) -> None:
     Remove from a specification what moves no joint: meshes, pictures, sensors but of joints.
 
     Meshes stay where they make the inertia of a body; they are looked at before they are opened.
+    spec, mujoco: MjSpec and its module. root: folder that file names count from.
     """
     automatic = spec.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     moving: set[str] = set()

@@ -350,7 +350,11 @@ def _number(m: Any, name: str, path: Path) -> int:
 
 
 def element_of(document: XmlDocument, section: str, name: str, kind: str) -> XmlElement | None:
-    """Return the element `name` in sections of the file itself, None where it is elsewhere."""
+    """
+    Return the element `name` in sections of the file itself, None where it is elsewhere.
+
+    section: tag below the root of `document`. kind: tag of the element, '' for any.
+    """
     parts = [document.root] if document.root.tag == 'robot' else document.root.all(section)
     for part in parts:
         for element in part.walk():

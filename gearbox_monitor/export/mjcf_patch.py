@@ -102,7 +102,7 @@ class _Draft:
             self.changes.append(Splice(_title(element), name, before, value or 'removed'))
 
     def add(self, section: str, title: str, text: str) -> None:
-        """Add an element, its `text`, to a section of the file such as tendon."""
+        """Add an element `title`, its `text`, to a section of the file such as tendon."""
         self.children.setdefault(section, []).append(text)
         self.changes.append(Splice(title, '', '', 'new'))
 

@@ -41,7 +41,7 @@ class _Draft:
         self.changes: list[Splice] = []
 
     def attributes(self, element: XmlElement, title: str, values: Mapping[str, float]) -> None:
-        """Give an element those of the attributes `values` that differ."""
+        """Give an element those of the attributes `values` that differ; `title`: of the change."""
         new = {k: number(v) for k, v in values.items()
                if not _same(element.attributes.get(k, ''), v)}
         self.edits += with_attributes(self.document, element, dict(new))
@@ -49,7 +49,7 @@ class _Draft:
                          for k, v in new.items()]
 
     def texts(self, element: XmlElement, title: str, values: Mapping[str, float]) -> None:
-        """Give the children `values` of an element the texts that differ, or add them."""
+        """Give the children `values` of an element their texts; `title`: of the change."""
         added = ''
         for tag, value in values.items():
             child = child_of(element, tag)
@@ -65,7 +65,7 @@ class _Draft:
             self.edits.append(with_child(self.document, element, added))
 
     def child(self, parent: XmlElement, title: str, text: str) -> None:
-        """Add a child, its `text`, to an element."""
+        """Add a child, its `text`, to the element `parent`; `title`: of the change."""
         self.edits.append(with_child(self.document, parent, text))
         self.changes.append(Splice(title, '', '', ' '.join(text.split())))
 

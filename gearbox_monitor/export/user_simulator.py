@@ -153,7 +153,7 @@ def user_simulator(name: str) -> UserSimulator:
 
 
 def value_of(model: DriveModel, name: str) -> float:
-    """Return one of PARAMETERS of a folded `model`."""
+    """Return the parameter `name`, one of PARAMETERS, of a folded `model`."""
     if name in VALUES:
         return model.value(name)
     return float(sum(e[EFFECT_VALUES[name]] for e in model.effects

@@ -245,7 +245,7 @@ def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveMode
 
 
 def free_run(runs: WindowRuns) -> Array:
-    """Return the readings [N, 2] of one run from the first window on, NaN before it."""
+    """Return the readings [N, 2] of one run from the first of `runs` on, NaN before it."""
     data = runs.data
     n, begin = len(runs.recording.u), data.windows.begin[:1]
     whole = ShootingWindows(begin, n - int(begin[0]), begin, np.full(1, n))
@@ -254,7 +254,7 @@ def free_run(runs: WindowRuns) -> Array:
 
 
 def rms(recording: UniformRecording, y: Array) -> Array:
-    """Return [2] rad, rms of the recording against a free run; NaN: diverges, or not read."""
+    """Return [2] rad, rms against a free run `y` [N, 2]; NaN: it diverges, or is not read."""
     begin = int(np.isfinite(y).any(axis=1).argmax())
     with np.errstate(over='ignore', invalid='ignore'):
         deviation = np.sqrt(np.mean((recording.y[begin:] - y[begin:]) ** 2, axis=0))

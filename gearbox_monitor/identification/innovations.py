@@ -65,10 +65,10 @@ class Likelihood(Protocol):
         """Return the run of a filter under `model` with torque noise `torque` [2]."""
 
     def change(self, run: Any, model: DriveModel) -> Array:
-        """Return the change [N, 2] (rad) of the innovations when the model becomes `model`."""
+        """Return the change [N, 2] (rad) of the innovations of `run` when the model is `model`."""
 
     def with_noise(self, run: Any, torque: Array) -> tuple[float, Array, Array]:
-        """Return (-2 log L, innovations, their variance) of `run` under other noise."""
+        """Return (-2 log L, innovations, their variance) of `run` under the noise `torque` [2]."""
 
 
 @dataclass(frozen=True)
@@ -401,7 +401,7 @@ class JointLikelihood:
                 np.concatenate([row[2] for row in rows]))
 
     def smoothed(self, run: JointlyFiltered) -> list[Array]:
-        """Return the smoothed states [N, N_STATE] of each recording, NaN outside of its parts."""
+        """Return smoothed states [N, N_STATE] of each recording of `run`, NaN between parts."""
         return [part.smoothed(own) for part, own in zip(self.parts, run.runs)]
 
 

@@ -77,7 +77,7 @@ class WindowFit(Protocol):
 
     def fit(self, stamps: Integers, rows: Array, stamp_ns: int
             ) -> features.Backlash | features.NotExcited:
-        """Return the features of a window; see HiddenArm.fit."""
+        """Return the features of `rows` at `stamps` (ns) up to stamp_ns; see HiddenArm.fit."""
 
     def to_list(self) -> list[float] | None:
         """Return what the next fit begins with, for a snapshot."""

@@ -859,7 +859,7 @@ def motor_friction_slope(x3: float, tau_k: float, p: Packed) -> float:
 
 @jit
 def motor_friction_slope_by_law(x3: float, tau_k: float, p: Array) -> float:
-    """Do as motor_friction_slope for any law; a constraint counts where it does not slip."""
+    """Do as motor_friction_slope(x3, tau_k, p), any law; a constraint counts until it slips."""
     if p[LAW] > TANH:
         return p[CV] + p[RATE] / (p[INVERSE_M1] * (1.0 + p[SOFTNESS]))
     return p[CV] + (p[CC] + p[CL] * abs(tau_k)) * p[ALPHA] * side_slope(p[ALPHA] * x3, p[LAW])

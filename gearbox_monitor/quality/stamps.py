@@ -80,7 +80,7 @@ def clock(stamps: Integers, max_gap: float = LIMITS.max_gap) -> StampClock | Non
 
 
 def burst_size(stamps: Integers) -> int:
-    """Return how many samples are stamped at once, on receipt of a packet; 1: each by itself."""
+    """Return how many of `stamps` [N] (ns) come at once, on receipt of a packet; 1: each alone."""
     step = np.diff(stamps)
     if (len(step) < LIMITS.least_changes or (step < 0).any() or stamps[0] <= 0
             or stamps[-1] == stamps[0]):
@@ -189,7 +189,7 @@ def held(clock: StampClock, y: Array, lowest: float = LIMITS.held_rate) -> list[
 
 
 def held_rows(values: Array) -> int:
-    """Return for how many rows each of the readings [N] is held, 1 if they are not."""
+    """Return for how many rows each of the readings `values` [N] is held, 1: they are not."""
     values = values[np.isfinite(values)]
     at = np.flatnonzero(np.diff(values)) + 1
     if len(at) < LIMITS.least_changes:

@@ -39,7 +39,7 @@ class Explanation:
 
 
 def bounds(parameter: Parameter) -> str:
-    """Return the bounds of a Parameter as words, '' for none."""
+    """Return the bounds of a `parameter` as words, '' for none."""
     if parameter.choices:
         return f', one of {", ".join(parameter.choices)}'
     low, high = (f'{bound:g}' if math.isfinite(bound) else ''
@@ -80,7 +80,7 @@ def rivals(name: str) -> dict[str, str]:
 
 
 def in_simulators(effect: Effect, mujoco: bool = True) -> tuple[str, ...]:
-    """Return what an effect becomes in each simulator, those that have the same as one."""
+    """Return what an effect becomes in each simulator, those alike as one; `mujoco`: as well."""
     mjcf = EXPRESSIONS.get(effect.id)
     words = {'MuJoCo': f'{mjcf.words}{WAYS[mjcf.kind]}' if mjcf else
              'an effect of a plug-in: add its torque in your code'} if mujoco else {}

@@ -117,7 +117,7 @@ class Meaning:
 
 
 def words_of(label: str) -> list[str]:
-    """Return the words of a name in lower case; 'motorPos_rad[3]' is motor, pos, rad and 3."""
+    """Return the words of a `label` in lower case; 'motorPos_rad[3]' is motor, pos, rad and 3."""
     plain = re.sub(r'[\[(<{]([^\])>}]*)[\])>}]', _inside, label)
     plain = re.sub(r'(?i)feed[ _-]?back', 'feedback', plain)
     return [word.lower() for word in _WORD.findall(plain)]
@@ -384,14 +384,14 @@ def with_listed_names(columns: Sequence[Meaning], names: Sequence[str]) -> list[
 
 
 def joints_of(columns: Sequence[Meaning]) -> list[str]:
-    """Return the joints that have a position or velocity, in order of appearance."""
+    """Return the joints that have a position or velocity, in the order of `columns`."""
     return list(dict.fromkeys(column.joint for column in columns
                               if column.quantity in (POSITION, VELOCITY) and
                               column.source in (MEASURED, FILTERED, '')))
 
 
 def stem_of(meaning: Meaning) -> str:
-    """Return the name of a column without the words of its joint: '--use' takes it for all."""
+    """Return the label of a `meaning` without the words of its joint, as '--use' takes it."""
     if not meaning.joint:
         return meaning.label
     own = words_of(meaning.joint) + ['joint']

@@ -100,7 +100,7 @@ def motion_of(t: Array, position: Array) -> Motion:
 
 
 def is_input(meaning: Meaning) -> bool:
-    """Return whether an effort needs a constant to become a torque: a current, a duty, counts."""
+    """Return whether an effort of `meaning` needs a constant: a current, a duty, counts."""
     if meaning.unit:
         return meaning.unit in DRIVE_INPUT or meaning.unit in COUNTS
     words = set(words_of(meaning.label))
@@ -114,7 +114,7 @@ def use_option(role: str, column: str) -> str:
 
 
 def matches(given: str, meaning: Meaning) -> bool:
-    """Return whether `given` names the column: whole, or without the words of its joint."""
+    """Return whether `given` is the label of `meaning`, whole or without words of its joint."""
     words, asked = words_of(meaning.label), words_of(given)
     own = words_of(meaning.joint) + ['joint']
     return given == meaning.label or asked == words or bool(meaning.joint) and (

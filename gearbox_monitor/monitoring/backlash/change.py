@@ -75,7 +75,7 @@ class TrackerSettings:
         return scan.threshold(self.windows_per_false_alarm / test.share)
 
     def notice(self, column: int) -> float:
-        """Return the change (logarithm) of a feature below which nothing is reported."""
+        """Return the smallest change (logarithm) of the feature in `column` that is reported."""
         key = next(t.key for t in TESTS if t.column == column)
         return math.log1p(self.limits.get(key, (0.0,))[0])
 
@@ -611,7 +611,7 @@ class Tracker:
     # ------------------------------------------------------------------ what is known
 
     def relative(self, column: int, value: float, std: float) -> tuple[float, float]:
-        """Return (growth, deviation) of a feature: of logarithms, relative; else as they are."""
+        """Return (growth, deviation) of `value` +- `std` in `column`: of logarithms, relative."""
         prior = PRIORS[column]
         missed = prior.crosstalk * max((abs(feature.value) for c, feature in enumerate(self.wear)
                                         if c != column and feature.steps), default=0.0)
@@ -621,7 +621,7 @@ class Tracker:
         return growth, math.hypot((1.0 + growth) * std, prior.scale * growth, missed)
 
     def limits(self, test: ChangeTest) -> tuple[float, float, float]:
-        """Return the sizes from which on a change is noticed, a warning, an error."""
+        """Return the sizes from which on a change is noticed, a warning, an error by `test`."""
         notice, warn, error = self.settings.limits.get(test.key, (0.0, math.inf, math.inf))
         base = self.baseline
         if test.key == 'gap' and self.settings.gap_limit > 0.0 and base and base.gap > 0.0:
@@ -629,7 +629,7 @@ class Tracker:
         return notice, warn, error
 
     def growth(self, column: int) -> tuple[float, float]:
-        """Return (growth, deviation) of a feature now, NaN while it is not known."""
+        """Return (growth, deviation) of the feature in `column` now, NaN while it is not known."""
         feature = self.wear[column]
         if not (math.isfinite(feature.value) and feature.compared_ns):
             return math.nan, math.nan
@@ -639,7 +639,7 @@ class Tracker:
         return growth, math.hypot(std, self.settings.notice(column) * math.sqrt(idle))
 
     def trend(self, column: int) -> Trend | None:
-        """Return the Trend of the growth of a feature since its last step, None if steady."""
+        """Return the Trend of the feature in `column` since its last step, None if steady."""
         feature = self.wear[column]
         if not feature.steps or feature.moving < LIMITS.moving or \
                 abs(feature.slope) < LIMITS.significant_slope * feature.slope_std:
