@@ -424,9 +424,9 @@ def schedule(e: Array, dt: float, parts: int, channels: Sequence[int]) -> Sample
         parts: number of parts of a sample in each of which the torque is constant.
         channels: encoders that are read.
     """
-    late = np.array([e[DELAY1], e[DELAY2]]) / dt
-    shift = np.floor(late + ONCE)
-    at = 1.0 - np.clip(late - shift, 0.0, None)
+    lag = np.array([e[DELAY1], e[DELAY2]]) / dt
+    shift = np.floor(lag + ONCE)
+    at = 1.0 - np.clip(lag - shift, 0.0, None)
     at[at > 1.0 - ONCE] = 1.0
     segments: list[float] = []
     for end in sorted({*at[list(channels)].tolist(), 1.0}):

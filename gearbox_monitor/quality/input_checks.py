@@ -244,8 +244,8 @@ def _still(r: UniformRecording, smooth: SmoothedMotion, sigma: Array) -> list[Da
                 'unexcited', f'the {name} travels {travel:.3g} rad, {travel / sigma[i]:.1f} times '
                 f'its noise of {sigma[i]:.2g} rad: expected at least {LIMITS.travel:g} times')]
     if np.ptp(r.u) == 0.0:
-        what = 'torque u' if r.servo_torque is None else 'setpoint'
-        return [_finding('unexcited', f'the {what} is {r.u[0]:.4g} throughout: expected one that '
+        label = 'torque u' if r.servo_torque is None else 'setpoint'
+        return [_finding('unexcited', f'the {label} is {r.u[0]:.4g} throughout: expected one that '
                          'changes')]
     return []
 

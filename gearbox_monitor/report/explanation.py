@@ -67,14 +67,14 @@ def rivals(name: str) -> dict[str, str]:
     out: dict[str, str] = {}
     for pair, motion in SEPARATES:
         if name in pair:
-            other, = pair - {name}
-            out[other] = motion
-    for one, effect in EFFECTS.items():
-        if effect.twin and name in (one, effect.twin):
-            out.setdefault(effect.twin if name == one else one, ALIKE)
+            rival, = pair - {name}
+            out[rival] = motion
+    for effect_id, effect in EFFECTS.items():
+        if effect.twin and name in (effect_id, effect.twin):
+            out.setdefault(effect.twin if name == effect_id else effect_id, ALIKE)
         for twin in effect.column.twins if effect.column else ():
-            if name in (one, twin):
-                out.setdefault(twin if name == one else one,
+            if name in (effect_id, twin):
+                out.setdefault(twin if name == effect_id else effect_id,
                                f'as torques of a whole robot, {ALIKE}')
     return out
 

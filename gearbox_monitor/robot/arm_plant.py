@@ -176,19 +176,19 @@ def pick_and_place(rng: np.random.Generator, limits: tuple[Array, Array, Array],
 
     """
     low, high, speed = limits
-    here, mass = start, 0.0
+    position, mass = start, 0.0
     parts: list[Array] = []
     masses: list[Array] = []
     for k in range(moves):
         target = rng.uniform(low, high)
-        length = max(0.3, float(np.max(1.875 * np.abs(target - here) / speed)))
+        length = max(0.3, float(np.max(1.875 * np.abs(target - position) / speed)))
         s = np.arange(1, round(length / dt) + 1)[:, None] * dt / length
-        way = here + (target - here) * s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
-        rate = (target - here) / length * 30.0 * s ** 2 * (1.0 - s) ** 2
+        way = position + (target - position) * s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
+        rate = (target - position) / length * 30.0 * s ** 2 * (1.0 - s) ** 2
         rest = round(rng.uniform(0.2, 0.5) / dt)
         parts.append(np.stack([np.vstack([way, np.tile(target, (rest, 1))]),
                                np.vstack([rate, np.zeros((rest, len(low)))])], axis=1))
-        after = rng.uniform(*payloads) if k % 2 == 0 else 0.0
-        masses += [np.full(len(s) + rest // 2, mass), np.full(rest - rest // 2, after)]
-        here, mass = target, after
+        next_mass = rng.uniform(*payloads) if k % 2 == 0 else 0.0
+        masses += [np.full(len(s) + rest // 2, mass), np.full(rest - rest // 2, next_mass)]
+        position, mass = target, next_mass
     return np.concatenate(parts), np.concatenate(masses)
