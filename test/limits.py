@@ -8,6 +8,14 @@ from pathlib import Path
 import re
 
 
+def assert_decides(decision, value):
+    """Assert that `decision` changes at `value`, and nowhere else near it."""
+    below, above = decision((1.0 - 1e-6) * value), decision((1.0 + 1e-6) * value)
+    assert below != above
+    assert below == decision((1.0 - 1e-4) * value)
+    assert above == decision((1.0 + 1e-4) * value)
+
+
 def assert_all_decide(room, limits, module):
     """Assert that the package uses each field of `limits`, of the room's `module`."""
     used = set()

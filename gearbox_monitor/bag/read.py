@@ -329,7 +329,7 @@ class McapReader(BagReader):
     def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
         tables = [_topic_numbers(file, names) for file in self._files]
-        held: _HeldRows | None = None
+        tail: _HeldRows | None = None
         group: list[_PlacedChunk] = []
         size = 0
         for position, part in enumerate(self._chunks):
@@ -339,14 +339,14 @@ class McapReader(BagReader):
             last = position + 1 == len(self._chunks)
             if not last and size < BLOCK_BYTES:
                 continue
-            rows = self._rows(names, tables, held, group)
+            rows = self._rows(names, tables, tail, group)
             block = rows.block
             complete = len(block) if last else int(
                 np.searchsorted(block.log_ns, self._chunks[position + 1].chunk.start_ns))
-            held, group, size = None, [], 0
+            tail, group, size = None, [], 0
             if complete < len(block):
-                held = _HeldRows(compact(block.take(slice(complete, None))), rows.ranks[complete:])
-                if held.block.data.nbytes > MAX_HELD:
+                tail = _HeldRows(compact(block.take(slice(complete, None))), rows.ranks[complete:])
+                if tail.block.data.nbytes > MAX_HELD:
                     raise InputError(f'{self.path}: the times of more than {MAX_HELD >> 20} MB of '
                                      'messages overlap, expected chunks in order of their times')
                 block = block.take(slice(0, complete))
@@ -354,25 +354,25 @@ class McapReader(BagReader):
                 yield block
         self.notice = self._notice(0) or self.notice
 
-    def _rows(self, topics: tuple[str, ...], tables: list[Numbers], held: _HeldRows | None,
+    def _rows(self, topics: tuple[str, ...], tables: list[Numbers], tail: _HeldRows | None,
               group: list[_PlacedChunk]) -> _HeldRows:
         """
-        Return the messages of `held` and of the chunks `group` by log time.
+        Return the messages of `tail` and of the chunks `group` by log time.
 
         Equal times stay in the order of files, chunks and messages: that of the ranks.
         """
         pieces = [part.file.unpacked(part.chunk) for part in group]
-        first = [held.block.data.tobytes()] if held is not None else []
+        first = [tail.block.data.tobytes()] if tail is not None else []
         data = np.frombuffer(b''.join([*first, *pieces]) if len(first + pieces) != 1 else
                              (first + pieces)[0], np.uint8)
-        index = empty_index(len(data) // MESSAGE_HEAD + (len(held.block) if held else 0))
+        index = empty_index(len(data) // MESSAGE_HEAD + (len(tail.block) if tail else 0))
         ranks, row, begin = [np.empty(0, np.int64)], 0, 0
-        if held is not None:
-            block, row, begin = held.block, len(held.block), len(first[0])
+        if tail is not None:
+            block, row, begin = tail.block, len(tail.block), len(first[0])
             for column, values in zip(index, (block.offset, block.size, block.topic, block.log_ns,
                                               block.publish_ns)):
                 column[:row] = values
-            ranks.append(held.ranks)
+            ranks.append(tail.ranks)
         for part, piece in zip(group, pieces):
             start, end = row, begin + len(piece)
             row, _ = find_messages(data, begin, end, tables[part.file_number], False, row, index)

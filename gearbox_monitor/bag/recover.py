@@ -275,6 +275,7 @@ class _Digest:
         self._numbers: dict[str, int] = {}
 
     def add(self, topic: str, sequence: int, log_ns: int, publish_ns: int, raw: bytes) -> None:
+        """Add a message `raw` of a `topic`: its `sequence`, and log_ns and publish_ns."""
         number = self._numbers.setdefault(topic, len(self._numbers))
         self._hash.update(number.to_bytes(4, 'little')
                           + HEAD.pack(sequence, log_ns, publish_ns, len(raw)) + raw)
@@ -301,7 +302,11 @@ class _Copy:
 
     def run(self, source: Path, progress: Callable[[Work], Iterable[tuple[McapFile, Chunk]]]
             ) -> tuple[bytes, tuple[str, ...]]:
-        """Copy all; return the digest of the messages. Raises InputError if there is none."""
+        """
+        Copy all; return the digest of the messages. Raises InputError if there is none.
+
+        source: the damaged bag, as messages name it. progress: passes on the work and shows it.
+        """
         recovery = self._recovery
         try:
             for file in self._files:

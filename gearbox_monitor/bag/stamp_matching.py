@@ -41,6 +41,7 @@ class _WaitingRows:
         self.values: Array = np.empty((0, width))
 
     def put(self, log_ns: int, stamps: Integers, values: Array) -> None:
+        """Append `stamps` [N] and `values` [N, width], which arrived at `log_ns`."""
         if len(self.stamps):
             stamps = np.concatenate([self.stamps, stamps])
             values = np.concatenate([self.values, values])
@@ -49,6 +50,7 @@ class _WaitingRows:
         self.stamps, self.arrival, self.values = stamps, arrival, values
 
     def keep(self, rows: slice | Flags) -> None:
+        """Drop all but `rows`."""
         self.stamps, self.arrival = self.stamps[rows], self.arrival[rows]
         self.values = self.values[rows]
 

@@ -14,7 +14,7 @@ LEAST = 10  # segments
 def burstiness(evidence: RobotEvidence,
                fit: RobotFit) -> tuple[Array, list[list[tuple[str, float, float]]]]:
     """
-    Return how bursty the residual is.
+    Return how bursty the residual of `fit` is on the recordings of `evidence`.
 
     Returns:
         Whitened energy of the worst tenth of the segments over the median one, per joint [J]: that
@@ -41,7 +41,7 @@ def burstiness(evidence: RobotEvidence,
 
 
 def worst_segments(evidence: RobotEvidence, fit: RobotFit) -> Array:
-    """Return the rms [J] of what a fit leaves in the worst tenth of the segments, N m."""
+    """Return the rms [J], N m, that `fit` leaves in the worst tenth of segments of `evidence`."""
     out = np.zeros(evidence.joints)
     hops = np.concatenate([np.full(len(rows.tests.starts), rows.tests.value.shape[0] / 2.0)
                            for rows in evidence.recordings])

@@ -109,7 +109,7 @@ def visible_in(column: BalanceColumn, rows: Rows) -> bool:
 
 
 def tries(column: BalanceColumn, setting: float, m: JointMotion, rate: float) -> bool:
-    """Return whether a log of `rate` (Hz) is fast enough for a wave or a speed of `setting`."""
+    """Return whether a log `m` of `rate` (Hz) is fast enough for a `column` at its `setting`."""
     if column.setting == 'T' and column.needs == COMMAND and rate < SETTINGS.full_rate:
         return False
     if column.setting == 'N':
@@ -174,7 +174,11 @@ def _of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate
 
 
 def splines(x: Array, count: int = 8, robust: bool = True) -> Array:
-    """Return `count` - 1 cubic B-splines of `x` [N] over its range, without their constant."""
+    """
+    Return `count` - 1 cubic B-splines of `x` [N] over its range, without their constant.
+
+    robust: over the range without the outer 0.5 % at either end.
+    """
     low, high = np.quantile(x, (0.005, 0.995)) if robust else (x.min(), x.max())
     if high - low < 1e-9:
         return np.zeros((len(x), 0))
@@ -185,7 +189,7 @@ def splines(x: Array, count: int = 8, robust: bool = True) -> Array:
 
 
 def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
-    """Return functions without a law: where one beats the library, the cause is unknown."""
+    """Return functions of `recordings` without a law: if one wins, the cause is unknown."""
     joints = recordings[0].robot.chain.joints
     sizes = [len(rows.motion.t) for rows in recordings]
     ends = np.cumsum(sizes)[:-1]

@@ -160,8 +160,8 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
         scales: of their evidence.
         finalists: number of candidates of the score test that are fitted.
     """
-    taken = {c.name for c in current.chosen}
-    field = [c for c in candidates if c.name not in taken]
+    names = {c.name for c in current.chosen}
+    field = [c for c in candidates if c.name not in names]
     worth = []
     for c, e in zip(field, evidence.estimates(current, field)):
         share = tempered(e.values, e.covariance, scales.scatter.get(key_of(c)),
@@ -209,8 +209,8 @@ def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
     """
     c, own = fit.chosen[-1], fit.of(len(fit.chosen) - 1)
     k = evidence.n_nuisance
-    inside = slice(k + own.start, k + own.stop)
-    covariance = fit.covariance[inside, inside] / np.outer(fit.scale[own], fit.scale[own])
+    columns = slice(k + own.start, k + own.stop)
+    covariance = fit.covariance[columns, columns] / np.outer(fit.scale[own], fit.scale[own])
     share = tempered(fit.values[own], covariance, scales.scatter.get(key_of(c)),
                      over_dispersion(evidence, c, scales, fit))
     return (current.deviance - fit.deviance) * share - cost(evidence, c, scales)
@@ -227,11 +227,11 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
 
     A place of mass by its fixed point, a speed or level by a search around the grid's.
     """
-    c, base, again = fit.chosen[-1], fit.chosen[:-1], fit.chosen[-1].again
-    assert again is not None
+    c, base, remade = fit.chosen[-1], fit.chosen[:-1], fit.chosen[-1].again
+    assert remade is not None
     if c.next_setting is not None:
         for _ in range(3):
-            c = again(c.next_setting(fit.values[fit.of(len(base))]))
+            c = remade(c.next_setting(fit.values[fit.of(len(base))]))
             fit = evidence.fit((*base, c), fit.weights, 3)
         return fit
     middle, span = float(c.setting), c.span
@@ -242,13 +242,13 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
                 assert c.setting is not None
                 if span:
                     setting = float(c.setting) + direction * (factor - 1.0) * span
-                    inside = abs(setting - middle) <= SIDE * span
+                    in_range = abs(setting - middle) <= SIDE * span
                 else:
                     setting = float(c.setting) * factor ** direction
-                    inside = 1.0 / reach <= setting / middle <= reach
-                if not inside:
+                    in_range = 1.0 / reach <= setting / middle <= reach
+                if not in_range:
                     break
-                candidate = again(setting)
+                candidate = remade(setting)
                 trial = evidence.fit((*base, candidate), fit.weights, 3)
                 if trial.deviance > fit.deviance - LEAST_GAIN:
                     break

@@ -278,9 +278,9 @@ class RobotEvidence:
         same = np.equal.outer(a.recording, a.recording)
         close = np.exp(-distance / 1.5) * (distance > 0) * same
         total = close @ count
-        near = np.where(total > 0.0, close @ (log * count) / np.maximum(total, 1e-9), log)
+        smooth = np.where(total > 0.0, close @ (log * count) / np.maximum(total, 1e-9), log)
         shrink = self.settings.shrink
-        return count * np.exp((count * log + shrink * near) / (count + shrink))
+        return count * np.exp((count * log + shrink * smooth) / (count + shrink))
 
     def estimates(self, fit: RobotFit, candidates: Sequence[Candidate],
                   part: Sequence[Array] | None = None) -> list[AddedEstimate]:
@@ -350,10 +350,10 @@ class RobotEvidence:
         k = self.n_nuisance
         schur = share[:k].T @ self.precision @ share[:k] + WEAK * share[k:].T @ share[k:]
         for j in range(self.joints):
-            left = -full[j] @ share[index[j]]
+            reduced = -full[j] @ share[index[j]]
             if j in columns:
-                left += columns[j]
-            schur += (left * weight[j][:, None]).T @ left
+                reduced += columns[j]
+            schur += (reduced * weight[j][:, None]).T @ reduced
         return schur, squares
 
     def sandwich(self, fit: RobotFit) -> Array:

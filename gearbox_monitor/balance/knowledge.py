@@ -71,7 +71,7 @@ class Knowledge:
 
 
 def key_of(candidate: Candidate) -> str:
-    """Return what names an effect and its place in a Knowledge, whatever its setting."""
+    """Return what names effect and place of `candidate` in a Knowledge, whatever its setting."""
     return '|'.join(candidate.name)
 
 

@@ -69,7 +69,7 @@ class TestFunctions:
 
 
 def local_cosines(motion: RobotMotion, highest: float, settings: Settings) -> TestFunctions:
-    """Return the test functions of `motion` up to `highest` Hz."""
+    """Return the test functions of `motion` up to `highest` Hz, of the length in `settings`."""
     step = motion.step
     hop = int(round(settings.hop / step))
     n, count = np.arange(2 * hop) + 0.5, int(min(highest, 0.4 / step) * 2 * hop * step)

@@ -113,5 +113,5 @@ def _cut_offs(grids: list[_Grid], rate: float, settings: Settings) -> tuple[Arra
 
 
 def smooth_sign(v: Array, sigma: Array, settings: Settings = SETTINGS) -> Array:
-    """Return the expected sign of speeds `v` [N, J] with the deviations `sigma` [J]."""
+    """Return the expected sign of speeds `v` [N, J] +- `sigma` [J]; `settings`: presliding."""
     return erf(v / np.sqrt(2.0) / np.maximum(sigma, settings.presliding))

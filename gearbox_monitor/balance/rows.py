@@ -247,7 +247,7 @@ def _taught(m: JointMotion, name: str, shapes: Sequence[tuple[int, str]],
 
 
 def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceColumn]:
-    """Return what may be off: bodies, armature, friction, time, and shapes of friction."""
+    """Return what may be off in `rows`: bodies, armature, friction, time, shapes of friction."""
     robot, chain, s = rows.robot, rows.robot.chain, rows.settings
     columns: list[NuisanceColumn] = []
     for i, link in enumerate(chain.links):

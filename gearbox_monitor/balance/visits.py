@@ -75,7 +75,11 @@ def visits_of(recordings: Sequence[Rows], joint: int) -> dict[str, Visits]:
 
 def unvisited(rows: Rows, joint: int, variable: str, visits: Visits
               ) -> tuple[tuple[int, ...], Array, float]:
-    """Return knots [k] where no reference was, hats [N, k] on them, their share of the motion."""
+    """
+    Return knots [k] where no reference was, hats [N, k] on them, their share of the motion.
+
+    rows: of the recording. variable: of the motion of `joint` (index), which `visits` counts.
+    """
     x = _value(rows.joints[joint], variable)
     low, high, share = _hats(x, visits.spacing, _turns(rows, joint, variable))
     knots, hats = [], []
@@ -91,7 +95,7 @@ def unvisited(rows: Rows, joint: int, variable: str, visits: Visits
 
 def unvisited_shares(recordings: Sequence[Rows], visits: Mapping[str, Mapping[str, Visits]]
                      ) -> list[dict[str, float]]:
-    """Return of each joint {variable: share of the motion where no reference was}."""
+    """Return of each joint {variable: share of the motion of `recordings` without `visits`}."""
     return [{variable: float(np.mean([unvisited(rows, j, variable, of)[2]
                                       for rows in recordings]))
              for variable, of in visits[name].items()}

@@ -135,10 +135,10 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     data: dict[str, Any] = {'windows': len(fits), 'windows_used': len(used)}
     if not used:
         return {'verdict': 'not excited', 'reason': reason_of(fits), **data}
-    gap, stiffness = combine(used, 'gap', LIMITS.gap_error), combine(used, 'stiffness',
-                                                                     LIMITS.stiffness_error)
-    hysteresis, lost_motion = combine(used, 'hysteresis'), combine(used, 'lost_motion',
-                                                                   LIMITS.gap_error)
+    gap = combine(used, 'gap', LIMITS.gap_error)
+    stiffness = combine(used, 'stiffness', LIMITS.stiffness_error)
+    hysteresis = combine(used, 'hysteresis')
+    lost_motion = combine(used, 'lost_motion', LIMITS.gap_error)
     for name, value in (('gap_rad', gap), ('stiffness', stiffness), ('hysteresis', hysteresis),
                         ('lost_motion_rad', lost_motion)):
         if value:

@@ -36,7 +36,7 @@ from gearbox_monitor.parameters import (
 from gearbox_monitor.plant.drive import (
     DriveModel, expect_integrable, loads_arm, model_from_dict)
 from gearbox_monitor.plant.effects import not_in_filters
-from gearbox_monitor.robot.arm_load import ArmLoad, JointMotion
+from gearbox_monitor.robot.arm_load import ArmLoad, MotionState
 from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.robot.dynamics import arrays_of, Payload
 
@@ -668,7 +668,7 @@ def _output(n: int, n_smoothed: int) -> Output:
 
 
 def arm_load_of(robot: RobotDescription | None, parameters: EstimatorParameters,
-                motion: JointMotion | None = None) -> ArmLoad | None:
+                motion: MotionState | None = None) -> ArmLoad | None:
     """
     Return what gives the load on the arm by the description of a robot; None if it is not used.
 

@@ -169,7 +169,12 @@ class Output(NamedTuple):
 
 def filter_step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
                 record: Array) -> bool:
-    """Stand in for the step of a filter, which `loop_of` puts here."""
+    """
+    Stand in for the step of a filter, which `loop_of` puts here.
+
+    It moves `belief` of the `states` on to `reading` by the parameters `p`, in room of `scratch`,
+    and writes the step to `record`; False: it diverged.
+    """
     raise NotImplementedError
 
 

@@ -273,17 +273,17 @@ def _reference_fit(model: DriveModel, base: EstimatorParameters, samples: Sample
     return evaluate
 
 
-def _nis_band(after: Score, motion: EncoderMotion) -> tuple[float, float]:
+def _nis_band(score: Score, motion: EncoderMotion) -> tuple[float, float]:
     """
     Return the 95 % band of the mean NIS, with the uncertainty of R from the standstill.
 
     The variance of n readings at rest has the relative variance 2 / n; an innovation follows R at
     most in proportion, so two encoders add 4 / n to the variance of the mean NIS.
     """
-    low, high = after.nis_low, after.nis_high
+    low, high = score.nis_low, score.nis_high
     if not motion.standstill_noise:
         return low, high
-    readings = motion.standstill_seconds * after.estimates / motion.seconds
+    readings = motion.standstill_seconds * score.estimates / motion.seconds
     middle, added = 0.5 * (low + high), 4.0 * stats.norm.isf(0.025) ** 2 / readings
     half = math.sqrt((0.5 * (high - low)) ** 2 + added)
     return middle - half, middle + half

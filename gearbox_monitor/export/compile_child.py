@@ -65,10 +65,10 @@ def check_references(text: str, folder: Path, root: Path, seen: set[Path]) -> No
     except ElementTree.ParseError as error:
         raise Refused(f'{error}, expected XML') from None
     for element in elements:
-        named = element.get('file', '') if element.tag in REFERENCES else ''
-        for base in dict.fromkeys((folder, Path.cwd())) if named else ():
-            place = base / named
-            if checked(place, root, named) and place.resolve() not in seen:
+        reference = element.get('file', '') if element.tag in REFERENCES else ''
+        for base in dict.fromkeys((folder, Path.cwd())) if reference else ():
+            place = base / reference
+            if checked(place, root, reference) and place.resolve() not in seen:
                 seen.add(place.resolve())
                 check_references(place.read_text(encoding='utf-8'), place.parent, root, seen)
 
@@ -78,6 +78,7 @@ def without_shapes(spec: Any, mujoco: Any, root: Path) -> None:
     Remove from a specification what moves no joint: meshes, pictures, sensors but of joints.
 
     Meshes stay where they make the inertia of a body; they are looked at before they are opened.
+    spec, mujoco: MjSpec and its module. root: folder that file names count from.
     """
     automatic = spec.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     moving: set[str] = set()

@@ -107,21 +107,21 @@ def _control(drive: MjcfDrive) -> str:
 def _values(drive: MjcfDrive) -> dict[str, float]:
     """Return the values of a drive that are not off."""
     values, joint, own = values_in(drive), drive.motor, drive.actuator
-    found = {
+    readings = {
         'inertia': joint.inertia, 'armature': joint.armature,
         'viscous_friction': values.motor_damping, 'coulomb_friction': values.motor_friction,
         'weight': abs(values.weight or 0.0), 'stiffness': values.motor_stiffness,
         'offset': values.offset, 'lag': values.lag, 'delay': values.delay,
         'limit': values.servo.limit if values.servo else values.limit}
     if own is not None:
-        found['gear'] = own.gear
+        readings['gear'] = own.gear
         if own.law is not None and not own.law.setpoint:
-            found['gain'] = own.law.gain
+            readings['gain'] = own.law.gain
     if values.servo is not None:
-        found |= {'kp': values.servo.kp, 'kd': values.servo.kd}
+        readings |= {'kp': values.servo.kp, 'kd': values.servo.kd}
     low, high = joint.travel
-    kept: dict[str, Any] = {name: float(v) for name, v in found.items()
-                            if math.isfinite(v) and abs(v) > 1e-12}
+    numbers: dict[str, Any] = {name: float(v) for name, v in readings.items()
+                               if math.isfinite(v) and abs(v) > 1e-12}
     if math.isfinite(low) and math.isfinite(high):
-        kept |= {'low': low, 'high': high}
-    return kept
+        numbers |= {'low': low, 'high': high}
+    return numbers

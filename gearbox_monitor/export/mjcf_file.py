@@ -287,16 +287,16 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
         tendons = _tendons(document, m, numbers)
         tendon = next((t for t in tendons if not t.springyield), None)
         hysteresis = next((t for t in tendons if t.springyield and tendon is not None), None)
-    own, others = _chosen(m, numbers[0], document, actuator)
+    own, joint_laws = _chosen(m, numbers[0], document, actuator)
     passive, notes = _passive(m, numbers, tendon), list(file.notes)
-    motor = _joint(document, m, state, numbers[0], [law for law in others if not law.passive])
+    motor = _joint(document, m, state, numbers[0], [law for law in joint_laws if not law.passive])
     if own is not None and own.law is not None and not own.law.setpoint:
         motor = replace(motor, damping=motor.damping + own.law.damper,
                         actuator_damping=motor.actuator_damping + own.law.damper)
-    notes += _remarks(motor, own, others, path)
-    loop, apart = open_loop(m, numbers[0], state)
-    if apart > OPEN:
-        notes.append(f'{path.name}: joint {joints[0]}: equality {loop}: open by {apart:.2g} m in '
+    notes += _remarks(motor, own, joint_laws, path)
+    loop, gap = open_loop(m, numbers[0], state)
+    if gap > OPEN:
+        notes.append(f'{path.name}: joint {joints[0]}: equality {loop}: open by {gap:.2g} m in '
                      'this posture, so that it acts on the joint: choose a --keyframe that '
                      'closes it')
     spring = file.springs.get(joints[0])
@@ -350,7 +350,11 @@ def _number(m: Any, name: str, path: Path) -> int:
 
 
 def element_of(document: XmlDocument, section: str, name: str, kind: str) -> XmlElement | None:
-    """Return the element `name` in sections of the file itself, None where it is elsewhere."""
+    """
+    Return the element `name` in sections of the file itself, None where it is elsewhere.
+
+    section: tag below the root of `document`. kind: tag of the element, '' for any.
+    """
     parts = [document.root] if document.root.tag == 'robot' else document.root.all(section)
     for part in parts:
         for element in part.walk():
@@ -360,8 +364,8 @@ def element_of(document: XmlDocument, section: str, name: str, kind: str) -> Xml
 
 
 def _joint(document: XmlDocument, m: Any, state: Any, index: int,
-           others: Sequence[ActuatorLaw]) -> MjcfJoint:
-    """Return a joint with what the `others` of its actuators do at the control 0."""
+           laws: Sequence[ActuatorLaw]) -> MjcfJoint:
+    """Return a joint with what the `laws` of its other actuators do at the control 0."""
     mujoco = mujoco_module()
     name = name_of(m, 'joint', index)
     slide = bool(m.jnt_type[index] == int(mujoco.mjtJoint.mjJNT_SLIDE))
@@ -376,8 +380,8 @@ def _joint(document: XmlDocument, m: Any, state: Any, index: int,
         damping = 0.0
     if disabled(m, 'SPRING'):
         springs = 0.0
-    dampers, more = (math.fsum(getattr(law, name) for law in others)
-                     for name in ('damper', 'spring'))
+    dampers, elastic = (math.fsum(getattr(law, name) for law in laws)
+                        for name in ('damper', 'spring'))
     friction = float(m.dof_frictionloss[dof])
     if disabled(m, 'FRICTIONLOSS', 'CONSTRAINT'):
         friction = 0.0
@@ -385,7 +389,7 @@ def _joint(document: XmlDocument, m: Any, state: Any, index: int,
     return MjcfJoint(
         name, element_of(document, 'worldbody', name, 'joint'), index, armature,
         float(row[dof] - armature), damping + dampers, added + dampers, friction,
-        springs + more, more, springs * ref + math.fsum(law.constant for law in others), ref,
+        springs + elastic, elastic, springs * ref + math.fsum(law.constant for law in laws), ref,
         float(m.qpos0[place]), slide, _law(m, dof, float(row[dof])),
         _range(m.jnt_limited[index] and not disabled(m, 'LIMIT', 'CONSTRAINT'),
                m.jnt_range[index]),
@@ -485,8 +489,8 @@ def _transmission_of_urdf(document: XmlDocument, joint: str) -> MjcfActuator | N
     for element in document.root.all('transmission'):
         for part in element.walk():
             reductions = part.all('mechanicalReduction')
-            if reductions and any(other.attributes.get('name') == joint
-                                  for other in element.all('joint')):
+            if reductions and any(joint_element.attributes.get('name') == joint
+                                  for joint_element in element.all('joint')):
                 tag = reductions[0]
                 text = document.text(tag)
                 try:
@@ -527,7 +531,7 @@ def _passive(m: Any, joints: Sequence[int], tendon: MjcfTendon | None
     return out
 
 
-def _remarks(motor: MjcfJoint, own: MjcfActuator | None, others: Sequence[ActuatorLaw],
+def _remarks(motor: MjcfJoint, own: MjcfActuator | None, laws: Sequence[ActuatorLaw],
              path: Path) -> list[str]:
     """Return notes for people about what was taken for granted of a joint."""
     where, notes = f'{path.name}: joint {motor.name}', []
@@ -537,7 +541,7 @@ def _remarks(motor: MjcfJoint, own: MjcfActuator | None, others: Sequence[Actuat
         notes.append(f'{where}: actuator {own.name}: its control is read as the effort, which '
                      f'makes {own.law.gain:g} N m before the gear, and its damping as viscous '
                      'friction')
-    for law in others:
+    for law in laws:
         if not law.passive:
             notes.append(f'{where}: actuator {law.name}: its control counts as 0')
     return notes
@@ -549,10 +553,10 @@ def _remarks(motor: MjcfJoint, own: MjcfActuator | None, others: Sequence[Actuat
 def _of_drive(drive: MjcfDrive) -> list[Refusal]:
     """Return what a drive of one or two joints has and its model cannot have."""
     m, motor, arm, own = drive.compiled, drive.motor, drive.arm, drive.actuator
-    found: list[Refusal] = []
+    refusals: list[Refusal] = []
 
     def add(attribute: str, words: str, joint: MjcfJoint = motor) -> None:
-        found.append(Refusal(joint.name, attribute, words))
+        refusals.append(Refusal(joint.name, attribute, words))
     if motor.inertia + motor.armature <= 1e-12:
         add('inertia', f'{motor.inertia + motor.armature:.3g}: it moves nothing, expected a body '
             'with mass, or armature')
@@ -580,7 +584,7 @@ def _of_drive(drive: MjcfDrive) -> list[Refusal]:
     kinds = [(p.where, p.kind) for p, _ in drive.passive if p.where != ARM]
     if len(set(kinds)) < len(kinds):
         add('dcmotor', 'several with cogging or lugre, expected one of each')
-    return found
+    return refusals
 
 
 def actuator_is_passive(m: Any, actuator: int) -> bool:
@@ -590,28 +594,28 @@ def actuator_is_passive(m: Any, actuator: int) -> bool:
 
 def _of_law(drive: MjcfDrive, law: ActuatorLaw, add: Any) -> None:
     """Call add(attribute, words) with what the law of an actuator has and a model cannot have."""
-    motor, what = drive.motor, f'actuator {law.name}'
+    motor, part = drive.motor, f'actuator {law.name}'
     force = _within(law.force, motor.force)
     low, high = force[0] - law.constant, force[1] - law.constant
     if not _symmetric(low, high):
-        add(f'{what}: forcerange', f'{force[0]:g} {force[1]:g} N m on the joint, expected limits '
+        add(f'{part}: forcerange', f'{force[0]:g} {force[1]:g} N m on the joint, expected limits '
             'alike in both directions')
     elif math.isfinite(high) and high <= 0.0:
-        add(f'{what}: forcerange', f'{high:g} N m, expected a range around 0')
+        add(f'{part}: forcerange', f'{high:g} N m, expected a range around 0')
     if law.setpoint:
         return
     if not _symmetric(*law.control):
-        add(f'{what}: ctrlrange', f'{law.control[0]:g} {law.control[1]:g}, expected limits alike '
+        add(f'{part}: ctrlrange', f'{law.control[0]:g} {law.control[1]:g}, expected limits alike '
             'in both directions')
     if law.damper and math.isfinite(high):
-        add(f'{what}: forcerange', f'{high:g} N m takes in its damping ({law.damper:g} N m '
+        add(f'{part}: forcerange', f'{high:g} N m takes in its damping ({law.damper:g} N m '
             's/rad), expected no limit')
     reach = abs(law.gear) * law.gain * law.control[1]
     if law.lag and high < reach * (1.0 - SAME):
-        add(f'{what}: forcerange', f'{high:g} N m behind a lag, expected ctrlrange')
+        add(f'{part}: forcerange', f'{high:g} N m behind a lag, expected ctrlrange')
     euler = drive.compiled.opt.integrator == int(mujoco_module().mjtIntegrator.mjINT_EULER)
     if euler and law.damper * drive.timestep > DRAG * (motor.inertia + motor.armature):
-        add(f'{what}: kv', f'{law.damper:g} N m s/rad in Euler steps of {drive.timestep:g} s, '
+        add(f'{part}: kv', f'{law.damper:g} N m s/rad in Euler steps of {drive.timestep:g} s, '
             'expected the integrator implicitfast')
 
 
@@ -799,13 +803,13 @@ def _expect_gearbox(drive: MjcfDrive) -> None:
         raise InputError(f'{drive.path}: joints {names}: no '
                          'fixed tendon with stiffness holds them together, expected one with the '
                          'coefficients 1 and -1')
-    m, what = drive.compiled, f'{drive.path}: tendon {tendon.name}'
+    m, part = drive.compiled, f'{drive.path}: tendon {tendon.name}'
     if tendon.stiffness[1]:
-        raise InputError(f'{what}: stiffness: quadratic part {tendon.stiffness[1]:g}, expected 0')
+        raise InputError(f'{part}: stiffness: quadratic part {tendon.stiffness[1]:g}, expected 0')
     for word, value in (('damping', np.any(m.tendon_dampingpoly[tendon.index])),
                         ('frictionloss', m.tendon_frictionloss[tendon.index]),
                         ('armature', m.tendon_armature[tendon.index]),
                         ('limited', m.tendon_limited[tendon.index])):
         if value:
-            raise InputError(f'{what}: {word}: acts besides the spring, expected '
+            raise InputError(f'{part}: {word}: acts besides the spring, expected '
                              + ('one number' if word == 'damping' else 'none'))

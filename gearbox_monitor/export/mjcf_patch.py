@@ -91,18 +91,18 @@ class _Draft:
                 raise InputError(f'{self.drive.path}: {title}: is not in this file itself, '
                                  'expected it here and not in one that it includes')
             return
-        kept = self.attributes.setdefault(element.start, (element, {}, tag))
+        edit = self.attributes.setdefault(element.start, (element, {}, tag))
         if tag:
-            self.attributes[element.start] = (element, kept[1], tag)
+            self.attributes[element.start] = (element, edit[1], tag)
         for name, value in values.items():
-            before = element.attributes.get(name, '')
-            if value is None and not before or _alike(value, before):
+            present = element.attributes.get(name, '')
+            if value is None and not present or _alike(value, present):
                 continue
-            kept[1][name] = value
-            self.changes.append(Splice(_title(element), name, before, value or 'removed'))
+            edit[1][name] = value
+            self.changes.append(Splice(_title(element), name, present, value or 'removed'))
 
     def add(self, section: str, title: str, text: str) -> None:
-        """Add an element, its `text`, to a section of the file such as tendon."""
+        """Add an element `title`, its `text`, to a section of the file such as tendon."""
         self.children.setdefault(section, []).append(text)
         self.changes.append(Splice(title, '', '', 'new'))
 
@@ -140,12 +140,12 @@ def _same(a: complex, b: complex) -> bool:
     return a == b or cmath.isclose(a, b, rel_tol=SAME)  # an infinite one is close to no other
 
 
-def _alike(value: str | None, before: str) -> bool:
+def _alike(value: str | None, present: str) -> bool:
     """Return whether two texts of an attribute are the same numbers, or the same text."""
-    if value is None or value == before:
-        return value == before
+    if value is None or value == present:
+        return value == present
     try:
-        new, old = ([float(word) for word in text.split()] for text in (value, before))
+        new, old = ([float(word) for word in text.split()] for text in (value, present))
     except ValueError:
         return False
     return len(new) == len(old) > 0 and all(map(_same, new, old))
@@ -233,13 +233,13 @@ def _friction(drive: MjcfDrive, friction: float, values: MjcfValues, inertia: fl
             'solimpfriction': number(IMPEDANCE, IMPEDANCE)}
 
 
-def _put_joint(draft: _Draft, joint: MjcfJoint, wanted: Mapping[str, float], of: MjcfValues,
+def _put_joint(draft: _Draft, joint: MjcfJoint, target: Mapping[str, float], of: MjcfValues,
                inertia: float, on_arm: bool = False) -> None:
-    """Edit what of a joint differs from `wanted` {armature, damping, frictionloss, stiffness}."""
+    """Edit what of a joint differs from `target` {armature, damping, frictionloss, stiffness}."""
     current = {'armature': joint.armature, 'damping': joint.damping,
                'stiffness': joint.stiffness}
-    own = {'armature': wanted['armature'], 'damping': wanted['damping'] - joint.actuator_damping,
-           'stiffness': wanted['stiffness'] - joint.actuator_stiffness}
+    own = {'armature': target['armature'], 'damping': target['damping'] - joint.actuator_damping,
+           'stiffness': target['stiffness'] - joint.actuator_stiffness}
     where = f'{draft.drive.path}: joint {joint.name}'
     if own['armature'] < -SAME * inertia:
         raise InputError(f'{where}: armature: would be {own["armature"]:.4g}, expected a model '
@@ -252,9 +252,9 @@ def _put_joint(draft: _Draft, joint: MjcfJoint, wanted: Mapping[str, float], of:
     higher = {'armature': (), 'damping': m.dof_dampingpoly[m.jnt_dofadr[joint.index]],
               'stiffness': m.jnt_stiffnesspoly[joint.index]}
     values = {name: number(max(0.0, value), *(higher[name] if np.any(higher[name]) else ()))
-              for name, value in own.items() if not _same(wanted[name], current[name])}
-    values |= _friction(draft.drive, wanted['frictionloss'], of, inertia, on_arm)
-    if _same(wanted['frictionloss'], joint.frictionloss):
+              for name, value in own.items() if not _same(target[name], current[name])}
+    values |= _friction(draft.drive, target['frictionloss'], of, inertia, on_arm)
+    if _same(target['frictionloss'], joint.frictionloss):
         del values['frictionloss']
     if joint.law == of.law:
         values.pop('solreffriction', None)
@@ -302,8 +302,8 @@ def _with_rotor(draft: _Draft, values: MjcfValues) -> tuple[str, str]:
         raise InputError(f'{drive.path}: line {body.line}: {_title(body)}: several joints, '
                          'expected one for a rotor beside it')
     name = f'{joint.name}_motor'
-    taken = {e.attributes.get('name') for e in document.root.walk()}
-    if name in taken:
+    names = {e.attributes.get('name') for e in document.root.walk()}
+    if name in names:
         raise InputError(f'{drive.path}: {name}: the name is taken, expected it to be free for '
                          'the joint of the motor')
     _put_joint(draft, joint, _of_arm(values, 0.0, 0.0), values, values.arm_inertia,
@@ -390,14 +390,14 @@ def _inertial(draft: _Draft, values: MjcfValues) -> None:
         tensor = tensor * factor
     else:
         lever = across(centre - anchor, axis)
-        wanted = float(axis @ tensor @ axis) + mass * float(lever @ lever) + heavier
-        if wanted <= 0.0:
+        target = float(axis @ tensor @ axis) + mass * float(lever @ lever) + heavier
+        if target <= 0.0:
             raise InputError(f'{drive.path}: joint {joint.name}: inertia: what the body carries '
                              f'has more than the {values.arm_inertia:.4g} kg m^2 of the model')
         moment = None
         if moved and own_weight is not None:
             moment = mass * lever + _added_moment(drive, own_weight)
-        mass, moved_by, tensor = balanced((mass, lever, tensor), axis, wanted, moment)
+        mass, moved_by, tensor = balanced((mass, lever, tensor), axis, target, moment)
         centre += moved_by
     _write_inertial(draft, mass, centre, tensor)
 
@@ -440,8 +440,8 @@ def balanced(body: tuple[float, Array, Array], axis: Array, wanted: float,
     return mass, lever - own, tensor
 
 
-def _added_moment(drive: MjcfDrive, wanted: complex) -> Array:
-    """Return mass times lever (kg m) that the body lacks for the weight `wanted` (N m)."""
+def _added_moment(drive: MjcfDrive, target: complex) -> Array:
+    """Return mass times lever (kg m) that the body lacks for the weight `target` (N m)."""
     mujoco, m, joint = mujoco_module(), drive.compiled, drive.arm_joint
     state = mujoco.MjData(m)
     state.qpos[:] = drive.posture
@@ -458,7 +458,7 @@ def _added_moment(drive: MjcfDrive, wanted: complex) -> Array:
                          'off, expected one that the weight of the model can come from')
     com = turn.T @ (state.subtree_com[body] - state.xanchor[joint.index])
     present = float(m.body_subtreemass[body]) * across(com, axis)
-    return (wanted.real * down + wanted.imag * np.cross(axis, down)) / size ** 2 - present
+    return (target.real * down + target.imag * np.cross(axis, down)) / size ** 2 - present
 
 
 def _write_inertial(draft: _Draft, mass: float, centre: Array, tensor: Array) -> None:
@@ -544,8 +544,8 @@ def _forces(drive: MjcfDrive, values: MjcfValues) -> tuple[_Force, _Force]:
     a = drive.actuator
     assert a is not None
     present, size = values_in(drive), abs(a.gear)
-    other = present.offset - a.gear * a.bias[0]  # springs, other actuators, a slide's weight
-    constant = (values.offset - other) / a.gear
+    passive = present.offset - a.gear * a.bias[0]  # springs, other actuators, a slide's weight
+    constant = (values.offset - passive) / a.gear
     gain, bias = a.gain * values.gain, (a.bias[1], a.bias[2])
     law = a.law
     span, control = math.inf, math.inf
@@ -562,28 +562,28 @@ def _forces(drive: MjcfDrive, values: MjcfValues) -> tuple[_Force, _Force]:
     else:
         span = values.gain * values.limit / size
     was = present.servo.limit if present.servo else present.limit
-    before = _Force(a.gain, a.bias, math.inf if present.lag and not present.servo
-                    else was / size, was / (size * a.gain) if present.lag and not present.servo
-                    else math.inf, law.lag if law else 0.0, law.delay if law else 0.0)
-    return before, _Force(gain, (constant, *bias), span, control, values.lag,
-                          values.delay)
+    existing = _Force(a.gain, a.bias, math.inf if present.lag and not present.servo
+                      else was / size, was / (size * a.gain) if present.lag and not present.servo
+                      else math.inf, law.lag if law else 0.0, law.delay if law else 0.0)
+    return existing, _Force(gain, (constant, *bias), span, control, values.lag,
+                            values.delay)
 
 
-def _agree(one: _Force, other: _Force) -> bool:
+def _agree(first: _Force, second: _Force) -> bool:
     """Return whether two forces are the same but for rounding."""
-    small = 1e-9 * max(abs(one.gain), 1.0)
+    small = 1e-9 * max(abs(first.gain), 1.0)
     return all(_same(a, b) or math.isfinite(a - b) and abs(a - b) <= small for a, b in zip(
-        (one.gain, *one.bias, one.span, one.control, one.lag, one.delay),
-        (other.gain, *other.bias, other.span, other.control, other.lag, other.delay)))
+        (first.gain, *first.bias, first.span, first.control, first.lag, first.delay),
+        (second.gain, *second.bias, second.span, second.control, second.lag, second.delay)))
 
 
 def _actuators_agree(drive: MjcfDrive, values: MjcfValues, again: MjcfDrive) -> bool:
     """Return whether the actuator of a patched drive is what `values` ask for."""
     if drive.actuator is None or again.actuator is None:
         return True
-    wanted = _forces(drive, values)[1]
+    target = _forces(drive, values)[1]
     return all(_same(a, b) or abs(a - b) <= 1e-6 * max(1.0, abs(a)) for a, b in zip(
-        (wanted.gain, *wanted.bias), (again.actuator.gain, *again.actuator.bias)))
+        (target.gain, *target.bias), (again.actuator.gain, *again.actuator.bias)))
 
 
 def _actuator(draft: _Draft, values: MjcfValues, motor: str) -> None:
@@ -595,7 +595,7 @@ def _actuator(draft: _Draft, values: MjcfValues, motor: str) -> None:
             return
         raise InputError(f'{drive.path}: joint {drive.motor.name}: no actuator acts on it, '
                          'expected one')
-    present, wanted = _forces(drive, values)
+    present, target = _forces(drive, values)
     attributes: dict[str, str | None] = {}
     where = f'{drive.path}: actuator {a.name}'
     if a.element is not None:
@@ -607,11 +607,11 @@ def _actuator(draft: _Draft, values: MjcfValues, motor: str) -> None:
     if moved:
         attributes |= {'joint': motor}
         attributes |= _inherited(drive, a)
-    if not _agree(present, wanted) or draft.pinned or (
+    if not _agree(present, target) or draft.pinned or (
             moved and math.isfinite(drive.motor.force[1])):
-        attributes |= _of_actuator(drive, present, wanted, draft.pinned)
-        if math.isfinite(drive.motor.force[1]) and not _same(present.span, wanted.span):
-            limit = wanted.span * abs(a.gear)
+        attributes |= _of_actuator(drive, present, target, draft.pinned)
+        if math.isfinite(drive.motor.force[1]) and not _same(present.span, target.span):
+            limit = target.span * abs(a.gear)
             draft.put(drive.motor.element, {
                 'actuatorfrcrange': number(-limit, limit) if math.isfinite(limit) else None},
                 title=f'joint {drive.motor.name}')
@@ -635,34 +635,34 @@ def _inherited(drive: MjcfDrive, a: MjcfActuator) -> dict[str, str | None]:
     return {'inheritrange': '0', 'ctrllimited': 'true', 'ctrlrange': span}
 
 
-def _of_actuator(drive: MjcfDrive, present: _Force, wanted: _Force, pinned: bool
+def _of_actuator(drive: MjcfDrive, present: _Force, target: _Force, pinned: bool
                  ) -> dict[str, str | None]:
-    """Return the attributes of the actuator that make its force the wanted one."""
+    """Return the attributes of the actuator that make its force that of `target`."""
     a = drive.actuator
     assert a is not None
     where = f'{drive.path}: actuator {a.name}'
     if a.element is not None:
         where = f'{drive.path}: line {a.element.line}: actuator {a.name}'
-    servo = wanted.bias[1] != 0.0
+    servo = target.bias[1] != 0.0
     if a.dynamics not in ('none', 'filter', 'filterexact'):
         raise InputError(f'{where}: dyntype {a.dynamics}, expected none for a lag')
     out: dict[str, str | None] = {}
-    gains = (present.gain, *present.bias), (wanted.gain, *wanted.bias)
-    lags = _same(present.lag, wanted.lag)
+    gains = (present.gain, *present.bias), (target.gain, *target.bias)
+    lags = _same(present.lag, target.lag)
     if pinned or not lags or not all(map(_same, *gains)):
         tag = a.element.tag if a.element is not None else ''
-        if tag == 'position' and servo and lags and not wanted.lag and (
-                abs(wanted.bias[0]) <= SAME * wanted.gain) and _same(wanted.gain, -wanted.bias[1]):
-            out = {'kp': number(wanted.gain), 'kv': number(-wanted.bias[2]), 'dampratio': None}
+        if tag == 'position' and servo and lags and not target.lag and (
+                abs(target.bias[0]) <= SAME * target.gain) and _same(target.gain, -target.bias[1]):
+            out = {'kp': number(target.gain), 'kv': number(-target.bias[2]), 'dampratio': None}
         else:
-            out = _general(drive, wanted, servo)
-    if not _same(present.control, wanted.control):
-        out |= _limits('ctrl', -wanted.control, wanted.control)
-    if not _same(present.span, wanted.span) or (
-            math.isfinite(wanted.span) and not _same(present.bias[0], wanted.bias[0])):
-        out |= _limits('force', wanted.bias[0] - wanted.span, wanted.bias[0] + wanted.span)
-    if not _same(present.delay, wanted.delay):
-        out |= (_delayed(drive, wanted.delay, where) if wanted.delay
+            out = _general(drive, target, servo)
+    if not _same(present.control, target.control):
+        out |= _limits('ctrl', -target.control, target.control)
+    if not _same(present.span, target.span) or (
+            math.isfinite(target.span) and not _same(present.bias[0], target.bias[0])):
+        out |= _limits('force', target.bias[0] - target.span, target.bias[0] + target.span)
+    if not _same(present.delay, target.delay):
+        out |= (_delayed(drive, target.delay, where) if target.delay
                 else {'delay': None, 'nsample': None, 'interp': None})
     return out
 
@@ -674,21 +674,21 @@ def _limits(kind: str, low: float, high: float) -> dict[str, str | None]:
     return {f'{kind}limited': 'true', f'{kind}range': number(low, high)}
 
 
-def _general(drive: MjcfDrive, wanted: _Force, servo: bool) -> dict[str, str | None]:
+def _general(drive: MjcfDrive, target: _Force, servo: bool) -> dict[str, str | None]:
     """Return the attributes of an actuator general with a force and its lag."""
-    affine = bool(wanted.bias[0] or wanted.bias[1] or wanted.bias[2])
+    affine = bool(target.bias[0] or target.bias[1] or target.bias[2])
     out: dict[str, str | None] = {
-        'gainprm': number(wanted.gain) if wanted.gain != 1.0 else None, 'biasprm': None,
+        'gainprm': number(target.gain) if target.gain != 1.0 else None, 'biasprm': None,
         # Of the shortcuts that general replaces.
         'kp': None, 'kv': None, 'dampratio': None, 'timeconst': None}
     if affine:
-        out |= {'biastype': 'affine', 'biasprm': number(*wanted.bias)}
+        out |= {'biastype': 'affine', 'biasprm': number(*target.bias)}
     if any(e.tag in ('default', 'include') for e in drive.document.root.children):
         # general inherits what a shortcut sets by itself.
-        out |= {'gaintype': 'fixed', 'gainprm': number(wanted.gain),
+        out |= {'gaintype': 'fixed', 'gainprm': number(target.gain),
                 'biastype': 'affine' if affine else 'none'}
-    if wanted.lag:
-        out |= {'dyntype': 'filterexact', 'dynprm': number(wanted.lag)}
+    if target.lag:
+        out |= {'dyntype': 'filterexact', 'dynprm': number(target.lag)}
     elif drive.actuator is not None and drive.actuator.dynamics != 'none':
         out |= {'dyntype': 'none', 'dynprm': None}
     return out
@@ -753,13 +753,13 @@ def _sensors(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -
         if not delay or _same(delay, was):
             continue
         where = f'{drive.path}: sensor of joint {name}'
-        late = _delayed(drive, delay, where)
+        delays = _delayed(drive, delay, where)
         own = [e for part in drive.document.root.all('sensor') for e in part.all('jointpos')
                if e.attributes.get('joint') == name]
         if own:
-            draft.put(own[0], late)
+            draft.put(own[0], delays)
         else:
-            words = ' '.join(f'{k}="{v}"' for k, v in late.items())
+            words = ' '.join(f'{k}="{v}"' for k, v in delays.items())
             draft.add('sensor', f'sensor "{name}_encoder"',
                       f'<jointpos name="{name}_encoder" joint="{name}" {words}/>')
 
@@ -782,10 +782,10 @@ def _verify(again: MjcfDrive, drive: MjcfDrive, values: MjcfValues) -> None:
     whole = values.arm_inertia + (values.motor_inertia if again.arm is None else 0.0)
     present: dict[str, complex] = {'inertia': again.arm_joint.inertia
                                    + again.arm_joint.armature}
-    wanted: dict[str, complex] = {'inertia': whole}
+    required: dict[str, complex] = {'inertia': whole}
     if values.weight is not None:
         present['weight'] = weight(again) * cmath.rect(1.0, values.zero)
-        wanted['weight'] = values.weight
+        required['weight'] = values.weight
     sides = [('motor', again.motor, values.motor_damping, values.motor_friction)]
     if again.arm is None:
         sides = [('joint', again.motor, values.motor_damping + values.arm_damping,
@@ -794,15 +794,15 @@ def _verify(again: MjcfDrive, drive: MjcfDrive, values: MjcfValues) -> None:
         sides.append(('arm', again.arm, values.arm_damping, values.arm_friction))
     for side, joint, damping, friction in sides:
         present |= {f'{side} damping': joint.damping, f'{side} friction': joint.frictionloss}
-        wanted |= {f'{side} damping': damping, f'{side} friction': friction}
+        required |= {f'{side} damping': damping, f'{side} friction': friction}
     if drive.actuator is not None and again.actuator is not None:
         force = _forces(drive, values)[1]
-        for name, right, made in zip(
+        for name, right, written in zip(
                 ('gain', 'bias', 'kp', 'kv'), (force.gain, *force.bias),
                 (again.actuator.gain, *again.actuator.bias)):
-            present[f'actuator {name}'] = complex(made)
-            wanted[f'actuator {name}'] = complex(right)
-    for name, target in wanted.items():
+            present[f'actuator {name}'] = complex(written)
+            required[f'actuator {name}'] = complex(right)
+    for name, target in required.items():
         if not cmath.isclose(present[name], target, rel_tol=1e-5, abs_tol=1e-6 * abs(whole)
                              if name in ('inertia', 'weight') else 1e-9):
             raise InputError(

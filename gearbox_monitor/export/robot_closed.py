@@ -81,7 +81,7 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
     """
     document = parse_xml(read_file(file.path), str(file.path))
     draft = (_UrdfDraft if document.root.tag == 'robot' else _MjcfDraft)(document, file)
-    left: list[str] = []
+    omitted: list[str] = []
     for finding in findings:
         name = title_of(finding)
         try:
@@ -89,18 +89,18 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
                 raise InputError('free runs are farther off with it than without')
             draft.take(finding)
         except InputError as error:
-            left.append(f'{name}: {error}')
+            omitted.append(f'{name}: {error}')
         if 'Ca' in finding['values']:
-            left.append(f'{name}: its difference by direction: no attribute has it')
+            omitted.append(f'{name}: its difference by direction: no attribute has it')
     edits = draft.edits()
     if not edits:
-        return None, left
+        return None, omitted
     start = document.root.start
     try:
         return edited(document, [Edit(start, start, f'<!-- {author} -->\n'), *edits]
-                      ).decode('utf-8'), left
+                      ).decode('utf-8'), omitted
     except UnicodeDecodeError:
-        return None, [*left, f'{file.path}: is not UTF-8, expected it for a file to be written']
+        return None, [*omitted, f'{file.path}: is not UTF-8, expected it for a file to be written']
 
 
 class _Draft:

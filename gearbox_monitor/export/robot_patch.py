@@ -41,7 +41,7 @@ class _Draft:
         self.changes: list[Splice] = []
 
     def attributes(self, element: XmlElement, title: str, values: Mapping[str, float]) -> None:
-        """Give an element those of the attributes `values` that differ."""
+        """Give an element those of the attributes `values` that differ; `title`: of the change."""
         new = {k: number(v) for k, v in values.items()
                if not _same(element.attributes.get(k, ''), v)}
         self.edits += with_attributes(self.document, element, dict(new))
@@ -49,14 +49,14 @@ class _Draft:
                          for k, v in new.items()]
 
     def texts(self, element: XmlElement, title: str, values: Mapping[str, float]) -> None:
-        """Give the children `values` of an element the texts that differ, or add them."""
+        """Give the children `values` of an element their texts; `title`: of the change."""
         added = ''
         for tag, value in values.items():
             child = child_of(element, tag)
-            before = self.document.text(child) if child is not None else ''
-            if _same(before, value):
+            present = self.document.text(child) if child is not None else ''
+            if _same(present, value):
                 continue
-            self.changes.append(Splice(title, tag, before, number(value)))
+            self.changes.append(Splice(title, tag, present, number(value)))
             if child is None:
                 added += f'<{tag}>{number(value)}</{tag}>\n'
             else:
@@ -65,17 +65,17 @@ class _Draft:
             self.edits.append(with_child(self.document, element, added))
 
     def child(self, parent: XmlElement, title: str, text: str) -> None:
-        """Add a child, its `text`, to an element."""
+        """Add a child, its `text`, to the element `parent`; `title`: of the change."""
         self.edits.append(with_child(self.document, parent, text))
         self.changes.append(Splice(title, '', '', ' '.join(text.split())))
 
 
 def _same(text: str, value: float) -> bool:
     try:
-        before = float(text or '0')
+        present = float(text or '0')
     except ValueError:
         return False
-    return abs(before - value) <= SAME * max(abs(before), abs(value))
+    return abs(present - value) <= SAME * max(abs(present), abs(value))
 
 
 def patched_robot(data: bytes, path: Path, joint: str, model: DriveModel, target: str) -> Patch:
@@ -199,7 +199,7 @@ def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel,
     rows = [Exported(motor_side.MOTOR_INERTIA.id, CONSTRUCT,
                      f'in the inertia of link {link}, as there is no armature: the joint moves '
                      f'{_inertia_of(model):.6g} {unit} in the posture 0')]
-    weight, lacks = _Weight(robot, joint, link), _inertia_of(model) - _load(robot, joint)[1]
+    weight, change = _Weight(robot, joint, link), _inertia_of(model) - _load(robot, joint)[1]
     heavier = 0j
     if any(e['id'] == arm_side.GRAVITY.id for e in model.effects):
         heavier = cmath.rect(*weight_of(model.effects)) - weight.present
@@ -207,12 +207,12 @@ def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel,
                              'weight on the joint at 9.81 m/s^2, the other joints at 0'))
     if abs(heavier) <= SAME * max(abs(weight.present), abs(weight.present + heavier)):
         heavier = 0j
-    if abs(lacks) <= SAME * _inertia_of(model) and not heavier:
+    if abs(change) <= SAME * _inertia_of(model) and not heavier:
         return rows
     inertial = next(e for e in root.findall('link') if e.get('name') == link).find('inertial')
     own = child_of(_link(draft.document, element, link), 'inertial')
     if inertial is None or own is None:
-        raise InputError(f'link {link}: no <inertial>, expected one that {lacks:+.6g} {unit} can '
+        raise InputError(f'link {link}: no <inertial>, expected one that {change:+.6g} {unit} can '
                          'be added to')
     # In the frame of the inertial, which both formats have.
     frame = turn(*_vector(inertial, 'origin', 'rpy', '0 0 0'))
@@ -224,17 +224,17 @@ def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel,
         for i in 'xyz'])
     moved_by: Array = np.zeros(3)
     if slide:
-        if mass <= 0.0 or mass + lacks < LEAST * mass:
-            raise InputError(f'link {link}: {mass:.6g} kg itself, a change of {lacks:+.6g}, '
+        if mass <= 0.0 or mass + change < LEAST * mass:
+            raise InputError(f'link {link}: {mass:.6g} kg itself, a change of {change:+.6g}, '
                              'expected a sum above 0')
-        mass, tensor = mass + lacks, tensor * (1.0 + lacks / mass)
+        mass, tensor = mass + change, tensor * (1.0 + change / mass)
     else:
         lever = across(frame.T @ _vector(inertial, 'origin', 'xyz', '0 0 0'), axis)
-        before = float(axis @ tensor @ axis)
-        wanted = before + mass * float(lever @ lever) + lacks
-        if before <= 0.0 or mass <= 0.0 or wanted < LEAST * before or (
-                not heavier and before + lacks < LEAST * before):
-            raise InputError(f'link {link}: {before:.6g} {unit} itself, a change of {lacks:+.6g}'
+        inertia = float(axis @ tensor @ axis)
+        wanted = inertia + mass * float(lever @ lever) + change
+        if inertia <= 0.0 or mass <= 0.0 or wanted < LEAST * inertia or (
+                not heavier and inertia + change < LEAST * inertia):
+            raise InputError(f'link {link}: {inertia:.6g} {unit} itself, a change of {change:+.6g}'
                              ', expected a sum above 0')
         moment = mass * lever + frame.T @ weight.moment(heavier) if heavier else None
         mass, moved_by, tensor = balanced((mass, lever, tensor), axis, wanted, moment)

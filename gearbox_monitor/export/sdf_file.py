@@ -52,7 +52,7 @@ def child_of(element: XmlElement, *path: str) -> XmlElement | None:
 
 
 def sdf_joint(document: XmlDocument, name: str | None) -> tuple[XmlElement, XmlElement]:
-    """Return the model of an SDF file and its joint `name`, None: first. Raises InputError."""
+    """Return the model in a `document` and its joint `name`, None: first. Raises InputError."""
     names = []
     for model in document.root.walk():
         for joint in model.all('joint') if model.tag == 'model' else ():
@@ -86,7 +86,7 @@ class _Sdf:
         return '' if inner is None else self._document.text(inner)
 
     def number(self, element: XmlElement, default: float, *path: str) -> float:
-        """Return the number at a path below an element."""
+        """Return the number at a path below an element, `default` where there is none."""
         text = self.text(element, *path)
         return self.numbers(element, text)[0] if text else default
 
@@ -101,7 +101,7 @@ class _Sdf:
         return values
 
     def frame(self, element: XmlElement, base: str, depth: int = 0) -> Frame:
-        """Return the pose of an element in the model; `base`: what it is relative to."""
+        """Return the pose in the model; `base`: what it is relative to; `depth` of references."""
         pose = child_of(element, 'pose')
         own = HERE
         if pose is not None:
@@ -116,7 +116,7 @@ class _Sdf:
         return own.behind(self.named(base, depth + 1, element))
 
     def named(self, name: str, depth: int, element: XmlElement) -> Frame:
-        """Return the frame of a link, joint or frame in the model."""
+        """Return the frame `name` at a `depth` of references; `element`: for the message."""
         if name in ('', MODEL_FRAME, 'world'):
             return HERE
         for table in (self._links, self.joints, self._frames):

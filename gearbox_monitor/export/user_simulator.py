@@ -153,7 +153,7 @@ def user_simulator(name: str) -> UserSimulator:
 
 
 def value_of(model: DriveModel, name: str) -> float:
-    """Return one of PARAMETERS of a folded `model`."""
+    """Return the parameter `name`, one of PARAMETERS, of a folded `model`."""
     if name in VALUES:
         return model.value(name)
     return float(sum(e[EFFECT_VALUES[name]] for e in model.effects
@@ -232,23 +232,23 @@ def confirmation(simulator: UserSimulator, recording: UniformRecording,
         raise InputError(f'--simulator {simulator.name}: the model has an effect of a plug-in, '
                          'expected effects of the library')
     laid = overlay(recording, dict(zip(('nominal', 'closed'), models)), sigma)
-    held = np.flatnonzero(laid.validation)
-    held = held if len(held) else np.arange(len(laid.windows))
+    windows = np.flatnonzero(laid.validation)
+    windows = windows if len(windows) else np.arange(len(laid.windows))
     gaps, ours, size = [], [], laid.windows.length * len(laid.channels)
     for k, (run, model) in enumerate(zip(laid.runs, models)):
         fits = []
-        for w in held:
+        for w in windows:
             fits.append(_fitted(simulator, laid, int(w), run, (models[0], model)))
-            progress(k * len(held) + len(fits), 2 * len(held))
+            progress(k * len(windows) + len(fits), 2 * len(windows))
         gaps.append(gap_of(np.array([r @ r for _, r in fits]), size))
-        ours.append(gap_of(run.chi2[held], size))
+        ours.append(gap_of(run.chi2[windows], size))
     figures, here = ({'gap_before': g[0], 'gap_after': g[1], 'closed_fraction': closed_of(*g)}
                      for g in (gaps, ours))
     return {'name': simulator.name, 'passed': passed(*models, simulator.takes), **figures,
-            'here': here, 'values': _values(simulator, laid, held, models, fits)}
+            'here': here, 'values': _values(simulator, laid, windows, models, fits)}
 
 
-def _values(simulator: UserSimulator, laid: Overlay, held: Integers,
+def _values(simulator: UserSimulator, laid: Overlay, windows: Integers,
             models: tuple[DriveModel, DriveModel], fits: Sequence[tuple[Array, Array]]
             ) -> dict[str, dict[str, list[float]]]:
     """Return {id: {parameter: [value, standard deviation]}}: a Gauss-Newton step in theirs."""
@@ -257,7 +257,7 @@ def _values(simulator: UserSimulator, laid: Overlay, held: Integers,
             for p in library()[e['id']].parameters
             if not (p.whole or p.listed or p.choices) and e.get(p.name)]
     normal, pull = np.zeros((len(free),) * 2), np.zeros(len(free))
-    for w, (start, r) in zip(held, fits):
+    for w, (start, r) in zip(windows, fits):
         run = laid.runs[1]
         residual = _residual_of(simulator, laid, int(w), run, models)
         span = np.linalg.qr(slopes(residual, start, np.repeat(STEPS, 2)))[0]

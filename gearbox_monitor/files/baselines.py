@@ -136,7 +136,11 @@ def save_state(path: str | Path, tracker: Tracker, gearbox_serial: str,
 
 def state_text(tracker: Tracker, gearbox_serial: str, adaptation: Values | None = None,
                recording_ns: int = 0) -> str:
-    """Return what save_state writes; recording_ns: stamp of the baseline recording, 0: none."""
+    """
+    Return what save_state writes of a `tracker`, the `gearbox_serial` and values of `adaptation`.
+
+    recording_ns: stamp of the baseline recording, 0: none.
+    """
     return json.dumps({
         'format': STATE_FORMATS[-1], 'gearbox_monitor': __version__,
         'gearbox_serial': gearbox_serial, 'date': _now(), 'drift': tracker.to_dict(),
@@ -180,7 +184,7 @@ def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | 
 
 
 def set_aside(path: str | Path, reason: str = 'corrupt') -> str:
-    """Rename `path` to PATH.REASON-DATE; returns what to report. Raises InputError."""
+    """Rename `path` to PATH.`reason`-DATE; return what to report. Raises InputError."""
     path = Path(path)
     aside = path.with_name(f'{path.name}.{reason}-{time.strftime("%Y%m%d-%H%M%S")}')
     try:

@@ -148,27 +148,27 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
     if reference.channels != later.channels:
         raise InputError(f'{later.name}: other encoders than {reference.name}, expected the same')
     ids = [i for i in chosen_ids(None, ()) if not hidden_by(i, model, [reference, later])]
-    before = _reference_fit(reference, model, ids, jobs)
-    evidence, quantum = evidence_of([later], before.model, ids, jobs, silent)
+    nominal = _reference_fit(reference, model, ids, jobs)
+    evidence, quantum = evidence_of([later], nominal.model, ids, jobs, silent)
     otherwise = read_as_doubted(evidence)
     decision = decided_between(evidence, quantum)
     notes = [*decision.notes, *doubts(decision, otherwise)]
     findings = []
     errors, _ = standard_errors(decision.evidence, decision.fit)
     for effect, values in _effects_of(decision):
-        if _refuted(before, effect, values):
-            findings.append(_finding(before, effect, values, errors.get(effect, {})))
+        if _refuted(nominal, effect, values):
+            findings.append(_finding(nominal, effect, values, errors.get(effect, {})))
         else:
             notes.append(f'{effect}: the baseline recording allows it as well')
     # The model of the reference has errors of its own.
     remains = decision.remains and (
-        decision.adequacy.misfit > THRESHOLDS.misfit * before.misfit)
+        decision.adequacy.misfit > THRESHOLDS.misfit * nominal.misfit)
     if decision.remains and not remains:
         notes.append('what no effect explains is no larger than in the baseline recording')
     kind = kind_of(bool(findings), remains)
     return ChangeVerdict(
-        kind, tuple(findings), _place(decision) if remains else None, before.held,
-        before.held and kind == NONE and not decision.remains, before.effects,
+        kind, tuple(findings), _place(decision) if remains else None, nominal.held,
+        nominal.held and kind == NONE and not decision.remains, nominal.effects,
         float(decision.fit.torque.max()), tuple(notes), decision.closed.candidate.model(
             decision.closed.z))
 
@@ -193,10 +193,10 @@ def _reference_fit(recording: UniformRecording, model: DriveModel, ids: Sequence
     if decision.remains:
         fitted_model = _fitted_nominal(recording, model, jobs)
         if fitted_model is not None:
-            again = _with_noise(recording, fitted_model, _plain_fit(
+            refined = _with_noise(recording, fitted_model, _plain_fit(
                 evidence_of([recording], fitted_model, ids, jobs, silent)[0]), ids, jobs)
-            if again.adequacy.misfit < decision.adequacy.misfit:
-                decision = again
+            if refined.adequacy.misfit < decision.adequacy.misfit:
+                decision = refined
     fit = decision.closed
     same = replace(decision.evidence.model, process_torque=model.process_torque) == model
     return _closed(recording, fit, float(fit.torque.max()),
@@ -228,7 +228,7 @@ def _fitted_nominal(recording: UniformRecording, model: DriveModel,
         return None
 
 
-def _closed(recording: UniformRecording, fit: InnovationFit, noise: float | None, held: bool,
+def _closed(recording: UniformRecording, fit: InnovationFit, noise: float | None, holds: bool,
             effects: tuple[str, ...], jobs: int) -> ReferenceFit:
     """
     Return the ReferenceFit with the model of a fit, which is exact from then on.
@@ -237,59 +237,59 @@ def _closed(recording: UniformRecording, fit: InnovationFit, noise: float | None
         recording: the reference.
         fit: of all that it shows.
         noise: torque noise that is allowed, N m rms in a sample, None: none.
-        held: whether the model file explained it.
+        holds: whether the model file explained it.
         effects: beyond the file.
         jobs: number of threads.
     """
     model = replace(fit.candidate.model(fit.z).folded(), process_torque=noise, tolerance=0.0)
     evidence, _ = evidence_of([recording], model, (), jobs, silent)
     plain = _plain_fit(evidence)
-    return ReferenceFit(model, held, effects, adequacy_of(evidence, plain).misfit, evidence,
+    return ReferenceFit(model, holds, effects, adequacy_of(evidence, plain).misfit, evidence,
                         plain)
 
 
 def _effects_of(decision: Decision) -> list[tuple[str, Values]]:
     """Return (id, values) of the effects that a decision names."""
     fit = decision.fit
-    named: list[tuple[str, Values]] = [
+    effects: list[tuple[str, Values]] = [
         (name, values) for name, values in zip(fit.candidate.ids, fit.candidate.values(fit.z)[1])
         if name != TORQUE_MAP.id]
     if decision.bursts is not None:
         burst = decision.bursts.bursts[0]
-        named.append((DISTURBANCE.id, {'t0': burst.t0, 'duration': burst.duration,
-                                       'amplitude': burst.amplitude}))
-    return named
+        effects.append((DISTURBANCE.id, {'t0': burst.t0, 'duration': burst.duration,
+                                         'amplitude': burst.amplitude}))
+    return effects
 
 
-def _refuted(before: ReferenceFit, effect: str, values: Values) -> bool:
+def _refuted(nominal: ReferenceFit, effect: str, values: Values) -> bool:
     """
     Return whether the reference refutes an effect of this size.
 
     Args:
-        before: what the reference says.
+        nominal: what the reference says.
         effect: id.
         values: of its parameters now.
     """
     if effect == DISTURBANCE.id:  # at times of its own
         return True
-    model = with_effects(before.model, [{'id': effect, **values}])
-    fine, fit = before.evidence.fine, before.fit
-    plain = fine.run(before.model, fit.torque).deviance
+    model = with_effects(nominal.model, [{'id': effect, **values}])
+    fine, fit = nominal.evidence.fine, nominal.fit
+    plain = fine.run(nominal.model, fit.torque).deviance
     return bool(fine.run(model, fit.torque).deviance - plain > THRESHOLDS.effect_gain)
 
 
-def _finding(before: ReferenceFit, effect: str, values: Values,
+def _finding(nominal: ReferenceFit, effect: str, values: Values,
              errors: Mapping[str, float]) -> ChangeFinding:
     """
     Return an effect as a change.
 
     Args:
-        before: what the reference says.
+        nominal: what the reference says.
         effect: id.
         values: of its parameters now.
         errors: standard errors of these.
     """
-    earlier, earlier_errors = _earlier(before, effect)
+    earlier, earlier_errors = _earlier(nominal, effect)
     rows = []
     for parameter in library()[effect].parameters:
         name = parameter.name
@@ -297,39 +297,39 @@ def _finding(before: ReferenceFit, effect: str, values: Values,
             continue
         own = errors.get(name)
         std = None if own is None else math.hypot(own, earlier_errors.get(name, 0.0))
-        rows.append(ChangedValue(name, on_axis(parameter.unit, before.model.axis),
+        rows.append(ChangedValue(name, on_axis(parameter.unit, nominal.model.axis),
                                  earlier.get(name, 0.0), float(values[name]), std))
     return ChangeFinding(effect, library()[effect].location, tuple(rows))
 
 
-def _earlier(before: ReferenceFit, effect: str) -> tuple[dict[str, float], dict[str, float]]:
+def _earlier(nominal: ReferenceFit, effect: str) -> tuple[dict[str, float], dict[str, float]]:
     """Return ({parameter: value}, {parameter: standard error}) of an effect in the reference."""
     entry = EFFECTS.get(effect)
     if entry is not None and entry.replaces:
-        value = before.model.value(entry.replaces)
+        value = nominal.model.value(entry.replaces)
         values = {entry.parameters[0].name: value}
     else:
         values = next(({k: float(v) for k, v in e.items() if k != 'id'}
-                       for e in before.model.effects if e['id'] == effect), {})
+                       for e in nominal.model.effects if e['id'] == effect), {})
     if not values or (effect in PHASED and not values.get(amplitude(effect))):
         return values, {}
-    candidates = before.evidence.starts.candidates(effect, int(values['N']) if 'N' in values
-                                                   else None)
+    candidates = nominal.evidence.starts.candidates(effect, int(values['N']) if 'N' in values
+                                                    else None)
     candidate = candidates[0]
     z = _coordinates(candidate, effect, values)
-    errors, _ = standard_errors(before.evidence, InnovationFit(candidate, z, before.fit.torque))
+    errors, _ = standard_errors(nominal.evidence, InnovationFit(candidate, z, nominal.fit.torque))
     return values, {k: v for k, v in errors.get(effect, {}).items() if math.isfinite(v)}
 
 
 def _coordinates(candidate: CandidateModel, effect: str, values: Mapping[str, float]) -> Array:
     """Return the coordinates [P] at which a candidate of one effect has these values."""
-    named = dict(values)
+    components = dict(values)
     if effect in PHASED:
-        named |= sine_and_cosine(effect, values)
+        components |= sine_and_cosine(effect, values)
     z = candidate.start()
     for k, c in enumerate(candidate.coordinates):
-        if c.owner == 0 and c.name in named:
-            z[k] = math.log(max(named[c.name], 1e-300)) if c.log else named[c.name]
+        if c.owner == 0 and c.name in components:
+            z[k] = math.log(max(components[c.name], 1e-300)) if c.log else components[c.name]
     return np.asarray(z)
 
 

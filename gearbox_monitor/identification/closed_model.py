@@ -116,13 +116,13 @@ def _interval(chi2_before: Array, chi2_after: Array, noise: Array, readings: int
     return np.percentile(closed, COVERAGE).tolist()
 
 
-def _parts(before: Sequence[WindowRuns],
-           after: Sequence[WindowRuns]) -> tuple[Figures, dict[str, Figures]]:
+def _parts(open_runs: Sequence[WindowRuns],
+           closed_runs: Sequence[WindowRuns]) -> tuple[Figures, dict[str, Figures]]:
     """Return ({channel: figures}, {region: {bin: figures}}) of the windows that are held out."""
-    judged = [~run.data.train if any((~r.data.train).any() for r in after)
-              else run.data.train for run in after]
+    judged = [~run.data.train if any((~r.data.train).any() for r in closed_runs)
+              else run.data.train for run in closed_runs]
     squares = [[run.residual[use] ** 2 for run, use in zip(runs, judged)]
-               for runs in (before, after)]
+               for runs in (open_runs, closed_runs)]
 
     def figures(masks: Sequence[Flags]) -> dict[str, float | None] | None:
         """Return the misfits of the readings of `masks`, one for each recording."""
@@ -133,9 +133,9 @@ def _parts(before: Sequence[WindowRuns],
             for powers in squares]
         return {'before': gaps[0], 'after': gaps[1], 'closed': closed_of(*gaps)}
     channels: Figures = {}
-    for number, name in enumerate(after[0].recording.readings):
+    for number, name in enumerate(closed_runs[0].recording.readings):
         masks = []
-        for run, power in zip(after, squares[0]):
+        for run, power in zip(closed_runs, squares[0]):
             mask = np.zeros(power.shape, bool)
             if number in run.data.channels:
                 mask[:, :, run.data.channels.index(number)] = True
@@ -144,8 +144,8 @@ def _parts(before: Sequence[WindowRuns],
         if entry is not None:
             channels[name] = entry
     regions = {}
-    for name, (bins, every) in labels(before).items():
-        rows = [label[use] for label, use in zip(every, judged)]
+    for name, (bins, row_labels) in labels(open_runs).items():
+        rows = [label[use] for label, use in zip(row_labels, judged)]
         regions[name] = {b: figures([row == k for row in rows]) for k, b in enumerate(bins)}
     return channels, regions
 
@@ -162,9 +162,9 @@ def with_starts_of(runs: Sequence[WindowRuns],
         others: of another model over the same windows.
     """
     out = []
-    for run, other in zip(runs, others):
+    for run, source in zip(runs, others):
         states, chi2 = window_states.solve_states(
-            run.data, run.model, other.point.states, run.point.memory,
+            run.data, run.model, source.point.states, run.point.memory,
             np.arange(len(run.data.windows)))
         closer = chi2 < run.chi2
         out.append(run if not closer.any() else replace(run, point=run.data.evaluate(
@@ -245,7 +245,7 @@ def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveMode
 
 
 def free_run(runs: WindowRuns) -> Array:
-    """Return the readings [N, 2] of one run from the first window on, NaN before it."""
+    """Return the readings [N, 2] of one run from the first of `runs` on, NaN before it."""
     data = runs.data
     n, begin = len(runs.recording.u), data.windows.begin[:1]
     whole = ShootingWindows(begin, n - int(begin[0]), begin, np.full(1, n))
@@ -254,7 +254,7 @@ def free_run(runs: WindowRuns) -> Array:
 
 
 def rms(recording: UniformRecording, y: Array) -> Array:
-    """Return [2] rad, rms of the recording against a free run; NaN: diverges, or not read."""
+    """Return [2] rad, rms against a free run `y` [N, 2]; NaN: it diverges, or is not read."""
     begin = int(np.isfinite(y).any(axis=1).argmax())
     with np.errstate(over='ignore', invalid='ignore'):
         deviation = np.sqrt(np.mean((recording.y[begin:] - y[begin:]) ** 2, axis=0))

@@ -252,10 +252,10 @@ def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[s
 
 def _alone(recording: UniformRecording, evidence: Evidence, ids: Sequence[str]) -> str | None:
     """Return the effects that one recording of several shows alone, None if it shows none."""
-    shown = [i for i in ids if visible(i, evidence.model, recording)]
-    if not shown:
+    visible_ids = [i for i in ids if visible(i, evidence.model, recording)]
+    if not visible_ids:
         return None
-    decision = decided(*evidence_of([recording], evidence.model, shown, evidence.jobs,
+    decision = decided(*evidence_of([recording], evidence.model, visible_ids, evidence.jobs,
                                     evidence.progress))
     return '+'.join(decision.ids) or None
 
@@ -299,7 +299,7 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
     dependence = decision.adequacy.dependence
     if dependence is not None and not dependence.beyond_chance:
         dependence = None
-    left = decision.adequacy
+    adequacy = decision.adequacy
     gains = {f.candidate.name: decision.gain(f) for f in decision.fits if f.candidate.ids}
     d = {name: evidence_for(evidence, fit, decision.fits, i)
          for i, name in enumerate(fit.candidate.ids)}
@@ -314,8 +314,8 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
         published, none_runs, closed_runs if decision.closed is fit else runs, closed_runs,
         errors, condition, gains, d, apart,
         confusable(evidence, fit, decision.fits, apart) if fit.candidate.ids else [],
-        partial(matrix, space), left.excess, left.structure,
-        left.noise_gain, dependence, decision.remains,
+        partial(matrix, space), adequacy.excess, adequacy.structure,
+        adequacy.noise_gain, dependence, decision.remains,
         () if bursts is None else bursts.bursts, lattices)
 
 

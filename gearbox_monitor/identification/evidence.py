@@ -83,7 +83,7 @@ class Evidence:
         return JointLikelihood(parts)
 
     def hides(self, recording: UniformRecording) -> bool:
-        """Return whether a side of the drive moves on its own that no encoder reads."""
+        """Return whether a side moves on its own that no encoder of the `recording` reads."""
         return len(recording.channels) == 1 and self.model.transmission.kind != 'rigid'
 
     @cached_property

@@ -76,7 +76,7 @@ def evaluated(likelihood: Likelihood, candidate: CandidateModel, z: Array,
 
 
 def annealed(likelihood: Likelihood, fit: FilteredFit) -> Array:
-    """Return the torque noise [2] that is likeliest at `fit`, by its tangents."""
+    """Return the torque noise [2] that is likeliest at `fit`, by tangents of `likelihood`."""
     torque, deviance = fit.torque, fit.run.deviance
     least, most = likelihood.least_noise, likelihood.most_noise
     for sides in ([0, 1], [0], [1]):

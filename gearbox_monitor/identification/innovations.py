@@ -65,10 +65,10 @@ class Likelihood(Protocol):
         """Return the run of a filter under `model` with torque noise `torque` [2]."""
 
     def change(self, run: Any, model: DriveModel) -> Array:
-        """Return the change [N, 2] (rad) of the innovations when the model becomes `model`."""
+        """Return the change [N, 2] (rad) of the innovations of `run` when the model is `model`."""
 
     def with_noise(self, run: Any, torque: Array) -> tuple[float, Array, Array]:
-        """Return (-2 log L, innovations, their variance) of `run` under other noise."""
+        """Return (-2 log L, innovations, their variance) of `run` under the noise `torque` [2]."""
 
 
 @dataclass(frozen=True)
@@ -401,7 +401,7 @@ class JointLikelihood:
                 np.concatenate([row[2] for row in rows]))
 
     def smoothed(self, run: JointlyFiltered) -> list[Array]:
-        """Return the smoothed states [N, N_STATE] of each recording, NaN outside of its parts."""
+        """Return smoothed states [N, N_STATE] of each recording of `run`, NaN between parts."""
         return [part.smoothed(own) for part, own in zip(self.parts, run.runs)]
 
 
@@ -424,9 +424,9 @@ def schedule(e: Array, dt: float, parts: int, channels: Sequence[int]) -> Sample
         parts: number of parts of a sample in each of which the torque is constant.
         channels: encoders that are read.
     """
-    late = np.array([e[DELAY1], e[DELAY2]]) / dt
-    shift = np.floor(late + ONCE)
-    at = 1.0 - np.clip(late - shift, 0.0, None)
+    lag = np.array([e[DELAY1], e[DELAY2]]) / dt
+    shift = np.floor(lag + ONCE)
+    at = 1.0 - np.clip(lag - shift, 0.0, None)
     at[at > 1.0 - ONCE] = 1.0
     segments: list[float] = []
     for end in sorted({*at[list(channels)].tolist(), 1.0}):

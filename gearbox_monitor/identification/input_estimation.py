@@ -29,7 +29,7 @@ PLACES = (*TORQUES, *SENSORS)
 
 
 def torque_places(model: DriveModel) -> tuple[str, ...]:
-    """Return the places at which a torque can act in a drive."""
+    """Return the places at which a torque can act in the drive of `model`."""
     # In a rigid drive any torque moves both sides alike.
     return TORQUES if model.transmission.kind != 'rigid' else TORQUES[:1]
 

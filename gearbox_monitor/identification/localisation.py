@@ -114,12 +114,12 @@ def _motion(runs: WindowRuns) -> tuple[dict[str, Array], Flags]:
     else:
         load = model.transmission.stiffness * np.maximum(np.abs(twist) - b, 0.0)
     width = max(1, round(REVERSAL / dt))
-    near = np.zeros(len(speed), bool)
+    reversing = np.zeros(len(speed), bool)
     for k in np.flatnonzero(np.diff(np.sign(speed)) != 0):
-        near[max(0, k - width):k + width + 1] = True
+        reversing[max(0, k - width):k + width + 1] = True
     moved = {'speed': np.abs(speed), 'angle': y[:, 1], 'load': load,
              'time': np.arange(len(speed)) * dt, 'twist': twist}
-    return {name: value[index] for name, value in moved.items()}, near[index]
+    return {name: value[index] for name, value in moved.items()}, reversing[index]
 
 
 def labels(runs: Sequence[WindowRuns]

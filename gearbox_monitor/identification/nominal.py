@@ -249,8 +249,8 @@ def _free_candidate(search: Search, plain: DriveModel, model: DriveModel,
     """
     own = _effects_of(model)
     scales = {'u0': search.starts.scales.torque, ZERO: max(search.starts.scales.twist, 1e-6)}
-    held = ('kt', *(GAINS if model.controller and not model.controller.tolerance else ()))
-    free = free or [name for name in offered(model) if name not in held]
+    fixed = ('kt', *(GAINS if model.controller and not model.controller.tolerance else ()))
+    free = free or [name for name in offered(model) if name not in fixed]
     ids = tuple(name for name in free if name in own)
     coordinates = [_coordinate(name, scales.get(name)) for name in free if name not in own]
     for i, name in enumerate(ids):
@@ -301,12 +301,12 @@ def lasting_time(search: Search, fitted: CandidateFit) -> float:
         fitted: fit of the search.
     """
     candidate, stated = fitted.candidate, search.model.process_torque_time
-    every = max(1, round(SPARSE / search.recording.dt))
+    stride = max(1, round(SPARSE / search.recording.dt))
     deviances: dict[float, float] = {}
     for time in sorted({stated, *LASTING_TIMES}):
         nominal = replace(candidate.nominal, process_torque_time=time)
         filter_ = InnovationLikelihood(search.recording, nominal, search.long.sigma,
-                                       search.spans).thinned(every)
+                                       search.spans).thinned(stride)
         start = InnovationFit(replace(candidate, nominal=nominal), fitted.point.z,
                               filter_.first_noise)
         deviances[time] = innovation_fit.fitted(filter_, start, TIME_ITERATIONS).deviance
@@ -336,12 +336,12 @@ def _decided(search: Search, data: likelihood.WindowData, candidate: CandidateMo
         Undecided: neither is a solution.
     """
     unseen = data.train if data.train.all() else ~data.train
-    near = fitted.point if fitted is not None else likelihood.fresh(data, candidate)
+    start = fitted.point if fitted is not None else likelihood.fresh(data, candidate)
 
     def left(z: Array) -> tuple[likelihood.FitPoint, float]:
         """Return where windows stand with the coordinates z, and the gap on unseen ones."""
         point = window_states.rescue(
-            data, candidate, window_states.solved(data, candidate, near.at(z)), [near],
+            data, candidate, window_states.solved(data, candidate, start.at(z)), [start],
             half_gap=search.half_gap)
         return point, closed_model.gap_of(point.chi2[unseen], data.size)
     _, gap_start = left(candidate.start())
@@ -350,7 +350,7 @@ def _decided(search: Search, data: likelihood.WindowData, candidate: CandidateMo
     if regression is not None and regression.after < min(regression.before, LEFT * torque):
         point, gap_regression = left(regression.z)
     else:
-        point, gap_regression = near, math.inf
+        point, gap_regression = start, math.inf
     if fitted is not None and gap <= THRESHOLDS.no_worse * min(gap_start, gap_regression):
         return fitted, 'search'
     if math.isfinite(gap_regression):
@@ -483,7 +483,7 @@ def _listed(candidate: CandidateModel, z: Array, covariance: Array,
     (_, own_starts), (_, own_values) = map(candidate.values, (candidate.start(), z))
     values: list[FittedValue] = []
     for c, error, at in zip(candidate.coordinates, errors, z):
-        inside = not c.log or math.log(c.low) + 1e-6 < at < math.log(c.high) - 1e-6
+        interior = not c.log or math.log(c.low) + 1e-6 < at < math.log(c.high) - 1e-6
         scale = 1.0 if c.log else c.scale
         if c.owner < 0:
             name, unit, start, value = c.name, UNITS[c.name], starts[c.name], (
@@ -497,7 +497,7 @@ def _listed(candidate: CandidateModel, z: Array, covariance: Array,
             start, value = own_starts[c.owner][name], own_values[c.owner][name]
             unit = next(p.unit for p in effect.parameters if p.name == name)
             name = f'{effect.id}.{name}'
-        determined = inside and error < THRESHOLDS.determined * scale
+        determined = interior and error < THRESHOLDS.determined * scale
         values.append(FittedValue(name, on_axis(unit, model.axis), start, value,
                                   float(error * abs(value) if c.log else error), bool(determined)))
     r = covariance / np.outer(errors, errors)

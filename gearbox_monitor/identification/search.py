@@ -106,7 +106,7 @@ class Search:
 
     def with_data(self, long: likelihood.WindowData,
                   fitted: Mapping[str, CandidateFit]) -> 'Search':
-        """Return the Search on windows that count in another way, with other fits."""
+        """Return the Search on windows `long` that count in another way, with fits `fitted`."""
         out = copy(self)
         out.long, out._fitted = long, dict(fitted)
         return out

@@ -45,7 +45,7 @@ def likeliest(search: Search, candidate: CandidateModel, starts: Sequence[Array]
 
 
 def training_spans(search: Search) -> list[slice]:
-    """Return the parts of the recording before the windows that are held out."""
+    """Return the parts of the recording of `search` before the windows that are held out."""
     if search.long.train.all():
         return search.spans
     return [slice(span.start, cut + n) for cut, n, span in zip(
@@ -53,7 +53,7 @@ def training_spans(search: Search) -> list[slice]:
 
 
 def unseen_spans(search: Search) -> list[slice]:
-    """Return the parts of the recording that are held out."""
+    """Return the parts of the recording of `search` that are held out."""
     recording = search.recording
     if search.long.train.all():
         return []
@@ -101,7 +101,7 @@ def on_windows(search: Search, fit: InnovationFit, filter_: InnovationLikelihood
 
 
 def fit_none(search: Search) -> CandidateFit:
-    """Fit the model without effects to a recording driven by the torque; it joins the fits."""
+    """Fit the model without effects to a recording driven by torque, for `search` to keep."""
     candidate = search.starts.none()
     whole = InnovationLikelihood(search.recording, search.model, search.long.sigma,
                                  search.spans)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Thresholds of the verdict, each with its derivation: what decides stands here and nowhere else.
+Thresholds of the verdict, each with what it means: what decides stands here and nowhere else.
 
 Settings of an optimiser or of a numerical method, which change how soon a fit arrives and not what
 counts as an answer, stand where they are used. "Blind sets" are those of `benchmarks blind`: true

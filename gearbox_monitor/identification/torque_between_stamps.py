@@ -27,7 +27,7 @@ LATEST = 0.5  # sample times by which a torque that was sampled acts later at mo
 
 
 def is_open(recording: UniformRecording, model: DriveModel) -> bool:
-    """Return whether a log leaves open how its torque acted between the stamps."""
+    """Return whether `recording` leaves open how torque acted on `model` between its stamps."""
     return (recording.dt * SLOW > 1.0 and model.controller is None
             and model.driven_by == 'torque')
 

@@ -116,9 +116,9 @@ class _Rows:
         return out
 
 
-def _at_stamps(held: Array) -> Array:
-    """Return the mean torque [N] about each stamp, of that `held` [N] from each stamp on."""
-    return np.asarray(0.5 * (held + np.append(held[:1], held[:-1])))
+def _at_stamps(torque: Array) -> Array:
+    """Return the mean torque [N] about each stamp, of the `torque` [N] held from each stamp on."""
+    return np.asarray(0.5 * (torque + np.append(torque[:1], torque[:-1])))
 
 
 def _rows(recording: UniformRecording, model: DriveModel) -> _Rows:

@@ -176,10 +176,10 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
     kind = kind_of(bool(effects), basis.remains)
     places, remaining = dict(localisation.NOWHERE), None
     if basis.remains:
-        left = localisation.places(basis.runs if candidate.ids else basis.none)
-        remaining = remaining_place(left, basis.dependence)
+        places_left = localisation.places(basis.runs if candidate.ids else basis.none)
+        remaining = remaining_place(places_left, basis.dependence)
     if kind == UNKNOWN:
-        places = left
+        places = places_left
     elif kind != NONE:  # an effect names the place; what free signals explain illustrates it
         places = localisation.places(basis.none, illustrates=True)
     locations = [location_of(i) for i in effects]
@@ -256,9 +256,9 @@ def _torque_map(model: DriveModel, basis: Explained) -> dict[str, Any] | None:
 
 
 def _finding(basis: Explained, name: str, values: Mapping[str, float],
-             errors: Mapping[str, float], shown: tuple[str | None, float | None]) -> Finding:
-    """Return the effect `name` as a finding; shown: the reading that shows it, its share."""
-    channel, share = shown
+             errors: Mapping[str, float], attribution: tuple[str | None, float | None]) -> Finding:
+    """Return the effect `name` as a finding; attribution: the reading that shows it, its share."""
+    channel, share = attribution
     deviations: dict[str, float | None] = {
         key: errors[key] if _determined(value, errors.get(key)) else None
         for key, value in values.items()}
@@ -271,9 +271,9 @@ def _finding(basis: Explained, name: str, values: Mapping[str, float],
         deviations = dict.fromkeys(values)
     rivals = [rival for rival in basis.separations.get(name, (0.0, {}))[1]
               if rival in basis.confusable]
-    alone = len(basis.candidate.ids) == 1
+    single = len(basis.candidate.ids) == 1
     return Finding(name, location_of(name), values, deviations, basis.evidence.get(name), share,
-                   channel, confusable=tuple(basis.confusable if alone else rivals))
+                   channel, confusable=tuple(basis.confusable if single else rivals))
 
 
 def _determined(value: float, error: float | None) -> bool:
@@ -293,13 +293,13 @@ def explained_shares(basis: Explained) -> list[tuple[str, str, float | None]]:
     for number, name in enumerate(basis.candidate.ids):
         if name == TORQUE_MAP.id:
             continue
-        lost = np.zeros(2)
+        losses = np.zeros(2)
         for none, run in zip(basis.none, basis.runs):
             without = none.residual if len(basis.candidate.ids) == 1 else _without(run, number)
             change = (without ** 2).sum(axis=(0, 1)) - (run.residual ** 2).sum(axis=(0, 1))
-            lost[run.data.channels] += change
-        out.append((name, basis.recordings[0].readings[int(np.argmax(lost))],
-                    float(np.clip(lost.sum() / total, 0.0, 1.0)) if total > 0.0 else None))
+            losses[run.data.channels] += change
+        out.append((name, basis.recordings[0].readings[int(np.argmax(losses))],
+                    float(np.clip(losses.sum() / total, 0.0, 1.0)) if total > 0.0 else None))
     return out
 
 
@@ -351,12 +351,12 @@ def remainder(basis: Explained, place: str, torque_map: Mapping[str, Any] | None
         counts[run.data.channels] += run.residual[:, :, 0].size
     reduced = squares / np.maximum(counts, 1)
     at = int(np.argmax(reduced))
-    left = Remainder(
+    unexplained = Remainder(
         place, basis.recordings[0].readings[at],
         float(basis.sigma[at]) * math.sqrt(max(0.0, float(reduced[at]) - 1.0)),
         None if basis.dependence is None else basis.dependence.over,
         times=tuple((b.t0, b.t0 + b.duration) for b in basis.bursts))
-    return left.to_dict() | {'torque_map': None if torque_map is None else {
+    return unexplained.to_dict() | {'torque_map': None if torque_map is None else {
         k: v for k, v in torque_map.items() if k != 'id'}}
 
 
@@ -409,9 +409,9 @@ def equivalents(findings: Sequence[Finding], model: DriveModel) -> list[str]:
             out.append(f'a payload of {added / distance ** 2:.3g} kg at {distance:.3g} m from the '
                        'axis has this inertia and this weight')
     elif added > 0.0:
-        near, far = ARMS
-        out.append(f'a payload of {added / near ** 2:.3g} kg at {near:g} m from the axis has this '
-                   f'inertia, and so has one of {added / far ** 2:.3g} kg at {far:g} m')
+        r1, r2 = ARMS
+        out.append(f'a payload of {added / r1 ** 2:.3g} kg at {r1:g} m from the axis has this '
+                   f'inertia, and so has one of {added / r2 ** 2:.3g} kg at {r2:g} m')
     return out
 
 
@@ -482,9 +482,9 @@ def warnings(basis: Explained, kind: str, nuisances: Mapping[str, float],
     if law != model.friction_law.kind:
         out.append(f'friction of the drive follows the law {law}, not {model.friction_law.kind} '
                    'of the model file (friction_law): with it, nothing but noise is left')
-    before, after = (misfit_of(runs) for runs in (basis.published, basis.closed_runs))
-    if kind == NONE and before > THRESHOLDS.misfit * after:
-        out.append(f'the model file itself misses by {before:.3g} standard deviations: values '
+    published, closed = (misfit_of(runs) for runs in (basis.published, basis.closed_runs))
+    if kind == NONE and published > THRESHOLDS.misfit * closed:
+        out.append(f'the model file itself misses by {published:.3g} standard deviations: values '
                    'moved within their tolerances (nominal_shift) explain the recording')
     bound = candidate.at_bound(basis.z)
     one_encoder = all(len(r.channels) == 1 for r in basis.recordings)

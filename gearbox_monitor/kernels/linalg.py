@@ -71,7 +71,7 @@ if COMPILED:
 
     @jit_inline
     def multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
-        """Write a b' into `out`, where that is known to be symmetric; all [n * n]."""
+        """Write a b' into `out`, known to be symmetric; all [n * n]; `states` of length n."""
         n = len(states)
         for i in range(n):
             s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
@@ -255,7 +255,7 @@ if COMPILED:
 
     @jit
     def transposed_multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
-        """Write a' b into `out`, where that is known to be symmetric; all [n * n]."""
+        """Write a' b into `out`, known to be symmetric; all [n * n]; `states` of length n."""
         n = len(states)
         for i in range(n):
             for j in range(i + 1):
@@ -303,24 +303,24 @@ else:
         return a.reshape(round(len(a) ** 0.5), -1)
 
     def multiply(states: States, a: Array, b: Array, out: Array) -> None:
-        """Write a b into `out`; all [n * n], row by row."""
+        """Write a b into `out`; all [n * n], row by row; `states` of length n."""
         np.matmul(_square(a), _square(b), out=_square(out))
 
     def carry(states: States, phi: Array, P: Array, half: Array, cross: Array,
               out: Array) -> None:
-        """Write phi P into `cross` and (phi P + phi diag(half)) phi' into `out`; half [n]."""
+        """Write phi P to `cross`, (phi P + phi diag(half)) phi' to `out`; half, `states` [n]."""
         phi = _square(phi)
         _square(cross)[:] = phi @ _square(P)
         out[:] = ((_square(cross) + phi * half) @ phi.T).ravel()
         _symmetrise(out)
 
     def multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
-        """Write a b' into `out`, where that is known to be symmetric; all [n * n]."""
+        """Write a b' into `out`, known to be symmetric; all [n * n]; `states` of length n."""
         out[:] = (_square(a) @ _square(b).T).ravel()
         _symmetrise(out)
 
     def transposed_multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
-        """Write a' b into `out`, where that is known to be symmetric; all [n * n]."""
+        """Write a' b into `out`, known to be symmetric; all [n * n]; `states` of length n."""
         out[:] = (_square(a).T @ _square(b)).ravel()
         _symmetrise(out)
 
@@ -329,7 +329,7 @@ else:
         out[:] = 0.5 * (out + out.T)
 
     def solve_positive(states: States, a: Array, b: Array, out: Array) -> bool:
-        """Write a^-1 b into `out` [n * n]; False when `a` is not positive definite."""
+        """Write a^-1 b into `out` [n * n] for n `states`; False: `a` not positive definite."""
         try:
             np.linalg.cholesky(_square(a))
             out[:] = np.linalg.solve(_square(a), _square(b)).ravel()

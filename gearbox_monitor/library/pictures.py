@@ -54,12 +54,12 @@ def _(estimates: Estimates) -> Figure:
     first = int(estimates.stamp_ns[0]) if len(estimates.stamp_ns) else 0
     t = (estimates.stamp_ns - first) / SECOND
     smoothed_t = (estimates.smoothed_stamp_ns - first) / SECOND
-    seen = [k for k, name in enumerate(('motor', 'arm'))
-            if not np.isnan(getattr(estimates, f'innovation_{name}')).all()]
+    channels = [k for k, name in enumerate(('motor', 'arm'))
+                if not np.isnan(getattr(estimates, f'innovation_{name}')).all()]
     settled = smoothed_t > SETTLED
     loop = [plots.Curve(estimates.smoothed_twist[settled], estimates.smoothed_tau_k[settled],
-                        'smoothed')] if settled.any() and 1 in seen else []
-    names = [('motor', 'arm')[k] for k in seen]
+                        'smoothed')] if settled.any() and 1 in channels else []
+    names = [('motor', 'arm')[k] for k in channels]
     return plots.overview(plots.RunCurves(
         estimates.recording.name if isinstance(estimates, RecordingEstimates) else 'Estimates',
         loop, plots.TorqueCurve(t, estimates.tau_k, estimates.tau_k_std),
@@ -90,8 +90,8 @@ def _(windows: BacklashWindows) -> Figure:
 def _curve(windows: Any, first: int, length: float) -> plots.BacklashCurve:
     """Return the gap of `windows` of a `length` (s) over the time from the stamp `first` on."""
     return plots.BacklashCurve(
-        np.array([(one.stamp_ns - first) / SECOND for one in windows]),
-        np.array([one.gap for one in windows]), np.array([one.gap_std for one in windows]),
+        np.array([(fit.stamp_ns - first) / SECOND for fit in windows]),
+        np.array([fit.gap for fit in windows]), np.array([fit.gap_std for fit in windows]),
         length)
 
 

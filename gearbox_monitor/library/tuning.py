@@ -88,17 +88,17 @@ def tune(recording: Recording, model: DriveModel | None = None, *,
     recording = expect_recording(recording)
     drive = recording.model if model is None else expect_model(model)
     usual = {} if smoother or reference is not None else {'tau_k_model': MIXED}
-    drive, before = resolve(drive, {**usual, **estimator_values(parameters, changes)})
+    drive, base = resolve(drive, {**usual, **estimator_values(parameters, changes)})
     recording = recording.with_model(drive)
     samples, notes = measured_samples(recording.samples(), recording.name)
     measured = None if reference is None else (samples.stamp_ns, column(
         reference, 'reference', 'torque of the transmission in N m', len(recording)))
     try:
-        figures = tuned(drive, before, [samples], measured, speeds, smoother, progress)
+        figures = tuned(drive, base, [samples], measured, speeds, smoother, progress)
     except InputError as error:
         raise InputError(f'{recording.name}: {error}') from None
     figures.update(bag=recording.name, notes=[*figures['notes'], *recording.notes, *notes])
-    return TunedParameters(before.replace(**figures['parameters']), before, drive, figures)
+    return TunedParameters(base.replace(**figures['parameters']), base, drive, figures)
 
 
 def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
@@ -125,16 +125,16 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
         InputError: the recordings do not suit it.
     """
     expect_jobs(jobs)
-    before = parameters if isinstance(parameters, EstimatorParameters) and not changes else (
+    base = parameters if isinstance(parameters, EstimatorParameters) and not changes else (
         EstimatorParameters.of({'tau_k_model': MIXED, **estimator_values(parameters, changes)}))
     parts, _, _ = uniform(recordings, expect_model(model))
-    result = replace(unit_adaptation.adapt(parts, model, before, jobs, progress), estimator=before)
-    kept = _kept_before(result, model, before, parts)
-    if not kept:
+    result = replace(unit_adaptation.adapt(parts, model, base, jobs, progress), estimator=base)
+    refusal = _kept_before(result, model, base, parts)
+    if not refusal:
         return result
     return replace(result, model=model.with_(**{
-        name: max(now) for name, now in result.tolerances.items()}), parameters={},
-        open=[kept, *result.open], kept=kept)
+        name: max(sides) for name, sides in result.tolerances.items()}), parameters={},
+        open=[refusal, *result.open], kept=refusal)
 
 
 def write_adapted(folder: str | Path, result: Adapted, names: str) -> Path:
@@ -166,11 +166,11 @@ def _kept_before(result: Adapted, model: DriveModel, parameters: EstimatorParame
     if result.fit is None:
         return ''
     samples = [samples_of(recording) for recording in recordings]
-    before, after = (sum(run_score(drive, values, part).criterion for part in samples)
-                     for drive, values in ((model, parameters), (
+    old_score, new_score = (sum(run_score(drive, values, part).criterion for part in samples)
+                            for drive, values in ((model, parameters), (
                          result.model, parameters.replace(**result.parameters))))
-    if after >= before:
+    if new_score >= old_score:
         return ''
-    return (f'the adapted values are less likely than model file and parameters before '
-            f'(log-likelihood {after:.1f}, {before:.1f} before): these are kept, with wider '
-            'tolerances')
+    return ('the adapted values are less likely than model file and parameters before '
+            f'(log-likelihood {new_score:.1f}, {old_score:.1f} before): these are kept, with '
+            'wider tolerances')

@@ -349,9 +349,9 @@ def html(result: Any) -> str:
             for k in range(min(count, ROWS))]
     body = ''.join(f'<tr>{row}</tr>' for row in rows)
     head = ''.join(f'<th>{escape(name)}</th>' for name in names)
-    more = f'<p>{count} rows</p>' if count > ROWS else ''
+    footer = f'<p>{count} rows</p>' if count > ROWS else ''
     text = '<br>'.join(escape(line) for line in words(result).splitlines())
-    return f'<p>{text}</p><table><tr>{head}</tr>{body}</table>{more}'
+    return f'<p>{text}</p><table><tr>{head}</tr>{body}</table>{footer}'
 
 
 def _cell(value: Any) -> str:

@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Limits of alerts, each with its derivation: what decides stands here and nowhere else.
+Limits of alerts, each with what it means: what decides stands here and nowhere else.
 
 Settings of a fit, grids of a search and sizes of buffers, which change how soon a result arrives
 and not what counts as one, stand where they are used. Priors of features and the shares of false
-alarms stand in backlash.change_tests. "Measured by" names the command that shows what a limit
-does; a comment without one says what the number means. Deviations are standard deviations.
+alarms stand in backlash.change_tests. A command that a comment names shows what the indicators
+detect with all limits together; no command derives a limit alone. Deviations are standard
+deviations.
 """
 from dataclasses import dataclass
 
@@ -51,8 +52,8 @@ class AlertLimits:
     gate: float = 5.0
 
     # --- Uncertainty of tau_K
-    # Of the reference: lower, measurements are hardly used; higher, they are missing.
-    # Measured by `benchmark trust`.
+    # Of the reference: lower, measurements are hardly used; higher, they are missing. Detections
+    # and false alarms: `python -m benchmarks trust`.
     covariance_low: float = 0.8
     covariance_high: float = 1.3
     # Evaluations whose median is the reference, where none was given: a median outlives two.
@@ -62,7 +63,7 @@ class AlertLimits:
     # s of samples whose information is judged: so few that a passing loss shows.
     information_window: float = 0.1
     # Share of the prior deviation that remains: more is a state that readings hardly tell.
-    # Measured by `benchmark trust`.
+    # Detections and false alarms: `python -m benchmarks trust`.
     untrusted: float = 0.3
     # Share of the prior deviation of tau_K: the filter knows no more than before it began.
     unknown: float = 1.0
@@ -101,10 +102,7 @@ class AlertLimits:
     curve_significance: float = 1e-3
     # Probability that lasting misfit is more than that of a block or two.
     curve_often: float = 0.95
-    # Residuals beyond so many stated deviations count less: 96 % efficient for normal ones.
-    curve_huber: float = 1.5
-    # Deviations of the speed below which friction is uncertain, and the weight that rows keep.
-    curve_standstill: float = 3.0
+    # Weight that rows keep at standstill, where friction is uncertain.
     curve_standstill_weight: float = 0.05
     # Deviations expected before a window is seen: of stiffness and of half gap and play relative
     # to the model's, by wear; of the friction, too; scale; delay (s); gain.
@@ -127,6 +125,12 @@ class AlertLimits:
     # Probability of the learned curve: likelier than the other curve of `mixed`.
     learned_probability: float = 0.5
 
+    # --- Elastic curve and features of a window
+    # Residuals beyond so many deviations count less: 96 % efficient for normal ones.
+    huber: float = 1.5
+    # Deviations of the speed below which friction is uncertain.
+    standstill: float = 3.0
+
     # --- Features of a window
     # Points that a fit needs: eight parameters and blocks of them.
     window_points: int = 50
@@ -145,15 +149,11 @@ class AlertLimits:
     gain_prior: float = 0.05
     # Share of what was expected to which a window narrows what it identifies.
     identified: float = 0.6
-    # Deviations of the speed below which friction is uncertain.
-    standstill: float = 3.0
     # Correlation of twist and torque on each flank that tells gap and compliance apart: half of
     # the torque's variance.
     flank_correlation: float = 0.7
     # Share of the samples in which the twist answers to the direction, or lost motion is none.
     one_sided: float = 0.9
-    # Residuals beyond so many deviations count less: 96 % efficient for normal ones.
-    huber: float = 1.5
     # Relative deviation of a hidden gap: beyond, the motion does not show it.
     hidden_std: float = 0.3
     # Of the twist by the load: a hidden gap below is none.
@@ -200,8 +200,8 @@ class AlertLimits:
     course_prior: tuple[float, ...] = (0.5, 0.2, 0.15, 0.15)
     # Deviations by which the largest window may exceed the second largest: one alone is no change.
     loner: float = 3.0
-    # Windows of the sequential test, whose false alarms scan.false_alarm_rate gives. Measured by
-    # test/system/wear.py.
+    # Windows of the sequential test, whose false alarms scan.false_alarm_rate gives. Random
+    # histories: test/system/wear.py.
     horizon: int = 120
     # Windows within which the place of a step is searched again.
     step_settle: int = 12
@@ -214,7 +214,7 @@ class AlertLimits:
     stated_ratio: float = 3.0
     precise: float = 0.1
     # Score of a stretch below which a feature has stayed, and by which the gap as it was measured
-    # must speak for a change, too. Measured by test/system/wear.py.
+    # must speak for a change, too. Random histories: test/system/wear.py.
     stayed: float = 3.5
     agrees: float = 1.5
     # Relative deviation of the couplings.

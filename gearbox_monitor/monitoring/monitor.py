@@ -77,7 +77,7 @@ class WindowFit(Protocol):
 
     def fit(self, stamps: Integers, rows: Array, stamp_ns: int
             ) -> features.Backlash | features.NotExcited:
-        """Return the features of a window; see HiddenArm.fit."""
+        """Return the features of `rows` at `stamps` (ns) up to stamp_ns; see HiddenArm.fit."""
 
     def to_list(self) -> list[float] | None:
         """Return what the next fit begins with, for a snapshot."""
@@ -511,8 +511,8 @@ class Monitor:
         """Return whether the window that ends here may serve as a baseline."""
         if self._hidden_arm is not None:  # its fit takes the readings, not the estimates
             return self.outcomes['input'].level == Level.OK
-        return self._window_flagged <= LIMITS.chance_flags and not self._alarmed((*COMPONENTS[:3],
-                                                                                  'input'))
+        return (self._window_flagged <= LIMITS.chance_flags
+                and not self._alarmed((*COMPONENTS[:3], 'input')))
 
     def _comparable(self) -> bool:
         """

@@ -113,10 +113,10 @@ class Controller:
         limit = math.inf if self.torque_limit is None else self.torque_limit
         error = setpoint - position
         slope = np.diff(setpoint, prepend=setpoint[0]) / dt
-        ahead = (self.feedforward * slope
-                 + self.feedforward_inertia * np.diff(slope, prepend=slope[0]) / dt)
+        forward = (self.feedforward * slope
+                   + self.feedforward_inertia * np.diff(slope, prepend=slope[0]) / dt)
         integral = np.clip(self.ki * np.cumsum(error) * dt, -limit, limit) if self.ki else 0.0
-        u: Array = np.clip(self.kp * error + integral - self.kd * speed + ahead, -limit, limit)
+        u: Array = np.clip(self.kp * error + integral - self.kd * speed + forward, -limit, limit)
         return u
 
 
@@ -311,13 +311,13 @@ class DriveModel(Saved):
         """Return effects and servo as the float64 array [N_EFFECTS] that kernels take."""
         servo = self.folded().controller
         # A simulator with steps of its own takes what a filter has reached as it is in a step.
-        held = self.friction_law.kind == 'mujoco' and self.integrator != INTEGRATORS[RK4]
+        holds = self.friction_law.kind == 'mujoco' and self.integrator != INTEGRATORS[RK4]
         if servo is None:
-            return packed(self.effects, held=held)
+            return packed(self.effects, held=holds)
         limit = math.inf if servo.torque_limit is None else servo.torque_limit
         hold = 0.5 / servo.rate if servo.rate else 0.0
         return packed(self.effects, (servo.kp, servo.kd, limit, servo.ki, servo.delay + hold,
-                                     servo.feedforward, servo.feedforward_inertia), held)
+                                     servo.feedforward, servo.feedforward_inertia), holds)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, as a model file holds them."""
@@ -859,7 +859,7 @@ def motor_friction_slope(x3: float, tau_k: float, p: Packed) -> float:
 
 @jit
 def motor_friction_slope_by_law(x3: float, tau_k: float, p: Array) -> float:
-    """Do as motor_friction_slope for any law; a constraint counts where it does not slip."""
+    """Do as motor_friction_slope(x3, tau_k, p), any law; a constraint counts until it slips."""
     if p[LAW] > TANH:
         return p[CV] + p[RATE] / (p[INVERSE_M1] * (1.0 + p[SOFTNESS]))
     return p[CV] + (p[CC] + p[CL] * abs(tau_k)) * p[ALPHA] * side_slope(p[ALPHA] * x3, p[LAW])
@@ -924,13 +924,13 @@ def motor_acceleration_by_law(x1: float, x3: float, x4: float, u: float, tau_k: 
     """
     if p[LAW] == ATAN:
         return motor_acceleration(x1, x3, x4, u, tau_k, p)
-    other = u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - p[KR] * x1 - p[CV] * x3
+    torque = u + p[OFFSET] - p[D] * (x3 - x4) - tau_k - p[KR] * x1 - p[CV] * x3
     level = p[CC] + p[LEVEL] + p[CL] * abs(tau_k)
     if p[LAW] == TANH:
-        other -= level * side(p[ALPHA] * x3, p[LAW])
+        torque -= level * side(p[ALPHA] * x3, p[LAW])
     else:
-        other -= holding(other, p[RATE] * x3 / p[INVERSE_M1], level, p[SOFTNESS], p[STATIC])
-    return other * p[INVERSE_M1]
+        torque -= holding(torque, p[RATE] * x3 / p[INVERSE_M1], level, p[SOFTNESS], p[STATIC])
+    return torque * p[INVERSE_M1]
 
 
 @jit
@@ -1026,10 +1026,10 @@ def arm_load_slopes(x2: float, x4: float, p: Array) -> tuple[float, float]:
         d tau_arm / d x2 (N m/rad) and d tau_arm / d x4 (N m s/rad).
     """
     if p[LAW] > TANH:
-        held = p[RATE] / (p[INVERSE_M2] * (1.0 + p[SOFTNESS])) if p[CAC] != 0.0 else 0.0
+        slope = p[RATE] / (p[INVERSE_M2] * (1.0 + p[SOFTNESS])) if p[CAC] != 0.0 else 0.0
     else:
-        held = p[CAC] * p[ARM_ALPHA] * side_slope(p[ARM_ALPHA] * x4, p[LAW])
-    on_speed = p[CAV] + held
+        slope = p[CAC] * p[ARM_ALPHA] * side_slope(p[ARM_ALPHA] * x4, p[LAW])
+    on_speed = p[CAV] + slope
     return p[G] * math.cos(x2 + p[PHI]) if p[G] != 0.0 else 0.0, on_speed
 
 
@@ -1065,10 +1065,10 @@ def _held_torque(x1: float, x3: float, u: float, tau_arm: float, p: Array) -> fl
     """Return rigid_torque where friction is a constraint: the drive is one joint."""
     m2 = 1.0 / p[INVERSE_M2]
     both = 1.0 / p[INVERSE_M1] + m2
-    other = u + p[OFFSET] - p[KR] * x1 - p[CV] * x3 - tau_arm
+    driving = u + p[OFFSET] - p[KR] * x1 - p[CV] * x3 - tau_arm
     level, torque = p[CC] + p[LEVEL], 0.0
     for _ in range(2 if p[CL] != 0.0 else 1):  # friction that grows with the torque needs it first
-        friction = holding(other, p[RATE] * x3 * both, level + p[CL] * abs(torque), p[SOFTNESS],
+        friction = holding(driving, p[RATE] * x3 * both, level + p[CL] * abs(torque), p[SOFTNESS],
                            p[STATIC])
-        torque = m2 * (other - friction) / both + tau_arm
+        torque = m2 * (driving - friction) / both + tau_arm
     return torque

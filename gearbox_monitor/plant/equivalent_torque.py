@@ -53,11 +53,11 @@ def _run(state: Array, schedule: Schedule, noise: ProcessNoise,
         torque[k, 0], torque[k, 1] = external[0], external[1]
         for i in range(n):
             at = t[k] + i * h
-            before = torque_difference(at, state, u[k, i], external, drives)
+            first = torque_difference(at, state, u[k, i], external, drives)
             advance(state, at, h, u[k, i:i + 1], external, noise, drives[0], 0.0)
-            after = torque_difference(at + h, state, u[k, i], external, drives)
-            torque[k, 0] += (u[k, i] + 0.5 * (before[0] + after[0])) / n
-            torque[k, 1] += 0.5 * (before[1] + after[1]) / n
+            second = torque_difference(at + h, state, u[k, i], external, drives)
+            torque[k, 0] += (u[k, i] + 0.5 * (first[0] + second[0])) / n
+            torque[k, 1] += 0.5 * (first[1] + second[1]) / n
 
 
 @jit

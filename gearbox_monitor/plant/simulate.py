@@ -398,7 +398,7 @@ class Plant:
 
     @property
     def model(self) -> DriveModel:
-        """The DriveModel in force."""
+        """The `model` in force."""
         return self._model
 
     @model.setter

@@ -20,7 +20,7 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.finding import Finding, hurts, WARN
+from gearbox_monitor.quality.finding import DataFinding, hurts, WARN
 from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 from gearbox_monitor.quality.wiring import independent
@@ -96,7 +96,7 @@ def _likelihood(columns: Array, y: Array, prior: tuple[Array, Array], scale: flo
                          + np.linalg.slogdet(information)[1]))
 
 
-def finding(smooth: SmoothedMotion, model: DriveModel, stated: str) -> Finding:
+def finding(smooth: SmoothedMotion, model: DriveModel, stated: str) -> DataFinding:
     """
     Return what the effort reads like, against what is stated.
 
@@ -107,27 +107,27 @@ def finding(smooth: SmoothedMotion, model: DriveModel, stated: str) -> Finding:
 
     """
     if not (np.isfinite(smooth.u).all() and smooth.u.any()):
-        return Finding('torque', 'effort', 'no torque to compare')
+        return DataFinding('torque', 'effort', 'no torque to compare')
     scores, factor = likelihoods(smooth, model)
     first, second = sorted(READINGS, key=lambda name: -scores[name])[:2]
     ratio = scores[first] - scores[second]
     values: dict[str, float | str] = {
         f'log_likelihood_{name}': score for name, score in scores.items()}
     if not ratio >= LIMITS.effort_ratio:  # NaN tells nothing, either
-        return Finding('torque', 'effort', f'{first} or {second}: undecided (log of the '
-                       f'likelihood ratio {ratio:.1f}, {LIMITS.effort_ratio:g} wanted)',
-                       values=values)
+        return DataFinding('torque', 'effort', f'{first} or {second}: undecided (log of the '
+                           f'likelihood ratio {ratio:.1f}, {LIMITS.effort_ratio:g} wanted)',
+                           values=values)
     figure = f'reads like {first} (log of the likelihood ratio {ratio:.0f} over {second})'
     values['effort_is'] = first
     if first == CURRENT:
         values['factor'] = factor
-        return Finding('torque', 'effort', f'{figure}: {factor:.2g} times the torque',
-                       f'set torque_constant: {model.torque_constant / factor:.2g} in the model '
-                       'file, and effort_is: current', hurts(WARN, WARN, WARN), values)
+        return DataFinding('torque', 'effort', f'{figure}: {factor:.2g} times the torque',
+                           f'set torque_constant: {model.torque_constant / factor:.2g} in the '
+                           'model file, and effort_is: current', hurts(WARN, WARN, WARN), values)
     # Where the model converts a current, its torque is what is looked for.
     same = {TORQUE: (TORQUE, 'unknown', CURRENT), COMPENSATED: (COMPENSATED,)}[first]
     if stated in same:
-        return Finding('torque', 'effort', figure, values=values)
+        return DataFinding('torque', 'effort', figure, values=values)
     advice = ('set effort_is: gravity_compensated, with a robot_description'
               if first == COMPENSATED else 'set effort_is: torque')
-    return Finding('torque', 'effort', figure, advice, hurts(WARN, WARN, WARN), values)
+    return DataFinding('torque', 'effort', figure, advice, hurts(WARN, WARN, WARN), values)

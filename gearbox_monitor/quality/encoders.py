@@ -11,7 +11,7 @@ from gearbox_monitor.estimation.noise_search import at_rest
 from gearbox_monitor.kernels.sensor_noise import quantisation_step, white_noise_std
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
+from gearbox_monitor.quality.finding import BAD, DataFinding, everything, hurts, OK, WARN
 from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.stretch import EvenStretch
 
@@ -33,7 +33,7 @@ def noise_of(y: Array) -> tuple[float, float]:
     return white_noise_std(readings, quantum), quantum
 
 
-def measured(y: Array, without_arm: bool = False) -> list[Finding]:
+def measured(y: Array, without_arm: bool = False) -> list[DataFinding]:
     """
     Return Lines about readings that are missing.
 
@@ -47,12 +47,12 @@ def measured(y: Array, without_arm: bool = False) -> list[Finding]:
         share = float(np.isnan(values).mean())
         values = {'missing_share': share}
         if share == 1.0 and name == 'arm' and without_arm:
-            lines.append(Finding(
+            lines.append(DataFinding(
                 name, 'readings', 'no arm encoder', 'expect torque, trust and backlash; no twist',
                 hurts(WARN, WARN), values))
             continue
         if share == 1.0:
-            lines.append(Finding(
+            lines.append(DataFinding(
                 name, 'readings', 'never measured',
                 'without a position there is neither estimate nor diagnosis' if neither else
                 'without it there is no estimate; diagnose takes one encoder',
@@ -60,7 +60,7 @@ def measured(y: Array, without_arm: bool = False) -> list[Finding]:
             continue
         grade = (BAD if share > LIMITS.missing_many
                  else WARN if share > LIMITS.missing_notice else OK)
-        lines.append(Finding(
+        lines.append(DataFinding(
             name, 'readings', 'all there' if share == 0.0 else
             f'{100 * share:.2g} % missing or NaN',
             '' if grade == OK else 'check cable, driver and joint name of this encoder',
@@ -69,7 +69,7 @@ def measured(y: Array, without_arm: bool = False) -> list[Finding]:
 
 
 def lines(stamps: Integers, y: Array, noises: Noises, swing: float | None,
-          stated: Sequence[float]) -> list[Finding]:
+          stated: Sequence[float]) -> list[DataFinding]:
     """
     Return Lines about noise and resolution.
 
@@ -90,7 +90,7 @@ def lines(stamps: Integers, y: Array, noises: Noises, swing: float | None,
     seconds = 0.0 if standstill is None else standstill[1]
     figure = f'{seconds:.3g} s: tune measures the noise there' if seconds else \
         'none of half a second: tune will find the noise in motion'
-    lines = [Finding('motion', 'standstill', figure, values={'rest_s': seconds})]
+    lines = [DataFinding('motion', 'standstill', figure, values={'rest_s': seconds})]
     for i, levels in enumerate(noises):
         if levels is None:
             continue
@@ -101,14 +101,14 @@ def lines(stamps: Integers, y: Array, noises: Noises, swing: float | None,
             figure = f'{noise:.3g} rad at rest ({figure} throughout)'
             values['noise_at_rest_rad'] = noise
         right = stated[i] / LIMITS.noise_off <= noise <= LIMITS.noise_off * stated[i]
-        lines.append(Finding(
+        lines.append(DataFinding(
             NAMES[i], 'noise', f'{figure}; r_std_{NAMES[i]} is {stated[i]:.3g}',
             '' if right else 'find R and Q with gearbox_monitor tune',
             {} if right else hurts(WARN, WARN), values))
         if not quantum > 0.0:
             continue
         coarse = swing is not None and quantum > LIMITS.coarse * swing
-        lines.append(Finding(
+        lines.append(DataFinding(
             NAMES[i], 'resolution', f'steps of {quantum:.3g} rad'
             + (f', {quantum / swing:.2g} of the swing of the twist' if swing else ''),
             'read the encoder finer (interpolation, both edges), or use one with more lines'
@@ -116,7 +116,8 @@ def lines(stamps: Integers, y: Array, noises: Noises, swing: float | None,
     return lines
 
 
-def broken(part: EvenStretch, noises: Noises, model: DriveModel | None = None) -> list[Finding]:
+def broken(part: EvenStretch, noises: Noises, model: DriveModel | None = None
+           ) -> list[DataFinding]:
     """
     Return findings about readings that stick, are clipped or wrap around.
 
@@ -183,7 +184,7 @@ def live_rows(y: Array, dt: float) -> Flags:
     return lives
 
 
-def wraps(name: str, y: Array, begin: float, dt: float) -> list[Finding]:
+def wraps(name: str, y: Array, begin: float, dt: float) -> list[DataFinding]:
     """
     Return the finding about jumps of one turn, if there are any.
 
@@ -197,14 +198,14 @@ def wraps(name: str, y: Array, begin: float, dt: float) -> list[Finding]:
     turns = np.flatnonzero(np.abs(jump - TURN) < LIMITS.near_turn)
     if not len(turns) or jump[turns].min() < 5.0 * np.percentile(jump, 98):
         return []
-    return [Finding(
+    return [DataFinding(
         name, 'wraps', f'the position of the {name} jumps by {jump[turns[0]]:.4g} rad at t = '
         f'{begin + (turns[0] + 1) * dt:.4g} s, {len(turns)} jumps of one turn in all',
         'count the position over turns (unwrap it) before it is published', everything(BAD),
         {'wraps': len(turns)}, 'wraps')]
 
 
-def sticks(name: str, y: Array, i: int, play: float, begin: float, dt: float) -> list[Finding]:
+def sticks(name: str, y: Array, i: int, play: float, begin: float, dt: float) -> list[DataFinding]:
     """
     Return the finding about one and the same reading while the other side moves, if there is one.
 
@@ -229,7 +230,7 @@ def sticks(name: str, y: Array, i: int, play: float, begin: float, dt: float) ->
     clipped = own[run.start] in (own.min(), own.max())
     cause = ('the reading is clipped, or the joint stands at an end stop' if clipped else
              'the encoder is frozen')
-    return [Finding(
+    return [DataFinding(
         name, 'sticks', f'the position of the {name} stays exactly the same for '
         f'{(run.stop - run.start) * dt:.3g} s from t = {begin + run.start * dt:.4g} s while the '
         f'{NAMES[1 - i]} travels {np.ptp(opposite[run]):.3g} rad: {cause}',

@@ -18,7 +18,7 @@ from gearbox_monitor.quality import (
 from gearbox_monitor.quality.admission import (
     kind_of, ONE_ENCODER, takes_one_encoder, two_publishers, unstamped)
 from gearbox_monitor.quality.finding import (
-    BAD, everything, Finding, Grade, hurts, OK, PURPOSES, WARN)
+    BAD, DataFinding, everything, Grade, hurts, OK, PURPOSES, WARN)
 from gearbox_monitor.quality.recording import held_rate, merged, prepare, REPEATED
 from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
@@ -39,7 +39,7 @@ class Examination:
     begin: its first usable stamp, seconds: from there to the last one, s.
     """
 
-    lines: tuple[Finding, ...]
+    lines: tuple[DataFinding, ...]
     suits: dict[str, tuple[Grade, tuple[str, ...]]]
     begin: float
     seconds: float
@@ -78,9 +78,9 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     part = stretch.stretch(clock, u, y)
     if servo:
         part = replace(part, u=None)
-        lines.append(Finding('torque', 'readings', 'none: the model has a controller, whose '
-                             'setpoint is read', 'for estimation record the torque and give a '
-                             'model without controller', hurts(BAD, BAD)))
+        lines.append(DataFinding('torque', 'readings', 'none: the model has a controller, whose '
+                                 'setpoint is read', 'for estimation record the torque and give a '
+                                 'model without controller', hurts(BAD, BAD)))
     if any(part.measured):
         lines += _moved(samples, clock, part, parameters, model, has_setpoint)
     lines += _diagnosis(samples, model, parameters.effort_is) if not publishers else []
@@ -89,7 +89,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     return examined(lines, float(samples.stamp_ns[clock.usable][0]) * 1e-9, clock.duration)
 
 
-def _of_one_publisher(samples: Samples) -> tuple[Samples, list[Finding]]:
+def _of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding]]:
     """
     Return samples with motor and arm in each of them, and a finding if two publishers sent them.
 
@@ -104,7 +104,7 @@ def _of_one_publisher(samples: Samples) -> tuple[Samples, list[Finding]]:
                         samples.y[arm, 1][order])
     seconds = max(float(np.ptp(samples.stamp_ns)) * 1e-9, 1e-9)
     rates = [count / seconds for count in (motor.sum(), arm.sum())]
-    finding = Finding(
+    finding = DataFinding(
         'stamps', 'publishers', f'two on one topic: the motor at {rates[0]:.4g} Hz, the arm at '
         f'{rates[1]:.4g} Hz, never in one message', 'set arm_topic to this topic in the parameter '
         'file (docs/ros.md); gearbox_monitor import BAG --arm-topic joint_states NEW pairs this '
@@ -112,7 +112,7 @@ def _of_one_publisher(samples: Samples) -> tuple[Samples, list[Finding]]:
     return Samples(samples.stamp_ns[motor], samples.u[motor], y), [finding]
 
 
-def _physical(samples: Samples, clock: StampClock) -> tuple[Samples, list[Finding]]:
+def _physical(samples: Samples, clock: StampClock) -> tuple[Samples, list[DataFinding]]:
     """Return samples without unphysical numbers, and findings about these with their times."""
     findings = []
     u, y = samples.u, samples.y
@@ -122,13 +122,13 @@ def _physical(samples: Samples, clock: StampClock) -> tuple[Samples, list[Findin
         if len(wild):
             seconds = float(samples.stamp_ns[wild[0]] - samples.stamp_ns[0]) * 1e-9
             share = len(wild) / len(values)
-            findings.append(Finding(
+            findings.append(DataFinding(
                 name, 'unphysical', f'{len(wild)} numbers infinite or beyond 1e9, the first '
                 f'{values[wild[0]]:.3g} at {seconds:.4g} s: they count as not measured',
                 'look for memory that the driver does not write', everything(
                     BAD if share > 0.01 else WARN), {'share': share}))
         elif is_uninitialised(values):
-            findings.append(Finding(
+            findings.append(DataFinding(
                 name, 'unphysical', 'dead: uninitialised memory, the largest amount is '
                 f'{np.nanmax(np.abs(values)):.2g}', 'look for a value that the driver never '
                 'writes', everything(BAD)))
@@ -137,7 +137,7 @@ def _physical(samples: Samples, clock: StampClock) -> tuple[Samples, list[Findin
     return Samples(samples.stamp_ns, physical_columns(u)[0], physical_columns(y)[0]), findings
 
 
-def examined(lines: Iterable[Finding], begin: float, seconds: float) -> Examination:
+def examined(lines: Iterable[DataFinding], begin: float, seconds: float) -> Examination:
     """
     Return the Examination of `lines`, in the order of their groups; begin, seconds: as there.
 
@@ -152,7 +152,7 @@ def examined(lines: Iterable[Finding], begin: float, seconds: float) -> Examinat
 
 
 def _moved(samples: Samples, clock: StampClock, part: EvenStretch, parameters: EstimatorParameters,
-           model: DriveModel | None, has_setpoint: bool) -> list[Finding]:
+           model: DriveModel | None, has_setpoint: bool) -> list[DataFinding]:
     u, y = samples.u[clock.usable, 0], samples.y[clock.usable]
     stamp_ns = samples.stamp_ns[clock.usable][0] + np.rint(clock.seconds * 1e9).astype(np.int64)
     noises = [encoders.noise_of(y[:, i]) if part.measured[i] else None for i in (0, 1)]
@@ -178,15 +178,15 @@ def _moved(samples: Samples, clock: StampClock, part: EvenStretch, parameters: E
     return motion_lines + lines
 
 
-def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> list[Finding]:
+def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> list[DataFinding]:
     """Return what diagnose itself says of the recording, and what the effort is."""
     if model is None:
-        return [Finding('model', 'model file', 'none', 'use --model to check signs, units '
-                        'and motion against it', hurts(OK, OK, WARN))]
+        return [DataFinding('model', 'model file', 'none', 'use --model to check signs, units '
+                            'and motion against it', hurts(OK, OK, WARN))]
     if model.transmission.kind == 'rigid':
-        rigid = [Finding('model', 'model file', 'transmission.kind is rigid',
-                         'for estimation use the model of a drive with two encoders',
-                         hurts(BAD, BAD))]
+        rigid = [DataFinding('model', 'model file', 'transmission.kind is rigid',
+                             'for estimation use the model of a drive with two encoders',
+                             hurts(BAD, BAD))]
     else:
         rigid = []
     rows, values, repeats = merged(samples.stamp_ns, np.column_stack([samples.u, samples.y]),
@@ -198,9 +198,9 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
         recording = recording.with_servo(model.controller)
     except InputError as error:
         one_encoder = not takes_one_encoder(model) and np.isnan(samples.y).all(axis=0).any()
-        return [*rigid, Finding('model', 'diagnose', f'refuses it: {error}',
-                                f'with one encoder give a model with {ONE_ENCODER}'
-                                if one_encoder else 'see above', hurts(diagnosis=BAD))]
+        return [*rigid, DataFinding('model', 'diagnose', f'refuses it: {error}',
+                                    f'with one encoder give a model with {ONE_ENCODER}'
+                                    if one_encoder else 'see above', hurts(diagnosis=BAD))]
     problems = gap_check.check(recording, model)
     fatal = [p for p in problems if p.fatal]
     sentences = [p.text for p in fatal or problems] or ['accepted without remarks']
@@ -214,11 +214,11 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
         rigid = [effort.finding(smooth, model, effort_is)]
     word = 'refuses it: ' if fatal else 'accepted; ' if problems else ''
     return [*rigid,
-            Finding('model', 'diagnose', word + '; '.join([
+            DataFinding('model', 'diagnose', word + '; '.join([
                 *sentences, *([repeats] if repeats else []), *notes]), advice, wired)]
 
 
-def _suits(lines: Iterable[Finding], purpose: str) -> tuple[Grade, tuple[str, ...]]:
+def _suits(lines: Iterable[DataFinding], purpose: str) -> tuple[Grade, tuple[str, ...]]:
     grade = max(line.hurts.get(purpose, OK) for line in lines)
     return grade, tuple(f'{line.name} ({line.group})' for line in lines
                         if grade > OK and line.hurts.get(purpose, OK) == grade)

@@ -9,7 +9,7 @@ from scipy.signal import oaconvolve
 
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.quality.encoders import NAMES
-from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
+from gearbox_monitor.quality.finding import BAD, DataFinding, everything, hurts, OK, WARN
 from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.stretch import EvenStretch
 
@@ -96,7 +96,7 @@ def reversals(v: Array, slow: float) -> Integers:
     return at[1:][np.diff(side[at]) != 0]
 
 
-def reversal_finding(count: int, seconds: float, name: str) -> Finding:
+def reversal_finding(count: int, seconds: float, name: str) -> DataFinding:
     """
     Return the finding about how often the speed changes its sign.
 
@@ -107,7 +107,7 @@ def reversal_finding(count: int, seconds: float, name: str) -> Finding:
     """
     times = {0: 'never', 1: 'only once'}.get(count, f'{count} times')
     sufficient = count >= LIMITS.reversals
-    return Finding(
+    return DataFinding(
         'motion', 'reversals',
         f'the {name} speed reverses {times}, {60 * count / seconds:.3g} per minute',
         '' if sufficient else 'move to and fro, else friction that depends on the '
@@ -130,7 +130,7 @@ def swing(moved: LowPassedMotion) -> tuple[float, float | None]:
 
 
 def lines(part: EvenStretch, moved: LowPassedMotion, half_gap: float | None,
-          drift_window: float) -> list[Finding]:
+          drift_window: float) -> list[DataFinding]:
     """
     Return Lines on the Motion `moved` of a Stretch.
 
@@ -149,7 +149,7 @@ def lines(part: EvenStretch, moved: LowPassedMotion, half_gap: float | None,
         sufficient = travels[i] > LIMITS.travel * max(moved.noise[i], 1e-300)
         still |= not sufficient
         figure = f'{travels[i]:.4g} rad' + ('' if sufficient else ': hardly above noise')
-        lines.append(Finding(
+        lines.append(DataFinding(
             'motion', f'travel, {NAMES[i]}', figure,
             '' if sufficient else 'move the joint; check unit and joint name of this encoder',
             {} if sufficient else everything(BAD), {'travel_rad': travels[i]}))
@@ -158,9 +158,9 @@ def lines(part: EvenStretch, moved: LowPassedMotion, half_gap: float | None,
     i = int(np.flatnonzero(part.measured)[0])
     v = moved.v[:, i]
     fast, rms = float(np.abs(v).max()), float(np.sqrt(np.mean(v ** 2)))
-    lines.append(Finding('motion', f'speed, {NAMES[i]}',
-                         f'rms {rms:.3g}, largest {fast:.3g} rad/s',
-                         values={'speed_rms': rms, 'speed_max': fast}))
+    lines.append(DataFinding('motion', f'speed, {NAMES[i]}',
+                             f'rms {rms:.3g}, largest {fast:.3g} rad/s',
+                             values={'speed_rms': rms, 'speed_max': fast}))
     turns = len(reversals(v, max(LIMITS.slow_noise * moved.noise_v[i], LIMITS.slow_share * fast)))
     lines.append(reversal_finding(turns, part.duration, NAMES[i]))
     if all(part.measured):
@@ -171,7 +171,7 @@ def lines(part: EvenStretch, moved: LowPassedMotion, half_gap: float | None,
     return lines
 
 
-def _ratio(moved: LowPassedMotion) -> Finding:
+def _ratio(moved: LowPassedMotion) -> DataFinding:
     """Return the Line about arm over motor travel: sign and gear ratio."""
     motor, arm = (moved.p[:, i] - moved.p[:, i].mean() for i in (0, 1))
     slope = float(motor @ arm) / max(float(motor @ motor), 1e-300)
@@ -181,28 +181,28 @@ def _ratio(moved: LowPassedMotion) -> Finding:
     values = {'slope': slope, 'correlation': same}
     figure = f'arm moves {np.sign(slope) * size:.4g} x the motor, correlation {same:.3f}'
     if abs(same) < 0.5:
-        return Finding(
+        return DataFinding(
             'signs', 'motor and arm', f'{figure}: not one drive',
             'check the joint names: ' 'motor and arm must be the two ends of one gearbox',
             everything(BAD), values)
     if slope < 0.0:
-        return Finding('signs', 'motor and arm', figure, 'turn the sign of one encoder, or make '
-                       'gear_ratio in the model file negative', everything(BAD), values)
+        return DataFinding('signs', 'motor and arm', figure, 'turn the sign of one encoder, or '
+                           'make gear_ratio in the model file negative', everything(BAD), values)
     if not LIMITS.ratio_low < size < LIMITS.ratio_high:
-        return Finding('signs', 'motor and arm', figure,
-                       'multiply gear_ratio in the model file by '
-                       f'{1.0 / size:.4g} (--model), or check the units', everything(BAD), values)
-    return Finding('signs', 'motor and arm', figure, values=values)
+        return DataFinding('signs', 'motor and arm', figure,
+                           f'multiply gear_ratio in the model file by {1.0 / size:.4g} (--model), '
+                           'or check the units', everything(BAD), values)
+    return DataFinding('signs', 'motor and arm', figure, values=values)
 
 
 def _traversals(part: EvenStretch, moved: LowPassedMotion, half_gap: float | None,
-                drift_window: float) -> Finding:
+                drift_window: float) -> DataFinding:
     """Return the Line about how often the twist goes from one flank to the other."""
     middle, width = swing(moved)
     if width is None:
-        return Finding('motion', 'gap traversals', 'no twist seen above the noise',
-                       'load the joint to and fro; backlash below the noise of the encoders '
-                       'cannot be watched', hurts(OK, BAD, WARN), {'traversals': 0})
+        return DataFinding('motion', 'gap traversals', 'no twist seen above the noise',
+                           'load the joint to and fro; backlash below the noise of the encoders '
+                           'cannot be watched', hurts(OK, BAD, WARN), {'traversals': 0})
     flank = LIMITS.flank_swing * width if not half_gap else LIMITS.flank_gap * half_gap
     flank = max(flank, LIMITS.twist_seen * float(np.hypot(*moved.noise)))
     at = reversals(moved.p[:, 0] - moved.p[:, 1] - middle, flank)
@@ -213,15 +213,15 @@ def _traversals(part: EvenStretch, moved: LowPassedMotion, half_gap: float | Non
     figure = (f'{len(at)}, {60 * len(at) / part.duration:.3g} per minute; the twist swings '
               f'{width:.3g} rad')
     if share == 1.0:
-        return Finding('motion', 'gap traversals', figure, values=values)
+        return DataFinding('motion', 'gap traversals', figure, values=values)
     spoilt = hurts(OK, WARN if share >= 0.5 else BAD, OK if len(at) else WARN)
-    return Finding('motion', 'gap traversals',
-                   f'{figure}; in {100 * share:.0f} % of the windows there ' 'and back',
-                   f'load both flanks in every {drift_window:g} s: reverse under load', spoilt,
-                   values)
+    return DataFinding('motion', 'gap traversals',
+                       f'{figure}; in {100 * share:.0f} % of the windows there ' 'and back',
+                       f'load both flanks in every {drift_window:g} s: reverse under load', spoilt,
+                       values)
 
 
-def excitation(part: EvenStretch, moved: LowPassedMotion) -> Finding:
+def excitation(part: EvenStretch, moved: LowPassedMotion) -> DataFinding:
     """
     Return the Line about whether inertia, friction and offset are distinguishable.
 
@@ -236,10 +236,11 @@ def excitation(part: EvenStretch, moved: LowPassedMotion) -> Finding:
     columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     condition = float(np.linalg.cond(columns))
     sufficient = condition < LIMITS.excited
-    return Finding('motion', 'excitation', f'condition {condition:.3g} of acceleration, speed, '
-                   'friction, offset', '' if sufficient else
-                   'move at several speeds, in both directions, with quick starts and stops',
-                   {} if sufficient else hurts(OK, OK, WARN), {'condition': min(condition, 1e300)})
+    return DataFinding('motion', 'excitation', f'condition {condition:.3g} of acceleration, '
+                       'speed, friction, offset', '' if sufficient else
+                       'move at several speeds, in both directions, with quick starts and stops',
+                       {} if sufficient else hurts(OK, OK, WARN),
+                       {'condition': min(condition, 1e300)})
 
 
 def sign(v: Array, noise: float) -> Array:

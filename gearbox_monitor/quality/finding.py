@@ -27,7 +27,7 @@ FATAL = frozenset({'not_finite', 'rate', 'too_short', 'wraps', 'clipped', 'froze
 
 
 @dataclass(frozen=True)
-class Finding:
+class DataFinding:
     """
     One finding.
 

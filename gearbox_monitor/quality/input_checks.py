@@ -19,7 +19,7 @@ from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality import encoders, wiring
 from gearbox_monitor.quality.excitation_checks import reversal_finding, reversals
-from gearbox_monitor.quality.finding import Finding
+from gearbox_monitor.quality.finding import DataFinding
 from gearbox_monitor.quality.recording import held_rate, UniformRecording
 from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.smoothed_motion import HALF_WIDTHS, SmoothedMotion
@@ -29,12 +29,12 @@ from gearbox_monitor.quality.torque import limits as torque_limits
 from gearbox_monitor.quality.wiring import Variant
 
 
-def _finding(code: str, text: str, **values: float) -> Finding:
-    """Return a Finding of the diagnosis alone; values: how the data would have to be read."""
-    return Finding('model', 'diagnose', text, values=values, code=code)
+def _finding(code: str, text: str, **values: float) -> DataFinding:
+    """Return a DataFinding of the diagnosis alone; values: how the data would have to be read."""
+    return DataFinding('model', 'diagnose', text, values=values, code=code)
 
 
-def check(recording: UniformRecording, model: DriveModel) -> list[Finding]:
+def check(recording: UniformRecording, model: DriveModel) -> list[DataFinding]:
     """
     Return what a recording says about itself and about the model of its drive.
 
@@ -47,7 +47,7 @@ def check(recording: UniformRecording, model: DriveModel) -> list[Finding]:
             for finding in _problems(recording, model)]
 
 
-def _problems(recording: UniformRecording, model: DriveModel) -> list[Finding]:
+def _problems(recording: UniformRecording, model: DriveModel) -> list[DataFinding]:
     problems = _rate_and_length(recording, model)
     if problems and problems[0].fatal:
         return problems
@@ -76,7 +76,7 @@ def _problems(recording: UniformRecording, model: DriveModel) -> list[Finding]:
     return problems + limits + _motion(recording, smooth, model)
 
 
-def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[Finding]:
+def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[DataFinding]:
     # The motor's motion is put in by its acceleration, which slow positions do not show.
     rates = (LIMITS.held_rate if model.driven_by == 'position' else LIMITS.diagnosis_slowest,
              LIMITS.diagnosis_fastest)
@@ -91,9 +91,8 @@ def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[Finding]:
         hint = ''
         if model.driven_by == 'position' and rate >= LIMITS.diagnosis_slowest * 0.99:
             hint = (' with driven_by: position, which needs the acceleration of the motor; log '
-                    f'faster, or state driven_by: torque, which takes '
-                    f'{LIMITS.diagnosis_slowest:g} or '
-                    'more')
+                    'faster, or state driven_by: torque, which takes '
+                    f'{LIMITS.diagnosis_slowest:g} or more')
         for unit, factor in (('ms', 1e3), ('us', 1e6), ('ns', 1e9)):
             if rates[0] * 0.99 <= rate * factor <= rates[1] * 1.01:
                 hint = f'; is t in {unit}? It must be in s'
@@ -111,7 +110,7 @@ def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[Finding]:
 
 # --- each encoder for itself --------------------------------------------------------------------
 def _encoders(r: UniformRecording, model: DriveModel, sigma: Array,
-              quantum: Array) -> list[Finding]:
+              quantum: Array) -> list[DataFinding]:
     """Find encoders that do not move at all, stick, are clipped or wrap around."""
     if not np.isfinite(r.y).all() or not np.isfinite(r.u).all():
         return [_finding('not_finite', 'a value is not finite, expected numbers throughout')]
@@ -131,7 +130,7 @@ def _encoders(r: UniformRecording, model: DriveModel, sigma: Array,
 
 # --- channels, signs and units ------------------------------------------------------------------
 def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
-           model: DriveModel) -> list[Finding]:
+           model: DriveModel) -> list[DataFinding]:
     """Find the change of channels, signs or units that explains the data."""
     kinds = tuple(LIMITS.margins)
     for width in (w for w in HALF_WIDTHS if w >= smooth.half_width):
@@ -156,7 +155,7 @@ def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
                      'channels, signs and units')]
 
 
-def _setpoint(r: UniformRecording, model: DriveModel) -> list[Finding]:
+def _setpoint(r: UniformRecording, model: DriveModel) -> list[DataFinding]:
     """Find a setpoint that the position follows with another sign or in another unit."""
     position, correlation, against, ratio = r.y[:, r.channels[0]], -1.0, 1.0, 1.0
     for lag in range(0, round(LIMITS.behind / r.dt) + 1, max(1, round(0.01 / r.dt))):
@@ -236,7 +235,7 @@ def _unit_text(model: DriveModel, reading: Variant) -> str:
 
 
 # --- motion -------------------------------------------------------------------------------------
-def _still(r: UniformRecording, smooth: SmoothedMotion, sigma: Array) -> list[Finding]:
+def _still(r: UniformRecording, smooth: SmoothedMotion, sigma: Array) -> list[DataFinding]:
     """Find a drive that stands still, or a torque that never changes."""
     for i, name in enumerate(('motor', 'arm')):
         travel = np.ptp(smooth.p[:, i])
@@ -245,13 +244,13 @@ def _still(r: UniformRecording, smooth: SmoothedMotion, sigma: Array) -> list[Fi
                 'unexcited', f'the {name} travels {travel:.3g} rad, {travel / sigma[i]:.1f} times '
                 f'its noise of {sigma[i]:.2g} rad: expected at least {LIMITS.travel:g} times')]
     if np.ptp(r.u) == 0.0:
-        what = 'torque u' if r.servo_torque is None else 'setpoint'
-        return [_finding('unexcited', f'the {what} is {r.u[0]:.4g} throughout: expected one that '
+        label = 'torque u' if r.servo_torque is None else 'setpoint'
+        return [_finding('unexcited', f'the {label} is {r.u[0]:.4g} throughout: expected one that '
                          'changes')]
     return []
 
 
-def _motion(r: UniformRecording, smooth: SmoothedMotion, model: DriveModel) -> list[Finding]:
+def _motion(r: UniformRecording, smooth: SmoothedMotion, model: DriveModel) -> list[DataFinding]:
     problems = []
     windows = (smooth.k * r.dt).astype(int)
     n = int(r.duration + 1e-9)

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from gearbox_monitor.quality import stamps
 from gearbox_monitor.quality.examine import Examination, examined
-from gearbox_monitor.quality.finding import BAD, Finding
+from gearbox_monitor.quality.finding import BAD, DataFinding
 
 SAMPLES = 600_000  # that a part has at least; recordings of less than twice that are one part
 WINDOWS = 2        # of drift, likewise
@@ -28,7 +28,7 @@ def joined(parts: Sequence[Examination], drift_window: float) -> Examination:
     if len(parts) == 1:
         return parts[0]
     moving = [part for part in parts if not _rests(part)] or parts
-    by_name: dict[tuple[str, str], list[tuple[float, Finding]]] = {}
+    by_name: dict[tuple[str, str], list[tuple[float, DataFinding]]] = {}
     for part in parts:
         for line in part.lines:
             if part in moving or _of_rest(line):
@@ -42,7 +42,8 @@ def joined(parts: Sequence[Examination], drift_window: float) -> Examination:
     return examined(lines.values(), parts[0].begin, seconds)
 
 
-def _worst(candidates: Sequence[tuple[float, Finding]], start: float, count: int) -> Finding:
+def _worst(candidates: Sequence[tuple[float, DataFinding]], start: float, count: int
+           ) -> DataFinding:
     """
     Return the worst of [(begin of its part, Line)], the first of equal ones; it tells the part.
 
@@ -61,6 +62,6 @@ def _rests(part: Examination) -> bool:
     return bool(travels) and all(line.verdict() == BAD for line in travels)
 
 
-def _of_rest(line: Finding) -> bool:
+def _of_rest(line: DataFinding) -> bool:
     """Return whether a Line says something where the drive stands, too."""
     return line.group == 'stamps' or line.group in ('motor', 'arm') and line.name == 'readings'

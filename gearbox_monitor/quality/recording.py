@@ -464,8 +464,8 @@ def _wander(jitter: Array, dt: float) -> Array:
     if len(jitter) < n:
         return np.zeros(len(jitter))
     slow = np.convolve(np.pad(jitter, half, 'edge'), np.ones(n) / n, 'valid')
-    alone = max(LIMITS.quiet_jitter * dt, 4.0 * rms_of(jitter - slow) / math.sqrt(n))
-    return slow if rms_of(slow) > alone else np.zeros(len(jitter))
+    noise = max(LIMITS.quiet_jitter * dt, 4.0 * rms_of(jitter - slow) / math.sqrt(n))
+    return slow if rms_of(slow) > noise else np.zeros(len(jitter))
 
 
 def _follows_stamps(values: Mapping[str, Array], index: Integers, jitter: Array,
@@ -538,13 +538,13 @@ def at_one_rate(recordings: Sequence[UniformRecording]) -> list[UniformRecording
     for r in recordings:
         if 1e-3 < dt / r.dt - 1.0 <= LIMITS.rates_alike:
             t = np.arange(int((len(r.t) - 1) * r.dt / dt) + 1) * dt
-            held = np.minimum((t / r.dt + 1e-6).astype(int), len(r.u) - 1)
+            source = np.minimum((t / r.dt + 1e-6).astype(int), len(r.u) - 1)
             at = np.arange(len(r.t)) * r.dt
             r = replace(
-                r, t=t, dt=dt, u=r.u[held],
+                r, t=t, dt=dt, u=r.u[source],
                 y=np.column_stack([_cubic(at, column, t) for column in r.y.T]),
-                arm_torque=None if r.arm_torque is None else r.arm_torque[held],
-                servo_torque=None if r.servo_torque is None else r.servo_torque[held])
+                arm_torque=None if r.arm_torque is None else r.arm_torque[source],
+                servo_torque=None if r.servo_torque is None else r.servo_torque[source])
         aligned.append(r)
     return aligned
 

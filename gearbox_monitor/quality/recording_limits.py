@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Limits of findings on a recording, each with its derivation: what decides stands here alone.
+Limits of findings on a recording, each with what it means: what decides stands here alone.
 
 Grids of a search and numbers of rows that are fitted, which change how accurate a measure is and
-not what counts as wrong, stand where they are used. A comment says what the number means.
-Deviations are standard deviations.
+not what counts as wrong, stand where they are used. Deviations are standard deviations.
 """
 from collections.abc import Mapping
 from dataclasses import dataclass, field

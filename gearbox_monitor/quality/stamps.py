@@ -9,7 +9,7 @@ import numpy as np
 from gearbox_monitor.estimation.sample_loop import (
     BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
-from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
+from gearbox_monitor.quality.finding import BAD, DataFinding, everything, hurts, OK, WARN
 from gearbox_monitor.quality.recording_limits import LIMITS
 
 _GROUP = 'stamps'
@@ -80,7 +80,7 @@ def clock(stamps: Integers, max_gap: float = LIMITS.max_gap) -> StampClock | Non
 
 
 def burst_size(stamps: Integers) -> int:
-    """Return how many samples are stamped at once, on receipt of a packet; 1: each by itself."""
+    """Return how many of `stamps` [N] (ns) come at once, on receipt of a packet; 1: each alone."""
     step = np.diff(stamps)
     if (len(step) < LIMITS.least_changes or (step < 0).any() or stamps[0] <= 0
             or stamps[-1] == stamps[0]):
@@ -115,7 +115,7 @@ def evened(stamps: Integers) -> Integers:
 
 
 def lines(stamps: Integers, clock: StampClock, max_gap: float, drift_window: float
-          ) -> list[Finding]:
+          ) -> list[DataFinding]:
     """
     Return Lines on stamps int64 [N] ns with their Clock `found`.
 
@@ -132,7 +132,7 @@ def lines(stamps: Integers, clock: StampClock, max_gap: float, drift_window: flo
             _gaps(clock, max_gap), length(clock.duration, drift_window)]
 
 
-def _order(stamps: Integers, clock: StampClock, max_gap: float) -> Finding:
+def _order(stamps: Integers, clock: StampClock, max_gap: float) -> DataFinding:
     """Return the finding about stamps that a filter refuses; the counts are those of replay."""
     codes = stamp_codes(stamps, max_gap)
     zero, repeated, backward, jumps = (int((codes == code).sum()) for code in (
@@ -146,28 +146,28 @@ def _order(stamps: Integers, clock: StampClock, max_gap: float) -> Finding:
         (restarts, 'restarts of the clock')) if n]
     if not counts:
         figure = f'{len(stamps)}, all increasing'
-        return Finding(_GROUP, 'order', figure + (f'; {jumps} are refused after gaps' if jumps
-                                                  else ''), values=values)
+        return DataFinding(_GROUP, 'order', figure + (f'; {jumps} are refused after gaps' if jumps
+                                                      else ''), values=values)
     share = refused / len(stamps)
     grade = BAD if share > LIMITS.refused else WARN
     advice = 'let one publisher stamp each message with the time of its measurement'
     if restarts and not (zero or repeated or late > 0):
         advice = 'record each run of a simulation by itself; diagnose uses the longest one'
-    return Finding(
+    return DataFinding(
         _GROUP, 'order', f'{", ".join(counts)}; {refused} of {len(stamps)} samples are refused',
         advice, hurts(grade, grade, BAD if zero or late > 0 or share > LIMITS.max_repaired
                       else grade),
         values)
 
 
-def _bursts(clock: StampClock) -> Finding:
-    return Finding(
+def _bursts(clock: StampClock) -> DataFinding:
+    return DataFinding(
         _GROUP, 'bursts', f'{1.0 / clock.period:.4g} samples/s on average, stamped in bursts of '
         f'{clock.burst} on receipt', 'use stamps: even: gearbox_monitor import BAG --stamps even '
         'NEW lays an even grid through them', everything(BAD), {'burst': clock.burst})
 
 
-def held(clock: StampClock, y: Array, lowest: float = LIMITS.held_rate) -> list[Finding]:
+def held(clock: StampClock, y: Array, lowest: float = LIMITS.held_rate) -> list[DataFinding]:
     """
     Return findings about positions y [N, 2] (rad) that are repeated between their measurements.
 
@@ -189,7 +189,7 @@ def held(clock: StampClock, y: Array, lowest: float = LIMITS.held_rate) -> list[
 
 
 def held_rows(values: Array) -> int:
-    """Return for how many rows each of the readings [N] is held, 1 if they are not."""
+    """Return for how many rows each of the readings `values` [N] is held, 1: they are not."""
     values = values[np.isfinite(values)]
     at = np.flatnonzero(np.diff(values)) + 1
     if len(at) < LIMITS.least_changes:
@@ -203,7 +203,7 @@ def held_rows(values: Array) -> int:
     return usual
 
 
-def _rate_of(rate: float, lowest: float = LIMITS.diagnosis_slowest) -> Finding:
+def _rate_of(rate: float, lowest: float = LIMITS.diagnosis_slowest) -> DataFinding:
     estimation = OK if LIMITS.slowest <= rate * 1.01 and rate <= LIMITS.fastest * 1.01 else WARN
     if rate < LIMITS.least_rate:
         estimation = BAD
@@ -214,27 +214,29 @@ def _rate_of(rate: float, lowest: float = LIMITS.diagnosis_slowest) -> Finding:
     if spoilt:
         advice = (f'record {LIMITS.slowest:g} to {LIMITS.fastest:g} Hz, for diagnose {lowest:g} '
                   f'to {highest:g} Hz')
-    return Finding(_GROUP, 'rate', f'{rate:.5g} Hz', advice, spoilt, {'rate_hz': rate})
+    return DataFinding(_GROUP, 'rate', f'{rate:.5g} Hz', advice, spoilt, {'rate_hz': rate})
 
 
-def _jitter(clock: StampClock) -> Finding:
+def _jitter(clock: StampClock) -> DataFinding:
     share = clock.jitter / clock.period
     grade = BAD if share > LIMITS.jitter_bad else WARN if share > LIMITS.jitter_notice else OK
     advice = '' if grade == OK else \
         'stamp where the encoders are read, not where the message is made or received'
     figure = 'below 1 us' if clock.jitter < 1e-6 else \
         f'{clock.jitter * 1e3:.2g} ms rms, {100 * share:.2g} % of the period'
-    return Finding(_GROUP, 'jitter', figure, advice, everything(grade), {'jitter_s': clock.jitter})
+    return DataFinding(_GROUP, 'jitter', figure, advice, everything(grade),
+                       {'jitter_s': clock.jitter})
 
 
-def _gaps(clock: StampClock, max_gap: float) -> Finding:
+def _gaps(clock: StampClock, max_gap: float) -> DataFinding:
     step = np.diff(clock.seconds)
     longest = float(step.max())
     step[[row - 1 for row in clock.restarts]] = 0.0
     gaps = step > clock.gap
     values = {'gaps': int(gaps.sum()), 'lost': clock.missing, 'longest_gap_s': longest}
     if not clock.missing:
-        return Finding(_GROUP, 'gaps', f'none; longest step {longest * 1e3:.3g} ms', values=values)
+        return DataFinding(_GROUP, 'gaps', f'none; longest step {longest * 1e3:.3g} ms',
+                           values=values)
     share = clock.missing / (clock.missing + len(clock.seconds))
     restarts = int((step > max_gap).sum())
     grade = (BAD if share > LIMITS.lost_many
@@ -246,11 +248,11 @@ def _gaps(clock: StampClock, max_gap: float) -> Finding:
         figure += f'; {restarts} restart the filter'
     advice = '' if grade == OK else \
         'look for a busy network or recorder: raise the depth of its queue, record locally'
-    return Finding(_GROUP, 'gaps', figure, advice,
-                   hurts(grade, grade, BAD if share > LIMITS.max_repaired else grade), values)
+    return DataFinding(_GROUP, 'gaps', figure, advice,
+                       hurts(grade, grade, BAD if share > LIMITS.max_repaired else grade), values)
 
 
-def length(seconds: float, drift_window: float) -> Finding:
+def length(seconds: float, drift_window: float) -> DataFinding:
     """Return the Line on a recording of so many `seconds`; drift_window (s): the estimator's."""
     windows = int(seconds / drift_window)
     estimation = OK if seconds >= LIMITS.length else WARN
@@ -264,5 +266,5 @@ def length(seconds: float, drift_window: float) -> Finding:
                       f's or more')
     if diagnosis or estimation:
         advice.append('for all else 10 s or more')
-    return Finding(_GROUP, 'length', f'{seconds:.4g} s', '; '.join(advice),
-                   hurts(estimation, drift, diagnosis), {'duration_s': seconds})
+    return DataFinding(_GROUP, 'length', f'{seconds:.4g} s', '; '.join(advice),
+                       hurts(estimation, drift, diagnosis), {'duration_s': seconds})

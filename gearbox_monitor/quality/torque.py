@@ -12,7 +12,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.quality.encoders import NAMES, Noises
 from gearbox_monitor.quality.excitation_checks import (
     low_pass, LowPassedMotion, motion, sign, swing)
-from gearbox_monitor.quality.finding import BAD, everything, Finding, hurts, OK, WARN
+from gearbox_monitor.quality.finding import BAD, DataFinding, everything, hurts, OK, WARN
 from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.stretch import EvenStretch
 
@@ -24,7 +24,7 @@ LIGHT = 0.005            # s, half width of the low pass before what bends
 ROWS = 100000
 
 
-def lines(u: Array, part: EvenStretch, has_setpoint: bool = False) -> list[Finding]:
+def lines(u: Array, part: EvenStretch, has_setpoint: bool = False) -> list[DataFinding]:
     """
     Return Lines on torques u [N] N m as recorded (NaN: none), and on those of a Stretch.
 
@@ -36,32 +36,32 @@ def lines(u: Array, part: EvenStretch, has_setpoint: bool = False) -> list[Findi
     share = float(np.isnan(u).mean())
     values = {'missing_share': share}
     if share == 1.0 and has_setpoint:
-        return [Finding('torque', 'readings', 'none, but a setpoint is recorded',
-                        'for diagnose give a model file with the key controller, for estimation '
-                        'record the torque', hurts(BAD, BAD, WARN), values)]
+        return [DataFinding('torque', 'readings', 'none, but a setpoint is recorded',
+                            'for diagnose give a model file with the key controller, for '
+                            'estimation record the torque', hurts(BAD, BAD, WARN), values)]
     if share > LIMITS.missing_many or part.u is None:
-        return [Finding('torque', 'readings', 'none' if share == 1.0 else
-                        f'{100 * share:.3g} % missing or NaN',
-                        'publish the commanded torque as effort of the motor joint',
-                        everything(BAD), values)]
+        return [DataFinding('torque', 'readings', 'none' if share == 1.0 else
+                            f'{100 * share:.3g} % missing or NaN',
+                            'publish the commanded torque as effort of the motor joint',
+                            everything(BAD), values)]
     torque = u[np.isfinite(u)]
     rms, span = float(np.sqrt(np.mean(torque ** 2))), float(np.ptp(torque))
     values.update(rms=rms, low=float(torque.min()), high=float(torque.max()))
     figure = f'rms {rms:.3g} N m, {torque.min():.3g} to {torque.max():.3g} N m'
     if span == 0.0:
-        return [Finding('torque', 'readings', f'{torque[0]:.4g} N m throughout',
-                        'check that effort is the commanded torque; then move', everything(BAD),
-                        values)]
+        return [DataFinding('torque', 'readings', f'{torque[0]:.4g} N m throughout',
+                            'check that effort is the commanded torque; then move',
+                            everything(BAD), values)]
     grade = WARN if share > LIMITS.missing_notice else OK
     if share:
         figure += f'; {100 * share:.2g} % missing or NaN'
-    lines = [Finding('torque', 'readings', figure, '' if grade == OK else
-                     'publish effort with every position',
-                     hurts(grade, grade, BAD if grade else OK), values)]
+    lines = [DataFinding('torque', 'readings', figure, '' if grade == OK else
+                         'publish effort with every position',
+                         hurts(grade, grade, BAD if grade else OK), values)]
     return lines + limits(torque)
 
 
-def limits(u: Array) -> list[Finding]:
+def limits(u: Array) -> list[DataFinding]:
     """Return the finding about a torque command u [N] that stands on its limits, if it does."""
     high, low = u.max(), u.min()
     starts = np.append(0, np.flatnonzero(np.diff(u)) + 1)
@@ -72,14 +72,14 @@ def limits(u: Array) -> list[Finding]:
     # Steps rest everywhere, a clipped command on its limits only.
     if not LIMITS.limit_share <= share < LIMITS.relay_share or rests > 0.2:
         return []
-    return [Finding('torque', 'limits', f'the commanded torque stands on its limits {low:.4g} and '
-                    f'{high:.4g} N m for {100 * share:.0f} % of the time',
-                    'log the torque behind the limiter; if it is logged before, expect the effect '
-                    'saturation', hurts(WARN, OK, WARN), {'limited_share': share},
-                    'torque_limit')]
+    return [DataFinding('torque', 'limits', 'the commanded torque stands on its limits '
+                        f'{low:.4g} and {high:.4g} N m for {100 * share:.0f} % of the time',
+                        'log the torque behind the limiter; if it is logged before, expect the '
+                        'effect saturation', hurts(WARN, OK, WARN), {'limited_share': share},
+                        'torque_limit')]
 
 
-def stuck(u: Array, y: Array, seconds: Array, noises: Noises) -> list[Finding]:
+def stuck(u: Array, y: Array, seconds: Array, noises: Noises) -> list[DataFinding]:
     """
     Return the finding about an effort that keeps one value while the drive moves, if there is one.
 
@@ -112,7 +112,7 @@ def stuck(u: Array, y: Array, seconds: Array, noises: Noises) -> list[Finding]:
     longest = max(runs, key=lambda run: run.stop - run.start)
     value = float(u[longest.start])
     clamped = value in (u.min(), u.max()) and value != 0.0
-    return [Finding(
+    return [DataFinding(
         'torque', 'sticks', f'{len(runs)} times the same value while the {NAMES[i]} moves, '
         f'{100 * share:.2g} % of the time; longest from {t[longest.start]:.4g} s to '
         f'{t[longest.stop - 1]:.4g} s: {value:.4g} N m' + (', clamped' if clamped else ''),
@@ -126,7 +126,7 @@ def _travel(positions: Array) -> float:
     return float(np.ptp(positions)) if len(positions) else 0.0
 
 
-def setpoint(part: EvenStretch, moved: LowPassedMotion) -> list[Finding]:
+def setpoint(part: EvenStretch, moved: LowPassedMotion) -> list[DataFinding]:
     """
     Return the finding about a torque that is a position's setpoint, if it is one.
 
@@ -145,7 +145,7 @@ def setpoint(part: EvenStretch, moved: LowPassedMotion) -> list[Finding]:
             slope = float(x @ y) / max(float(x @ x), 1e-300)
             if (abs(slope - 1.0) < LIMITS.setpoint_share
                     and np.std(y - slope * x) < LIMITS.setpoint_share * np.std(y)):
-                return [Finding(
+                return [DataFinding(
                     'torque', 'setpoint', f'the torque equals the position of the {NAMES[i]} '
                     f'{late * part.dt:.2g} s later (slope {slope:.3f}): a setpoint',
                     'log the commanded torque as effort, not the reference position',
@@ -297,9 +297,10 @@ def _best(both: Array, power: Array, own: float) -> Peak:
             both[k] / np.sqrt(power[k] * max(own, 1e-300)), edge)
 
 
-def answered(response: TorqueResponse | None, dt: float, stated: int, i: int = 0) -> list[Finding]:
+def answered(response: TorqueResponse | None, dt: float, stated: int, i: int = 0
+             ) -> list[DataFinding]:
     """
-    Return Lines about delay and sign from an Answer (None: the stretch is too short).
+    Return what a TorqueResponse shows of delay and sign (None: the stretch is too short).
 
     dt: s between samples; stated: parameter effort_delay; i: encoder that was used, 0 or 1.
 
@@ -310,40 +311,41 @@ def answered(response: TorqueResponse | None, dt: float, stated: int, i: int = 0
         i: encoder that was used, 0 or 1.
     """
     if response is None:
-        return [Finding('torque', 'effort delay', 'too short', 'record 10 s or more',
-                        hurts(WARN, OK, WARN))]
+        return [DataFinding('torque', 'effort delay', 'too short', 'record 10 s or more',
+                            hurts(WARN, OK, WARN))]
     return [_delay(response, dt, stated), _sign(response, NAMES[i])]
 
 
-def _delay(response: TorqueResponse, dt: float, stated: int) -> Finding:
+def _delay(response: TorqueResponse, dt: float, stated: int) -> DataFinding:
     values = {'delay_samples': response.delay, 'delay_std_samples': response.delay_std,
               'correlation': response.correlation}
     if not response.timed:
         reason = 'the torque hardly shows in the acceleration' if not response.seen else \
             'beyond what is tried' if response.at_edge else \
             f'{response.delay:.1f} +- {response.delay_std:.1f} samples'
-        return Finding('torque', 'effort delay', f'not determined: {reason} '
-                       f'(correlation {abs(response.correlation):.2f})',
-                       'accelerate more, quick starts and stops', hurts(WARN, OK, WARN), values)
+        return DataFinding('torque', 'effort delay', f'not determined: {reason} '
+                           f'(correlation {abs(response.correlation):.2f})',
+                           'accelerate more, quick starts and stops', hurts(WARN, OK, WARN),
+                           values)
     figure = (f'{response.delay:.2f} +- {response.delay_std:.2f} samples, '
               f'{response.delay * dt * 1e3:.3g} +- {response.delay_std * dt * 1e3:.2g} ms')
     rounded = int(np.rint(response.delay))
     off = abs(response.delay - stated) > max(0.7, LIMITS.certain * response.delay_std)
     if not off:
-        return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}',
-                       values=values)
+        return DataFinding('torque', 'effort delay', f'{figure}; effort_delay is {stated}',
+                           values=values)
     if not LIMITS.delay_earliest <= rounded <= LIMITS.delay_latest:
-        return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}, and takes '
-                       f'{LIMITS.delay_earliest} to {LIMITS.delay_latest}',
-                       'stamp the torque when it acts: it is '
-                       f'logged {abs(rounded)} samples too {"late" if rounded < 0 else "early"}',
-                       hurts(WARN, WARN, WARN), values)
-    return Finding('torque', 'effort delay', f'{figure}; effort_delay is {stated}',
-                   f'set effort_delay: {rounded} in the parameter file; for diagnose, log the '
-                   'torque when it acts', hurts(WARN, WARN, WARN), values)
+        return DataFinding('torque', 'effort delay', f'{figure}; effort_delay is {stated}, and '
+                           f'takes {LIMITS.delay_earliest} to {LIMITS.delay_latest}',
+                           f'stamp the torque when it acts: it is logged {abs(rounded)} samples '
+                           f'too {"late" if rounded < 0 else "early"}',
+                           hurts(WARN, WARN, WARN), values)
+    return DataFinding('torque', 'effort delay', f'{figure}; effort_delay is {stated}',
+                       f'set effort_delay: {rounded} in the parameter file; for diagnose, log the '
+                       'torque when it acts', hurts(WARN, WARN, WARN), values)
 
 
-def _sign(response: TorqueResponse, name: str) -> Finding:
+def _sign(response: TorqueResponse, name: str) -> DataFinding:
     values = {'gain': response.gain, 'gain_std': response.gain_std, 'work': response.work,
               'work_std': response.work_std}
     figure = (f'1 N m gives {response.gain:.3g} +- {response.gain_std:.1g} rad/s^2'
@@ -352,10 +354,10 @@ def _sign(response: TorqueResponse, name: str) -> Finding:
     size, error = ((response.gain, response.gain_std) if response.seen else
                    (response.work, max(response.work_std, LIMITS.work / LIMITS.certain)))
     if size < -LIMITS.certain * error:
-        return Finding('signs', f'torque and {name}', f'{figure}: the wrong way',
-                       'turn the sign of ' f'the effort, or of the {name} position',
-                       everything(BAD), values)
+        return DataFinding('signs', f'torque and {name}', f'{figure}: the wrong way',
+                           'turn the sign of ' f'the effort, or of the {name} position',
+                           everything(BAD), values)
     if size < 0.0 or not response.seen and response.work < LIMITS.work:
-        return Finding('signs', f'torque and {name}', f'{figure}: not determined',
-                       'accelerate more, or move against friction', everything(WARN), values)
-    return Finding('signs', f'torque and {name}', figure, values=values)
+        return DataFinding('signs', f'torque and {name}', f'{figure}: not determined',
+                           'accelerate more, or move against friction', everything(WARN), values)
+    return DataFinding('signs', f'torque and {name}', figure, values=values)

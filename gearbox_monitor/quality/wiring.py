@@ -121,12 +121,12 @@ def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Variant,
     p, v, a = (x[rows][:, order] * reading.scale for x in (smooth.p, smooth.v, smooth.a))
     u = smooth.u[rows] * reading.torque
     sign = np.column_stack([model.friction_side(v[:, 0]), model.friction_side(v[:, 1], arm=True)])
-    zero, one, gravity = np.zeros(len(u)), np.ones(len(u)), (np.sin(p[:, 1]), np.cos(p[:, 1]))
+    zero, unity, gravity = np.zeros(len(u)), np.ones(len(u)), (np.sin(p[:, 1]), np.cos(p[:, 1]))
     # Columns of the equations of torque and twist, those with a lower bound first.
     columns = np.array([
-        [a[:, 0], a[:, 1], zero, v[:, 0], sign[:, 0], v[:, 1], sign[:, 1], one, zero, *gravity,
+        [a[:, 0], a[:, 1], zero, v[:, 0], sign[:, 0], v[:, 1], sign[:, 1], unity, zero, *gravity,
          u - model.position_gain * p[:, 0]],
-        [zero, a[:, 1], zero, zero, zero, v[:, 1], sign[:, 1], zero, one, *gravity,
+        [zero, a[:, 1], zero, zero, zero, v[:, 1], sign[:, 1], zero, unity, *gravity,
          model.damping * (v[:, 0] - v[:, 1])]])
     t = model.transmission
     nominal = np.array([model.motor_inertia, model.arm_inertia, t.stiffness])
@@ -136,7 +136,7 @@ def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Variant,
                           [min(0.0, LIMITS.loose * model.viscous_friction), 0, 0, 0]])
     room = nominal * spread - low[:3]
     power = float(u @ u) / len(u)
-    best: tuple[float, Array, Array] = (np.inf, columns[:, -1], zero)
+    chosen: tuple[float, Array, Array] = (np.inf, columns[:, -1], zero)
     gram = columns @ columns.transpose(0, 2, 1)
     for bent in _bent(p[:, 0] - p[:, 1], np.ptp(p[:, 1]), model, gaps):
         columns[1, 2] = -bent
@@ -146,13 +146,13 @@ def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Variant,
             x = np.append(-_solution(np.tensordot(weight, gram, 1), low, room), 1.0)
             variance = np.maximum(x @ gram @ x, 0.0) / len(u) + np.multiply(ACCURACY, power)
             weight = 1.0 / variance
-        if np.log(variance).sum() < best[0]:
-            best = float(np.log(variance).sum()), x @ columns, x[2] * bent
+        if np.log(variance).sum() < chosen[0]:
+            chosen = float(np.log(variance).sum()), x @ columns, x[2] * bent
     inertial = np.square(smooth.noise_a * np.abs(reading.scale)).max()
     twisted = np.square(smooth.noise * np.abs(reading.scale)).sum() * t.stiffness ** 2
     noise = inertial * np.array([nominal[0] ** 2 + nominal[1] ** 2, nominal[1] ** 2])
-    torque, twist = best[1]
-    return ReadingFit(torque, twist, power, float(np.mean(best[2] ** 2)), noise + (0.0, twisted),
+    torque, twist = chosen[1]
+    return ReadingFit(torque, twist, power, float(np.mean(chosen[2] ** 2)), noise + (0.0, twisted),
                       float(np.abs(reading.scale).min()))
 
 

@@ -106,7 +106,7 @@ def gather(verdict: Verdict, model: DriveModel, jobs: int = 1) -> DiagnosisEvide
 
 
 def shows_place(recording: UniformRecording, model: DriveModel) -> bool:
-    """Return whether a recording shows on which side an effect acts: one encoder does not."""
+    """Return whether a recording of `model` shows the side of an effect: one encoder does not."""
     return model.transmission.kind == 'rigid' or _both_sides(recording)
 
 
@@ -116,7 +116,7 @@ def _both_sides(recording: UniformRecording) -> bool:
 
 
 def measures_twist(recording: UniformRecording, model: DriveModel) -> bool:
-    """Return whether a drive has a twist and the recording measures it."""
+    """Return whether the drive of `model` has a twist and the recording measures it."""
     return model.transmission.kind != 'rigid' and _both_sides(recording)
 
 
@@ -188,7 +188,7 @@ def missing_signal(none: WindowRuns, place: str, jobs: int = 1) -> MissingSignal
 
 
 def distinguishable(basis: Explained, data: Values) -> tuple[list[str], Array] | None:
-    """Return (ids, s2) of the leading effects of a search, None for fewer than two."""
+    """Return (ids, s2 by `basis`) of the effects that lead in `data`, None for fewer than two."""
     ids = [i for i in data['ranked'] if i in EFFECTS and EFFECTS[i].fitted]
     ids = list(dict.fromkeys([*ids[:COMPARED - 3],
                               *(i for i in data['confusable'] if i in ids), *ids]))

@@ -39,7 +39,7 @@ class Explanation:
 
 
 def bounds(parameter: Parameter) -> str:
-    """Return the bounds of a Parameter as words, '' for none."""
+    """Return the bounds of a `parameter` as words, '' for none."""
     if parameter.choices:
         return f', one of {", ".join(parameter.choices)}'
     low, high = (f'{bound:g}' if math.isfinite(bound) else ''
@@ -67,20 +67,20 @@ def rivals(name: str) -> dict[str, str]:
     out: dict[str, str] = {}
     for pair, motion in SEPARATES:
         if name in pair:
-            other, = pair - {name}
-            out[other] = motion
-    for one, effect in EFFECTS.items():
-        if effect.twin and name in (one, effect.twin):
-            out.setdefault(effect.twin if name == one else one, ALIKE)
+            rival, = pair - {name}
+            out[rival] = motion
+    for effect_id, effect in EFFECTS.items():
+        if effect.twin and name in (effect_id, effect.twin):
+            out.setdefault(effect.twin if name == effect_id else effect_id, ALIKE)
         for twin in effect.column.twins if effect.column else ():
-            if name in (one, twin):
-                out.setdefault(twin if name == one else one,
+            if name in (effect_id, twin):
+                out.setdefault(twin if name == effect_id else effect_id,
                                f'as torques of a whole robot, {ALIKE}')
     return out
 
 
 def in_simulators(effect: Effect, mujoco: bool = True) -> tuple[str, ...]:
-    """Return what an effect becomes in each simulator, those that have the same as one."""
+    """Return what an effect becomes in each simulator, those alike as one; `mujoco`: as well."""
     mjcf = EXPRESSIONS.get(effect.id)
     words = {'MuJoCo': f'{mjcf.words}{WAYS[mjcf.kind]}' if mjcf else
              'an effect of a plug-in: add its torque in your code'} if mujoco else {}

@@ -89,7 +89,7 @@ class RobotPicture(Section):
 
     @classmethod
     def of(cls, data: VerdictData, chain: Chain, posture: Array) -> 'RobotPicture':
-        """Return it for a verdict on `chain`, drawn at the positions `posture` [J]."""
+        """Return it for the verdict in `data` on `chain`, drawn at positions `posture` [J]."""
         places = joint_places(chain, posture)
         flat = places - places.mean(axis=0)
         turned = np.arctan2(*np.linalg.svd(flat[:, :2], full_matrices=False)[2][0][::-1])
@@ -127,7 +127,7 @@ def apart(dots: Sequence[Dot]) -> list[Dot]:
 
 
 def joint_places(chain: Chain, posture: Array) -> Array:
-    """Return the base and the joints' places [J + 1, 3] m at the positions `posture` [J]."""
+    """Return places [J + 1, 3] m of base and joints of `chain` at positions `posture` [J]."""
     turns: list[Array] = []
     places: list[Array] = []
     for i, link in enumerate(chain.links):

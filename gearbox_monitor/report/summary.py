@@ -38,19 +38,19 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     Returns:
         One to four sentences.
     """
-    before, after = data.get('gap_before') or 0.0, data.get('gap_after') or 0.0
-    noise = f'(misfit {sized(after)}, where 1 is noise alone)'
-    if data['verdict'] == 'none' and after > NEAR_FLOOR:
+    open_gap, closed_gap = data.get('gap_before') or 0.0, data.get('gap_after') or 0.0
+    noise = f'(misfit {sized(closed_gap)}, where 1 is noise alone)'
+    if data['verdict'] == 'none' and closed_gap > NEAR_FLOOR:
         return ('No effect stands out: the residual is no larger than that of a real drive '
                 f'without a known fault {noise}.')
-    if data['verdict'] == 'none' and before > NEAR_FLOOR:
+    if data['verdict'] == 'none' and open_gap > NEAR_FLOOR:
         return ('No gap beyond the tolerances: with values of the model moved within them, noise '
                 f'alone is left {noise}.')
     if data['verdict'] == 'none':
         return ('No gap: the model explains the recording down to the noise of the encoders '
                 f'{noise}.')
     if data['verdict'] == 'unknown':
-        return _nothing_fits(data, before)
+        return _nothing_fits(data, open_gap)
     findings = [finding_sentence(f, data, axis) for f in data['findings']]
     return ' '.join([*findings, _share(data, len(findings)), *_rivals(data, len(findings))])
 
@@ -102,28 +102,29 @@ def _bursts(data: Mapping[str, Any], values: Mapping[str, float], axis: str) -> 
 
 def _share(data: Mapping[str, Any], count: int) -> str:
     """Return which part of the difference `count` findings explain, as a sentence."""
-    left = data.get('remainder') if data['verdict'] == 'incomplete' else None
-    if not left:
+    remainder = data.get('remainder') if data['verdict'] == 'incomplete' else None
+    if not remainder:
         return 'This explains the whole difference.' if count == 1 else \
             'Together they explain the whole difference.'
     shares = [f['share'] for f in data['findings'] if f.get('share') is not None]
     part = f'{100.0 * shares[0]:.0f} %' if count == 1 and shares else 'a part'
     return (f'{"This explains" if count == 1 else "Together they explain"} {part} of the '
-            f'difference; the rest has no known cause ({_place(left)}).')
+            f'difference; the rest has no known cause ({_place(remainder)}).')
 
 
 def _nothing_fits(data: Mapping[str, Any], before: float) -> str:
     """Return the summary of a gap, a misfit of `before`, that no effect explains."""
-    left = data.get('remainder') or {'location': data.get('location')}
-    at = f': {_place(left)}' if left['location'] in PLACES else '; its place is not clear either'
+    remainder = data.get('remainder') or {'location': data.get('location')}
+    at = (f': {_place(remainder)}' if remainder['location'] in PLACES
+          else '; its place is not clear either')
     return (f'The recording differs from the model by {sized(before)} times the noise, and no '
             f'known effect explains it{at}.')
 
 
-def _place(left: Mapping[str, Any]) -> str:
+def _place(remainder: Mapping[str, Any]) -> str:
     """Return where a remainder is and what it follows."""
-    over = f', over the {left["over"]}' if left.get('over') else ''
-    return PLACES.get(left['location'], left['location']) + over
+    over = f', over the {remainder["over"]}' if remainder.get('over') else ''
+    return PLACES.get(remainder['location'], remainder['location']) + over
 
 
 def _rivals(data: Mapping[str, Any], count: int) -> list[str]:

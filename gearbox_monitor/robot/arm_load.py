@@ -24,7 +24,7 @@ SETTLED = 10.0  # times of the filter until its accelerations count
 LONGEST = 0.25  # s without a position over which it extrapolates
 
 
-class JointMotion(NamedTuple):
+class MotionState(NamedTuple):
     """
     What is carried from sample to sample.
 
@@ -38,13 +38,13 @@ class JointMotion(NamedTuple):
     acting: Array
 
 
-def motion_at_start(n: int) -> JointMotion:
-    """Return the JointMotion of `n` joints before the first sample."""
-    return JointMotion(np.zeros((5, n)), np.zeros(2, np.int64), np.zeros((3, n)))
+def motion_at_start(n: int) -> MotionState:
+    """Return the MotionState of `n` joints before the first sample."""
+    return MotionState(np.zeros((5, n)), np.zeros(2, np.int64), np.zeros((3, n)))
 
 
 @jit
-def _follow(motion: JointMotion, stamp: int, positions: Array, time: float) -> bool:
+def _follow(motion: MotionState, stamp: int, positions: Array, time: float) -> bool:
     """Take the `positions` [n] (rad) at `stamp` (ns); return whether the sample is a next one."""
     joints, clock = motion.joints, motion.clock
     elapsed = stamp - clock[0]
@@ -82,7 +82,7 @@ def _follow(motion: JointMotion, stamp: int, positions: Array, time: float) -> b
 
 
 @jit
-def write_loads(robot: RobotArrays, motion: JointMotion, joint: int, time: float, stamps: Integers,
+def write_loads(robot: RobotArrays, motion: MotionState, joint: int, time: float, stamps: Integers,
                 positions: Array, out: Array, weight: Array) -> None:
     """
     Write load, its errors and the inertia of a joint for N samples.
@@ -143,7 +143,7 @@ class ArmLoad:
     """
 
     def __init__(self, arrays: RobotArrays, joint: int, time: float,
-                 motion: JointMotion | None = None, compensated: bool = False) -> None:
+                 motion: MotionState | None = None, compensated: bool = False) -> None:
         self._arrays, self._joint, self._time = arrays, joint, time
         self._compensated = compensated
         self.motion = motion or motion_at_start(len(set(arrays.source.tolist())))

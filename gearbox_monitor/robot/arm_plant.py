@@ -23,7 +23,7 @@ from gearbox_monitor.robot.dynamics import coupled_inertia, move, RobotArrays, t
 LONGEST_STEP = 5e-4  # s: a light link on a stiff joint swings at some hundred Hz
 
 
-class Servo(NamedTuple):
+class Servos(NamedTuple):
     """u = kp (r - x1) + kd (r' - x3) of each of n joints; N m/rad and N m s/rad, arm side."""
 
     kp: Array
@@ -89,7 +89,7 @@ def _slopes(robot: RobotArrays, p: Array, x: Array, u: Array, scratch: ArmScratc
 
 
 @jit
-def _run(robot: RobotArrays, p: Array, servo: Servo, references: Array, payload: Array, x: Array,
+def _run(robot: RobotArrays, p: Array, servo: Servos, references: Array, payload: Array, x: Array,
          dt: float, scratch: ArmScratch, out: Array) -> None:
     """Run the arm; references [N, 2, n], payload [N], x [4 n] changed, out [N, 4, n]."""
     substeps = math.ceil(dt / LONGEST_STEP)
@@ -137,7 +137,7 @@ class ArmPlant:
         inertia = np.array([torque_on(robot, i)[2] + drive.motor_inertia
                             for i, drive in enumerate(drives)])
         omega = 2.0 * np.pi * bandwidth
-        self._servo = Servo(inertia * omega ** 2, 1.4 * inertia * omega)
+        self._servo = Servos(inertia * omega ** 2, 1.4 * inertia * omega)
 
     def run(self, references: Array, payload: Array, dt: float) -> ArmRun:
         """
@@ -176,19 +176,19 @@ def pick_and_place(rng: np.random.Generator, limits: tuple[Array, Array, Array],
 
     """
     low, high, speed = limits
-    here, mass = start, 0.0
+    position, mass = start, 0.0
     parts: list[Array] = []
     masses: list[Array] = []
     for k in range(moves):
         target = rng.uniform(low, high)
-        length = max(0.3, float(np.max(1.875 * np.abs(target - here) / speed)))
+        length = max(0.3, float(np.max(1.875 * np.abs(target - position) / speed)))
         s = np.arange(1, round(length / dt) + 1)[:, None] * dt / length
-        way = here + (target - here) * s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
-        rate = (target - here) / length * 30.0 * s ** 2 * (1.0 - s) ** 2
+        way = position + (target - position) * s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
+        rate = (target - position) / length * 30.0 * s ** 2 * (1.0 - s) ** 2
         rest = round(rng.uniform(0.2, 0.5) / dt)
         parts.append(np.stack([np.vstack([way, np.tile(target, (rest, 1))]),
                                np.vstack([rate, np.zeros((rest, len(low)))])], axis=1))
-        after = rng.uniform(*payloads) if k % 2 == 0 else 0.0
-        masses += [np.full(len(s) + rest // 2, mass), np.full(rest - rest // 2, after)]
-        here, mass = target, after
+        next_mass = rng.uniform(*payloads) if k % 2 == 0 else 0.0
+        masses += [np.full(len(s) + rest // 2, mass), np.full(rest - rest // 2, next_mass)]
+        position, mass = target, next_mass
     return np.concatenate(parts), np.concatenate(masses)

@@ -35,21 +35,21 @@ class Refusal(NamedTuple):
         return f'{self.attribute}: {self.words}'
 
 
-class Decision(NamedTuple):
-    """What becomes of an array of MjModel, or of an option: its kind and why."""
+class ArrayTreatment(NamedTuple):
+    """What becomes of an array of MjModel, or of an option: its kind and the reason."""
 
     kind: str
-    why: str
+    reason: str
 
 
-def _decided(kind: str, why: str, names: str) -> dict[str, Decision]:
-    return {name: Decision(kind, why) for name in names.split()}
+def _decided(kind: str, reason: str, names: str) -> dict[str, ArrayTreatment]:
+    return {name: ArrayTreatment(kind, reason) for name in names.split()}
 
 
 # ---------------------------------------------------------------------- the table
 
 
-DECISIONS: dict[str, Decision] = {
+DECISIONS: dict[str, ArrayTreatment] = {
     # joints
     **_decided(READ, 'inertia, place and axis of what moves, through the inertia matrix', (
         'jnt_pos jnt_axis body_pos body_quat body_ipos body_iquat body_mass body_inertia '
@@ -178,11 +178,11 @@ FAMILIES = {
     'npolygon': 'sizes'}
 
 
-def decision(name: str) -> Decision | None:
+def decision(name: str) -> ArrayTreatment | None:
     """Return what is decided about `name` of MjModel, 'opt.x', 'disable.X'; None: nothing."""
     if name in DECISIONS:
         return DECISIONS[name]
-    return next((Decision(IRRELEVANT, why) for first, why in FAMILIES.items()
+    return next((ArrayTreatment(IRRELEVANT, reason) for first, reason in FAMILIES.items()
                  if name.startswith(first)), None)
 
 
@@ -514,13 +514,13 @@ def undecided(m: Any, joints: Sequence[int], state: Any = None,
 
     """
     moved = _Moved(m, joints, at_rest(m) if state is None else state)
-    found: list[Refusal] = []
+    refusals: list[Refusal] = []
     for place, joint in enumerate(joints):
-        found += _of_joint(moved, joint)
-        found += _of_tendons(moved, joint, gearboxes)
-        found += _of_actuators(moved, joint, gearboxes)
-        found += _of_constraints(moved, place)
-    return found
+        refusals += _of_joint(moved, joint)
+        refusals += _of_tendons(moved, joint, gearboxes)
+        refusals += _of_actuators(moved, joint, gearboxes)
+        refusals += _of_constraints(moved, place)
+    return refusals
 
 
 def undecided_of_robot(m: Any) -> list[Refusal]:
@@ -571,10 +571,10 @@ def _torques_on(moved: _Moved, joint: int) -> Iterator[Refusal]:
             yield Refusal(name, f'actuator {name_of(m, "actuator", i)}: damping',
                           f'{_numbers(poly)} of higher order, expected one number')
     both_off = disabled(m, 'SPRING') and disabled(m, 'DAMPER')
-    for what in ('density', 'viscosity'):
-        if getattr(m.opt, what) and not both_off:
-            yield Refusal(name, what, f'{getattr(m.opt, what):g} in option: a medium brakes what '
-                          'the joint moves, expected 0')
+    for medium in ('density', 'viscosity'):
+        if getattr(m.opt, medium) and not both_off:
+            yield Refusal(name, medium, f'{getattr(m.opt, medium):g} in option: a medium brakes '
+                          'what the joint moves, expected 0')
     if m.nplugin and np.any(m.body_plugin[moved_by(m, joint)] >= 0):
         yield Refusal(name, 'plugin', 'acts on a body that the joint moves, expected none')
     if m.nflex:
@@ -629,9 +629,9 @@ def _of_tendons(moved: _Moved, joint: int, gearboxes: Sequence[int]) -> Iterator
         acts = tendon_forces(m, t)
         if not acts:
             continue
-        others = [name_of(m, 'joint', m.dof_jntid[d]) for d in np.flatnonzero(moved.tendons[t])
-                  if d != dof]
-        joins = f' joins it to {", ".join(others[:3])}' if others else ' acts on it'
+        partners = [name_of(m, 'joint', m.dof_jntid[d]) for d in np.flatnonzero(moved.tendons[t])
+                    if d != dof]
+        joins = f' joins it to {", ".join(partners[:3])}' if partners else ' acts on it'
         yield Refusal(moved.joint(joint), f'tendon {name_of(m, "tendon", t)}',
                       f'{", ".join(acts)}:{joins}, expected none, or the gearbox between --joint '
                       'and --model-arm-joint')
@@ -647,15 +647,15 @@ def _of_actuators(moved: _Moved, joint: int, gearboxes: Sequence[int]) -> Iterat
         if is_off(m, i):
             continue
         kind, target = int(m.actuator_trntype[i]), int(m.actuator_trnid[i, 0])
-        what = f'actuator {name_of(m, "actuator", i)}'
+        element = f'actuator {name_of(m, "actuator", i)}'
         if i in direct:
             try:
                 actuator_law(m, i)
             except Unread as problem:
-                yield Refusal(name, f'{what}: {problem.attribute}', problem.words)
+                yield Refusal(name, f'{element}: {problem.attribute}', problem.words)
         elif kind == int(trn.mjTRN_TENDON):
             if moved.tendons[target, dof] and target not in gearboxes:
-                yield Refusal(name, what, f'pulls at the tendon {name_of(m, "tendon", target)} '
+                yield Refusal(name, element, f'pulls at the tendon {name_of(m, "tendon", target)} '
                               'over the joint, expected one on the joint')
     yield from _on_sites(moved, joint)
 
@@ -680,21 +680,21 @@ def _of_constraints(moved: _Moved, place: int) -> Iterator[Refusal]:
         if not m.eq_active0[e]:
             continue
         kind, ids = int(m.eq_type[e]), (int(m.eq_obj1id[e]), int(m.eq_obj2id[e]))
-        what = f'equality {name_of(m, "equality", e)}'
+        element = f'equality {name_of(m, "equality", e)}'
         if kind == int(kinds.mjEQ_JOINT):
             if joint in ids:
                 partners = [moved.joint(j) for j in ids if j >= 0 and j != joint]
-                yield Refusal(name, what, 'couples it with ' + ', '.join(partners)
+                yield Refusal(name, element, 'couples it with ' + ', '.join(partners)
                               if partners else 'holds it')
         elif kind == int(kinds.mjEQ_TENDON):
             if any(t >= 0 and moved.tendons[t, dof] for t in ids):
-                yield Refusal(name, what, 'couples the tendon over it')
+                yield Refusal(name, element, 'couples the tendon over it')
         elif kind in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)):
             if m.eq_objtype[e] == int(mujoco.mjtObj.mjOBJ_SITE):
                 ids = (int(m.site_bodyid[ids[0]]), int(m.site_bodyid[ids[1]]))
             own = moved_by(m, joint)
             if own[ids[0]] != own[ids[1]]:
-                yield Refusal(name, what, f'holds {name_of(m, "body", ids[0])} to '
+                yield Refusal(name, element, f'holds {name_of(m, "body", ids[0])} to '
                               f'{name_of(m, "body", ids[1])}: a closed loop of bodies')
 
 

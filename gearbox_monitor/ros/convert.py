@@ -156,7 +156,7 @@ def to_joint_states(signal: Signal, estimates: Iterable[tuple[GearboxNames, Esti
 def serialised(signal: Signal, estimates: Sequence[tuple[GearboxNames, Estimate]]
                ) -> Sequence[JointState | bytes]:
     """
-    Return what to_joint_states makes of several gearboxes, serialised all at once.
+    Return what to_joint_states makes of a `signal` of several gearboxes, serialised at once.
 
     As JointStates where a joint was not measured or the stamps differ. Arguments as there.
     """

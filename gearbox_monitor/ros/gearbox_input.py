@@ -88,11 +88,11 @@ class GearboxInput:
             self._check_joints(message)
         stamp_ns = stamp_of(message)
         if self.joiner is None:
-            taken = self._reader.sample(message, stamp_ns)
-            if taken is None:
+            sample = self._reader.sample(message, stamp_ns)
+            if sample is None:
                 self._count_foreign(message, 0, info)
             elif self._admitted(0, info, stamp_ns):
-                yield taken
+                yield sample
             return
         motor, arm = self.joints
         values = joint_values_of(message, motor)
@@ -138,8 +138,8 @@ class GearboxInput:
         for stamp_ns, motor, arm in pairs:
             message = to_paired(stamp_ns, self.joints, motor, arm)
             self._paired.publish(message)
-            if (taken := self._reader.sample(message, stamp_ns)) is not None:
-                yield taken
+            if (sample := self._reader.sample(message, stamp_ns)) is not None:
+                yield sample
 
     def _count_foreign(self, message: JointState, joint: int, info: Info) -> None:
         self._losses[joint].add(info, False)

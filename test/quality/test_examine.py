@@ -50,7 +50,7 @@ def changed(samples, **fields):
 
 
 def judged(samples, model=MODEL, **parameters):
-    """Return ({(group, name): Finding}, {purpose: Grade})."""
+    """Return ({(group, name): DataFinding}, {purpose: Grade})."""
     found = examine(samples, PARAMETERS.replace(**parameters), model)
     return ({(line.group, line.name): line for line in found.lines},
             {purpose: verdict for purpose, (verdict, _) in found.suits.items()})

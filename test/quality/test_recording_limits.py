@@ -4,7 +4,7 @@
 """Limits of findings: in one place, none idle, each decides just below and above its value."""
 from dataclasses import FrozenInstanceError, replace
 
-from limits import assert_all_decide, loose_numbers
+from limits import assert_all_decide, assert_decides, loose_numbers
 import numpy as np
 import pytest
 
@@ -14,7 +14,6 @@ from gearbox_monitor.quality.recording_limits import LIMITS, RecordingLimits
 from gearbox_monitor.quality.torque import TorqueResponse
 from gearbox_monitor.quality.unphysical import is_uninitialised
 
-BELOW, ABOVE = 1.0 - 1e-6, 1.0 + 1e-6
 # Grids of a search, settings of fits and units: they decide nothing.
 NUMERICAL = {
     'effort': {'GAPS', 'FACTORS'}, 'encoders': {'TURN'}, 'excitation_checks': {'HALF_WIDTHS'},
@@ -75,8 +74,7 @@ def readings_of(share):
     ('delay_vague', lambda x: response(delay_std=x).timed),
     ('unphysical', lambda x: is_uninitialised(np.array([0.0, x, -0.5 * x])))])
 def test_a_value_just_below_and_just_above_decides_otherwise(limit, decision):
-    value = getattr(LIMITS, limit)
-    assert decision(BELOW * value) != decision(ABOVE * value)
+    assert_decides(decision, getattr(LIMITS, limit))
 
 
 @pytest.mark.parametrize('limit', ['missing_notice', 'missing_many'])

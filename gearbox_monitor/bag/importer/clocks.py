@@ -47,10 +47,10 @@ def interpolated(stamp_ns: Integers, own_ns: Integers, values: Array) -> Array:
         return np.full(len(stamp_ns), np.nan)
     own, y = (own_ns[valid] - own_ns[0]).astype(float), values[valid]
     at = (stamp_ns - own_ns[0]).astype(float)
-    after = np.clip(np.searchsorted(own, at), 1, len(own) - 1)
+    following = np.clip(np.searchsorted(own, at), 1, len(own) - 1)
     step = np.median(np.diff(own_ns))
-    hole = (own[after] - own[after - 1] > DROPOUT * step) & (at != own[after]) & (
-        at != own[after - 1])
+    hole = (own[following] - own[following - 1] > DROPOUT * step) & (at != own[following]) & (
+        at != own[following - 1])
     result: Array = np.interp(at, own, y)
     result[(at < own[0]) | (at > own[-1]) | hole] = np.nan
     return result
@@ -76,8 +76,8 @@ def estimated_lag(motion: tuple[Array, Array], response: tuple[Array, Array], is
     (t, position), (own, y) = motion, response
     t, position = t[~np.isnan(position)], position[~np.isnan(position)]
     own, y = own[~np.isnan(y)], y[~np.isnan(y)]
-    least = OVERLAP * min(t[-1] - t[0], own[-1] - own[0])
-    low, high = t[0] + least - own[-1], t[-1] - least - own[0]
+    overlap = OVERLAP * min(t[-1] - t[0], own[-1] - own[0])
+    low, high = t[0] + overlap - own[-1], t[-1] - overlap - own[0]
     regressors = motion_regressors(t, position, is_position)
     keep = np.unique(np.linspace(0, len(own) - 1, POINTS).astype(int))
 
@@ -91,10 +91,10 @@ def estimated_lag(motion: tuple[Array, Array], response: tuple[Array, Array], is
     if misfit[at] > 1.0 - EXPLAINED:
         raise InputError(f'{where}: estimated: no lag from {low:.3g} to {high:.3g} s explains '
                          f'more than {1.0 - misfit[at]:.0%} of the signal, expected a number (s)')
-    others = np.flatnonzero(lobe[:first].tolist() + [False] * (last + 1 - first)
-                            + lobe[last + 1:].tolist())
-    if len(others):
-        raise InputError(f'{where}: estimated: {lags[at]:.4g} s and {lags[others[0]]:.4g} s fit '
+    peaks = np.flatnonzero(lobe[:first].tolist() + [False] * (last + 1 - first)
+                           + lobe[last + 1:].tolist())
+    if len(peaks):
+        raise InputError(f'{where}: estimated: {lags[at]:.4g} s and {lags[peaks[0]]:.4g} s fit '
                          'as well (a periodic motion), expected a number (s)')
     if last - first > WIDEST * LAGS:
         raise InputError(f'{where}: estimated: all lags from {lags[first]:.3g} to '
@@ -103,12 +103,12 @@ def estimated_lag(motion: tuple[Array, Array], response: tuple[Array, Array], is
     return LagEstimate(lag, 1.0 - _misfit(lag))
 
 
-def _lobe(inside: Flags, at: int) -> tuple[int, int]:
+def _lobe(lobe: Flags, at: int) -> tuple[int, int]:
     """Return first and last place of the run of True around `at`."""
-    outside = np.flatnonzero(~inside)
-    before, after = outside[outside < at], outside[outside > at]
-    return (int(before[-1]) + 1 if len(before) else 0,
-            int(after[0]) - 1 if len(after) else len(inside) - 1)
+    borders = np.flatnonzero(~lobe)
+    lower, upper = borders[borders < at], borders[borders > at]
+    return (int(lower[-1]) + 1 if len(lower) else 0,
+            int(upper[0]) - 1 if len(upper) else len(lobe) - 1)
 
 
 def motion_regressors(t: Array, position: Array, is_position: bool) -> Array:
@@ -148,8 +148,8 @@ def unexplained(t: Array, regressors: Array, at: Array, y: Array) -> float:
         at: times [M] of the signal.
         y: the signal [M].
     """
-    inside = (at >= t[0]) & (at <= t[-1])
-    at, y = at[inside], y[inside]
+    overlap = (at >= t[0]) & (at <= t[-1])
+    at, y = at[overlap], y[overlap]
     if len(y) <= 2 * regressors.shape[1]:
         return 1.0
     columns = np.column_stack([np.interp(at, t, column) for column in regressors.T])
@@ -160,8 +160,8 @@ def unexplained(t: Array, regressors: Array, at: Array, y: Array) -> float:
         return 1.0
     normal = columns.T @ columns
     coefficients = np.linalg.lstsq(normal, columns.T @ y, rcond=1e-12)[0]
-    rest = y - columns @ coefficients
-    return float(rest @ rest) / variance
+    residual = y - columns @ coefficients
+    return float(residual @ residual) / variance
 
 
 def _minimum(function: Callable[[float], float], low: float, high: float) -> float:

@@ -172,9 +172,9 @@ class _Proposal:
             still = [m.label for c, m in zip(series, descriptions)
                      if m.quantity in (POSITION, VELOCITY)
                      and np.nanmax(c.values) == np.nanmin(c.values)]
-            what = f'{", ".join(still)[:200]} never changes' if still else \
+            problem = f'{", ".join(still)[:200]} never changes' if still else \
                 f'no position or velocity among {", ".join(c.label for c in series)[:200]}'
-            raise InputError(f'{self.path}: {what}, expected a motion')
+            raise InputError(f'{self.path}: {problem}, expected a motion')
         self._gather(choices)
         self._require_used(time, descriptions, choices)
         axes = {self._axis(choice) for choice in choices}
@@ -445,9 +445,9 @@ class _Proposal:
             block['unit'] = 'counts'
             self.assumptions.append(f'{label}: whole numbers, so counts.')
             return
-        alone = not ({'motor_position', 'arm_position'} <= set(choice.roles) and 'motor' in name)
+        single = not ({'motor_position', 'arm_position'} <= set(choice.roles) and 'motor' in name)
         wide = quantity == 'position' and span > WIDE and self._axis(choice) == 'rotary'
-        if wide and alone and not any(
+        if wide and single and not any(
                 question.topic in ('unit', 'positions') for question in self.questions):
             self._ask('unit', f'{label}: no unit in the file, and its range of {span:.4g} is wide '
                       'for rad', '--unit position=deg (or turns, or rad)')
@@ -567,7 +567,7 @@ class _Proposal:
                          if time.column is None else time.remarks[0].partition(', ')[2])]
         by_number = {column.number: (choice, role) for choice in choices
                      for role, column in choice.roles.items()}
-        left = {number: why for choice in choices for number, why in choice.left.items()}
+        unused = {number: reason for choice in choices for number, reason in choice.left.items()}
         families: dict[tuple[str, ...], list[str]] = {}
         for k, meaning in enumerate(descriptions):
             choice, role = by_number.get(k, (None, ''))
@@ -576,13 +576,13 @@ class _Proposal:
                 usual = SI[self._axis(choice) if choice else self.kind][
                     signal_kind(role).quantity]
                 unit = f'{unit or usual}{"" if meaning.stated else "?"}'
-            why = choice.reasons[role] if choice is not None else left.get(
+            reason = choice.reasons[role] if choice is not None else unused.get(
                 k, _no_role(meaning, bool(choices[0].joint), series[k]))
-            key = (stem_of(meaning), role, unit, _alike(why, meaning))
+            key = (stem_of(meaning), role, unit, _alike(reason, meaning))
             families.setdefault(key, []).append(meaning.label)
-        for (_, role, unit, why), labels in families.items():
+        for (_, role, unit, reason), labels in families.items():
             name = labels[0] if len(labels) == 1 else f'{labels[0]} ... {labels[-1]}'
-            rows.append(TableRow(name, role, unit, why))
+            rows.append(TableRow(name, role, unit, reason))
         return rows
 
 
@@ -591,9 +591,9 @@ def _names_of(role: str) -> list[str]:
     return [role, *(name for name in ROLES if ROLES[name] == role), signal_kind(role).quantity]
 
 
-def _alike(why: str, meaning: Meaning) -> str:
+def _alike(reason: str, meaning: Meaning) -> str:
     """Return the reason without what differs from joint to joint."""
-    return re.sub(re.escape(meaning.joint) if meaning.joint else '(?!)', 'JOINT', why)
+    return re.sub(re.escape(meaning.joint) if meaning.joint else '(?!)', 'JOINT', reason)
 
 
 def _time_unit(block: Mapping[str, Any]) -> str:

@@ -68,22 +68,22 @@ def found_time(path: str | Path, series: Sequence[Series], units: Mapping[str, s
         column.values.dtype.kind in 'UM' or meanings[id(column)].quantity not in (COUNTER,)
         and column is not episode)]
     candidates.sort(key=lambda column: -_rank(column, meanings[id(column)]))
-    found: FoundTime | None = None
+    time: FoundTime | None = None
     for column in candidates:
         is_named = meanings[id(column)].quantity == TIMES or column.values.dtype.kind in 'UM' or (
             column.label == name)
-        if found is not None and not is_named:
+        if time is not None and not is_named:
             break
         if set(words_of(column.label)) & NANO and not name:
             continue
         this = _as_time(path, column, series, units.get(column.label, ''), is_named, episode)
         if this is None:
             continue
-        if found is not None:
-            return replace(found, remarks=(
-                *found.remarks, f'{column.label}: another time, not used.'))
-        found = this
-    return found
+        if time is not None:
+            return replace(time, remarks=(
+                *time.remarks, f'{column.label}: another time, not used.'))
+        time = this
+    return time
 
 
 def _rank(column: Series, meaning: Meaning) -> float:
@@ -152,8 +152,8 @@ def _is_usual(column: Series, unit: str) -> bool:
     return len(step) > 0 and USUAL[0] <= float(np.median(step)) * TIME[unit] * 1e-9 <= USUAL[1]
 
 
-def _without(words: Sequence[str], some: frozenset[str]) -> list[str]:
-    return [word for word in words if word not in some]
+def _without(words: Sequence[str], excluded: frozenset[str]) -> list[str]:
+    return [word for word in words if word not in excluded]
 
 
 def _stamps(path: str | Path, column: Series, unit: str, nano: Series | None) -> Array | None:

@@ -24,7 +24,11 @@ CODINGS = (('twos_complement', 16), ('twos_complement', 32), ('sign_magnitude', 
 
 
 def decoded(column: Series, assumptions: list[str]) -> tuple[Array, dict[str, Any]]:
-    """Return (values, keys bits and coding) of `column`, in the coding that is smooth."""
+    """
+    Return (values, keys bits and coding) of `column`, in the coding that is smooth.
+
+    assumptions: receives a sentence where a coding was chosen.
+    """
     values = column.values.astype(float)
     valid = values[np.isfinite(values)]
     if (valid != np.floor(valid)).any() or valid.min() < 0:
@@ -47,7 +51,7 @@ def decoded(column: Series, assumptions: list[str]) -> tuple[Array, dict[str, An
 
 
 def scale_of(block: Mapping[str, Any], kind: str) -> float | None:
-    """Return the factor of a position's block to SI, None: counts per turn are unknown."""
+    """Return the factor to SI of a position's block and joint `kind`, None: unknown counts."""
     factor, complete = unit_factor(block['unit'], 'position', kind) if 'unit' in block else \
         (1.0, True)
     if complete:
@@ -58,7 +62,16 @@ def scale_of(block: Mapping[str, Any], kind: str) -> float | None:
 
 def relate_encoders(data: dict[str, Any], blocks: dict[str, dict[str, Any]],
                     positions: tuple[Array, Array], assumptions: list[str]) -> None:
-    """Add the sign of the arm, and the gear ratio or the motor's counts per turn of the output."""
+    """
+    Add the sign of the arm, and the gear ratio or the motor's counts per turn of the output.
+
+    Args:
+        data: mapping that receives the ratio.
+        blocks: {signal: keys}, which receive sign and counts.
+        positions: readings [N] of motor and arm, as recorded.
+        assumptions: receives a sentence for each key.
+
+    """
     motor, arm = positions
     valid = np.isfinite(motor) & np.isfinite(arm)
     slope = float(np.polyfit(arm[valid], motor[valid], 1)[0])
@@ -83,7 +96,17 @@ def relate_encoders(data: dict[str, Any], blocks: dict[str, dict[str, Any]],
 
 def velocity_units(kind: str, blocks: dict[str, dict[str, Any]], values: Mapping[str, Array],
                    t: Array, assumptions: list[str]) -> None:
-    """Add the unit of a velocity, or of its position, that their derivative relation shows."""
+    """
+    Add the unit of a velocity, or of its position, that their derivative relation shows.
+
+    Args:
+        kind: of the joint, rotary or prismatic.
+        blocks: {signal: keys}, which receive the unit.
+        values: {signal: [N]}, as recorded.
+        t: stamps [N] of the rows, s, in any order.
+        assumptions: receives a sentence for each unit.
+
+    """
     table = {('velocity', 'rotary'): ANGULAR_SPEED, ('velocity', 'prismatic'): SPEED}
     for side in ('motor', 'arm'):
         name, position = f'{side}_velocity', f'{side}_position'
@@ -114,7 +137,16 @@ def velocity_units(kind: str, blocks: dict[str, dict[str, Any]], values: Mapping
 
 def effort_sign(blocks: dict[str, dict[str, Any]], values: Mapping[str, Array], t: Array,
                 assumptions: list[str]) -> None:
-    """Turn the efforts round that take work out of a drive with friction."""
+    """
+    Turn the efforts round that take work out of a drive with friction.
+
+    Args:
+        blocks: {signal: keys}, which receive the sign.
+        values: {signal: [N]}, as recorded.
+        t: stamps [N] of the rows, s, in any order.
+        assumptions: receives a sentence for each sign.
+
+    """
     position = next((name for name in ('motor_position', 'arm_position') if name in blocks), None)
     order = np.argsort(t, kind='stable')
     for name in ('motor_effort', 'reference_torque'):

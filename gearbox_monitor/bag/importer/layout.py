@@ -79,24 +79,24 @@ def recognised_layout(path: str | Path) -> Format:
         head = stream.read(MATLAB_HEADER + 8)
     kind = _format(path, head)
     joints: Sequence[str] = ()
-    rate, named = None, True
+    rate, labelled = None, True
     with readable(path):
         if kind == 'text':
-            blocks, series, named = _text(path)
+            blocks, series, labelled = _text(path)
             joints = _listed_joints(path)
         elif kind in ('parquet', 'feather'):
             blocks, series = {'format': kind}, list(_of_table(path, kind))
             joints, rate = _of_dataset(path)
         else:
             blocks, series, joints = _tree(path, kind)
-            named = any(column.label and not column.label.isdigit() for column in series)
+            labelled = any(column.label and not column.label.isdigit() for column in series)
     lengths = Counter(len(column.values) for column in series)
     length = max(lengths, key=lambda n: (lengths[n] > 1, n >= MIN_SAMPLES, lengths[n]), default=0)
     series = [column for column in series if len(column.values) == length]
     if len(series) < 2 or length < MIN_SAMPLES:
         raise InputError(f'{path}: {len(series)} columns of {length} numbers, read as {kind}: '
                          f'expected two or more of at least {MIN_SAMPLES}')
-    return Format(blocks, series, named, joints, rate)
+    return Format(blocks, series, labelled, joints, rate)
 
 
 def _format(path: str | Path, head: bytes) -> str:
@@ -130,10 +130,10 @@ def _text(path: str | Path) -> tuple[dict[str, Any], list[Series], bool]:
     own = [' '.join(filter(None, names[k])) if k < len(names) else '' for k in range(columns)]
     labels, units = _labelled(names, columns)
     units = units if any(units) else _preamble_units(path, text, columns)
-    named = any(labels)
-    if not named:
+    labelled = any(labels)
+    if not labelled:
         labels = _echoed(cells, text) or labels
-        named = any(labels)
+        labelled = any(labels)
     default = TextFormat()
     block = {key: value for key, value in vars(text).items() if value != getattr(default, key)}
     series: list[Series] = []
@@ -152,7 +152,7 @@ def _text(path: str | Path) -> tuple[dict[str, Any], list[Series], bool]:
         if values is not None:
             unit = (first[1] if first else '') or unit_of_label(label) or units[k]
             series.append(Series({'column': place}, label or f'column {k + 1}', unit, values))
-    return {'format': 'text', **({'text': block} if block else {})}, series, named
+    return {'format': 'text', **({'text': block} if block else {})}, series, labelled
 
 
 def _labelled(names: Sequence[Sequence[str]], columns: int) -> tuple[list[str], list[str]]:

@@ -117,7 +117,7 @@ class Meaning:
 
 
 def words_of(label: str) -> list[str]:
-    """Return the words of a name in lower case; 'motorPos_rad[3]' is motor, pos, rad and 3."""
+    """Return the words of a `label` in lower case; 'motorPos_rad[3]' is motor, pos, rad and 3."""
     plain = re.sub(r'[\[(<{]([^\])>}]*)[\])>}]', _inside, label)
     plain = re.sub(r'(?i)feed[ _-]?back', 'feedback', plain)
     return [word.lower() for word in _WORD.findall(plain)]
@@ -141,7 +141,7 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
     words = [word for word in words if word not in axis]
     scale, stated = scaled_unit(label, True)
     unit = standard_unit(unit) or stated
-    known: set[str] = set()
+    abbreviations: set[str] = set()
 
     def _of(table: str, skipped: frozenset[str] = frozenset()) -> list[str]:
         return [kind for kind, names in _SETS[table].items()
@@ -150,7 +150,7 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
     sources = _of('source')
     if 'd' in words[1:] and quantity in (POSITION, VELOCITY, EFFORT, ACCELERATION):
         sources.insert(0, SETPOINT)  # q_d, tau_J_d: desired
-        known.add('d')
+        abbreviations.add('d')
     if {('input', 'pos'), ('input', 'vel'), ('input', 'torque')} & set(zip(words, words[1:])):
         sources = [SETPOINT]  # of an ODrive
     if 'd' in axis:
@@ -160,7 +160,7 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
     if quantity == NOTHING and SETPOINT in sources:
         quantity = POSITION
     if 'current' in words and quantity in (POSITION, VELOCITY) and sources == [MEASURED]:
-        known.add('current')
+        abbreviations.add('current')
     source = sources[0] if sources else ''
     if quantity == EFFORT and source == MEASURED and not set(words) - {'current', 'currents'} & \
             _SETS['source'][MEASURED]:
@@ -171,17 +171,17 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
         quantity = POSITION
     if set(words) & STRANGE and quantity != TIMES:
         quantity = NOTHING
-    vocabulary = _CONTAINER | _UNITS | known | frozenset().union(
+    vocabulary = _CONTAINER | _UNITS | abbreviations | frozenset().union(
         *(names for table in _SETS.values() for names in table.values()))
     first = words[0] if words else ''
     if quantity == NOTHING and first in ('p', 'v') and not set(words) & STRANGE:
-        quantity, known = (POSITION if first == 'p' else VELOCITY), {first}
-    left = [word for k, word in enumerate(words) if word not in vocabulary
-            and not (k == 0 and word in known)]
+        quantity, abbreviations = (POSITION if first == 'p' else VELOCITY), {first}
+    unexplained = [word for k, word in enumerate(words) if word not in vocabulary
+                   and not (k == 0 and word in abbreviations)]
     if quantity == NOTHING and source == MEASURED and {'joint', 'joints'} & set(words) and all(
-            word.isdigit() for word in left) and not set(words) & STRANGE:
+            word.isdigit() for word in unexplained) and not set(words) & STRANGE:
         quantity = POSITION  # feedBack.joints[3]: what is measured of a joint as such
-    return Meaning(label, quantity, source, side, unit, scale, ' '.join(left),
+    return Meaning(label, quantity, source, side, unit, scale, ' '.join(unexplained),
                    _why(words, quantity, source, side), bool(unit))
 
 
@@ -310,28 +310,28 @@ def _joints(columns: Sequence[Meaning]) -> list[str]:
     rests = [tuple(column.joint.split()) for column in columns]
     common = set(rests[0]).intersection(*map(set, rests)) if rests else set()
     # What all names contain tells no joint; of a robot's name beside the number it is kept.
-    distinct = [tuple(word for word in rest if word not in common) for rest in rests]
+    distinct = [tuple(word for word in part if word not in common) for part in rests]
     numbers = _counting(columns, distinct)
     by_family: dict[tuple[str, ...], set[tuple[str, ...]]] = defaultdict(set)
-    for column, rest, number in zip(columns, distinct, numbers):
+    for column, part, number in zip(columns, distinct, numbers):
         if number:
             stem = (column.quantity, column.source, column.side,
-                    *(word for word in rest if not word.isdigit()))
+                    *(word for word in part if not word.isdigit()))
             by_family[stem].add(number)
     families = [family for family in by_family.values() if len(family) > 1]
-    counted = bool(families) and all(any(family <= other for other in families)
+    counted = bool(families) and all(any(family <= relative for relative in families)
                                      for family in by_family.values())
-    words = {tuple(word for word in rest if not word.isdigit()) for rest in distinct}
+    words = {tuple(word for word in part if not word.isdigit()) for part in distinct}
     kinds: dict[tuple[str, ...], set[tuple[str, str]]] = defaultdict(set)
-    for column, rest in zip(columns, distinct):
-        kinds[rest].add((column.quantity, column.source))
-    named = {rest for rest, found in kinds.items() if rest and len(found) > 1}
-    if named and len(named) + (() in kinds) >= len(kinds) and (
-            len(named) > 1 or () not in kinds):
+    for column, part in zip(columns, distinct):
+        kinds[part].add((column.quantity, column.source))
+    joint_words = {part for part, signals in kinds.items() if part and len(signals) > 1}
+    if joint_words and len(joint_words) + (() in kinds) >= len(kinds) and (
+            len(joint_words) > 1 or () not in kinds):
         keys = distinct
     elif counted or len(words) > 1 and any(numbers):
         keys = numbers
-    elif len(kinds) > 1 and all(len(found) == 1 for found in kinds.values()) and _one_family(
+    elif len(kinds) > 1 and all(len(signals) == 1 for signals in kinds.values()) and _one_family(
             columns, distinct):
         keys = distinct  # one quantity of several joints
     else:
@@ -349,8 +349,8 @@ def _counting(columns: Sequence[Meaning], rests: Sequence[tuple[str, ...]]
     for column, own in zip(columns, numbers):
         kind = column.quantity, column.source, column.side
         fixed[kind] = fixed.get(kind, set(own)) & set(own)
-    alone = Counter((column.quantity, column.source, column.side) for column in columns)
-    return [tuple(word for word in own if alone[kind] == 1 or word not in fixed[kind])
+    counts = Counter((column.quantity, column.source, column.side) for column in columns)
+    return [tuple(word for word in own if counts[kind] == 1 or word not in fixed[kind])
             for column, own in zip(columns, numbers)
             for kind in [(column.quantity, column.source, column.side)]]
 
@@ -384,14 +384,14 @@ def with_listed_names(columns: Sequence[Meaning], names: Sequence[str]) -> list[
 
 
 def joints_of(columns: Sequence[Meaning]) -> list[str]:
-    """Return the joints that have a position or velocity, in order of appearance."""
+    """Return the joints that have a position or velocity, in the order of `columns`."""
     return list(dict.fromkeys(column.joint for column in columns
                               if column.quantity in (POSITION, VELOCITY) and
                               column.source in (MEASURED, FILTERED, '')))
 
 
 def stem_of(meaning: Meaning) -> str:
-    """Return the name of a column without the words of its joint: '--use' takes it for all."""
+    """Return the label of a `meaning` without the words of its joint, as '--use' takes it."""
     if not meaning.joint:
         return meaning.label
     own = words_of(meaning.joint) + ['joint']

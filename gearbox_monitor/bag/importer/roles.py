@@ -100,7 +100,7 @@ def motion_of(t: Array, position: Array) -> Motion:
 
 
 def is_input(meaning: Meaning) -> bool:
-    """Return whether an effort needs a constant to become a torque: a current, a duty, counts."""
+    """Return whether an effort of `meaning` needs a constant: a current, a duty, counts."""
     if meaning.unit:
         return meaning.unit in DRIVE_INPUT or meaning.unit in COUNTS
     words = set(words_of(meaning.label))
@@ -114,11 +114,11 @@ def use_option(role: str, column: str) -> str:
 
 
 def matches(given: str, meaning: Meaning) -> bool:
-    """Return whether `given` names the column: whole, or without the words of its joint."""
-    words, asked = words_of(meaning.label), words_of(given)
+    """Return whether `given` is the label of `meaning`, whole or without words of its joint."""
+    words, request = words_of(meaning.label), words_of(given)
     own = words_of(meaning.joint) + ['joint']
-    return given == meaning.label or asked == words or bool(meaning.joint) and (
-        asked == [word for word in words if word not in own])
+    return given == meaning.label or request == words or bool(meaning.joint) and (
+        request == [word for word in words if word not in own])
 
 
 def choice_of(columns: Sequence[Column], t: Array, joint: str, use: Mapping[str, str]) -> Choice:
@@ -138,8 +138,8 @@ def choice_of(columns: Sequence[Column], t: Array, joint: str, use: Mapping[str,
     for role, fitting in stated.items():
         if fitting:
             choice.take(role, fitting[0], 'as stated')
-    taken = {column.number for column in choice.roles.values()}
-    columns = [c for c in columns if c.number not in taken]
+    numbers = {column.number for column in choice.roles.values()}
+    columns = [c for c in columns if c.number not in numbers]
     _positions(choice, columns, t, refused)
     position = next((choice.roles[role] for role in ('motor_position', 'arm_position')
                      if role in choice.roles), None)
@@ -163,20 +163,20 @@ def _kind(columns: Sequence[Column], quantity: str, *sources: str) -> list[Colum
 
 def _without_copies(choice: Choice, columns: Sequence[Column]) -> list[Column]:
     """Return the columns that are no copies of another one of them; say so of the others."""
-    kept: list[Column] = []
+    originals: list[Column] = []
     for column in sorted(columns, key=lambda c: (not c.meaning.stated, c.number)):
-        for origin in kept:
+        for origin in originals:
             kind = copy_of(column.values, origin.values)
             if kind:
                 choice.left[column.number] = f'{kind} copy of {stem_of(origin.meaning)}'
                 break
             if copy_of(origin.values, column.values) == 'filtered':
                 choice.left[origin.number] = f'filtered copy of {stem_of(column.meaning)}'
-                kept[kept.index(origin)] = column
+                originals[originals.index(origin)] = column
                 break
         else:
-            kept.append(column)
-    return kept
+            originals.append(column)
+    return originals
 
 
 # --- positions ----------------------------------------------------------------------------------
@@ -213,22 +213,22 @@ def _positions(choice: Choice, columns: Sequence[Column], t: Array, refused: set
                 choice.take(f'{side}_position', column, f'by its name: {column.meaning.why}')
         return
     if len(silent) == 1 and sum(map(len, by_side.values())) == 1:
-        named = next(column for found in by_side.values() for column in found)
-        if _together(t, named, silent[0]) > SAME_MOTION:
-            other = 'arm' if named.meaning.side == 'motor' else 'motor'
-            choice.take(f'{named.meaning.side}_position', named,
-                        f'by its name: {named.meaning.why}')
-            choice.take(f'{other}_position', silent[0], 'the other end: it moves with it')
+        labelled = next(column for found in by_side.values() for column in found)
+        if _together(t, labelled, silent[0]) > SAME_MOTION:
+            opposite = 'arm' if labelled.meaning.side == 'motor' else 'motor'
+            choice.take(f'{labelled.meaning.side}_position', labelled,
+                        f'by its name: {labelled.meaning.why}')
+            choice.take(f'{opposite}_position', silent[0], 'the other end: it moves with it')
             return
     pairs = [(a, b) for k, a in enumerate(candidates) for b in candidates[k + 1:]
              if _together(t, a, b) > SAME_MOTION]
     if len(pairs) == 1 and not any(c.meaning.side for c in pairs[0]):
         a, b = sorted(pairs[0], key=lambda c: -float(np.nanstd(c.values)))
         ratio = float(np.nanstd(a.values) / np.nanstd(b.values))
-        why = 'of two encoders that move together the motor is the one with more motion'
+        reason = 'of two encoders that move together the motor is the one with more motion'
         if a.meaning.unit == b.meaning.unit and ratio > GEARED:
-            choice.take('motor_position', a, why)
-            choice.take('arm_position', b, why)
+            choice.take('motor_position', a, reason)
+            choice.take('arm_position', b, reason)
             return
     names = ', '.join(c.meaning.label for c in candidates)
     moving = 'move together' if pairs else 'do not move together'
@@ -257,10 +257,10 @@ def _velocities(choice: Choice, columns: Sequence[Column], motion: Motion | None
         share = {c.number: motion.explained(c.values) if motion is not None else 1.0
                  for c in columns_of_side}
         chosen = max(columns_of_side, key=lambda c: share[c.number])
-        why = f'by its name: {chosen.meaning.why}'
+        reason = f'by its name: {chosen.meaning.why}'
         if share[chosen.number] < DERIVATIVE and np.ptp(chosen.values) > 0.0:
-            why += '; noisy: the position hardly explains it'
-        choice.take(f'{side}_velocity', chosen, why)
+            reason += '; noisy: the position hardly explains it'
+        choice.take(f'{side}_velocity', chosen, reason)
         for column in columns_of_side:
             if column is not chosen:
                 choice.left[column.number] = f'beside {stem_of(chosen.meaning)}'
@@ -282,9 +282,9 @@ def _efforts(choice: Choice, columns: Sequence[Column], motion: Motion, t: Array
     measured = [c for c in measured if c not in sensors]
     commanded = _kind(columns, EFFORT, SETPOINT)
     filtered = _kind(columns, EFFORT, FILTERED)
-    others = [c for c in columns if c.meaning.quantity == EFFORT and c not in
+    unused = [c for c in columns if c.meaning.quantity == EFFORT and c not in
               (*sensors, *measured, *commanded, *filtered)]
-    for column in others:
+    for column in unused:
         choice.left[column.number] = f'{column.meaning.source}: no torque of the motor as it is'
     if sensors and 'reference_torque' not in {*choice.roles, *refused} and (
             measured or commanded or 'motor_effort' in choice.roles):
@@ -343,10 +343,10 @@ def _drive_effort(choice: Choice, measured: Sequence[Column], commanded: Sequenc
                                    + use_option('effort', stem_of(column.meaning)))
 
 
-def _ask_effort(choice: Choice, columns: Sequence[Column], what: str) -> None:
+def _ask_effort(choice: Choice, columns: Sequence[Column], question: str) -> None:
     names = ', '.join(stem_of(c.meaning) for c in columns)
     choice.questions.append(Question(
-        'effort', f'{names}: {what}', ' or '.join(
+        'effort', f'{names}: {question}', ' or '.join(
             use_option('effort', stem_of(c.meaning)) for c in columns[:3])))
 
 
@@ -383,15 +383,15 @@ def _setpoints(choice: Choice, columns: Sequence[Column], refused: set[str]) -> 
     candidates = _kind(columns, POSITION, SETPOINT)
     if not candidates or {'motor_setpoint'} & {*choice.roles, *refused}:
         return
-    first, *more = _without_copies(choice, candidates)
-    alone = 'motor_effort' not in choice.roles and not any(
+    first, *rivals = _without_copies(choice, candidates)
+    only_input = 'motor_effort' not in choice.roles and not any(
         question.topic == 'effort' for question in choice.questions)
-    if more and alone:
-        names = ', '.join(c.meaning.label for c in (first, *more))
+    if rivals and only_input:
+        names = ', '.join(c.meaning.label for c in (first, *rivals))
         choice.questions.append(Question(
             'setpoint', f'{names}: setpoints of one joint', ' or '.join(
-                use_option('setpoint', stem_of(c.meaning)) for c in (first, *more[:2]))))
+                use_option('setpoint', stem_of(c.meaning)) for c in (first, *rivals[:2]))))
         return
     choice.take('motor_setpoint', first, f'by its name: {first.meaning.why}')
-    for column in more:
+    for column in rivals:
         choice.left[column.number] = f'another setpoint beside {stem_of(first.meaning)}'

@@ -68,7 +68,7 @@ def text_lines(path: str | Path, text: TextFormat, comments: list[str] | None = 
 
 
 def split_line(line: str, text: TextFormat) -> list[str]:
-    """Return the cells of `line`."""
+    """Return the cells of `line` in the format `text`."""
     if text.delimiter == 'whitespace':
         return line.split()
     return next(csv.reader([line.rstrip('\n')], delimiter=text.delimiter,
@@ -76,7 +76,7 @@ def split_line(line: str, text: TextFormat) -> list[str]:
 
 
 def is_number(cell: str, text: TextFormat) -> bool:
-    """Return whether `cell` holds a number."""
+    """Return whether `cell` holds a number in the format `text`."""
     try:
         float(cell.replace(',', '.') if text.decimal == ',' else cell)
     except ValueError:
@@ -96,7 +96,7 @@ def row_per_signal(path: str | Path, text: TextFormat) -> bool:
 
 
 def signal_rows(path: str | Path, text: TextFormat) -> TextTable:
-    """Return the TextTable of a file with a row per signal, names in the first cells."""
+    """Return the TextTable of `path` in format `text`: a row per signal, its names first."""
     lines = list(text_lines(path, text))
     cells = [split_line(line, text) for _, line in lines]
     columns = list(zip_longest(*cells, fillvalue=''))
@@ -110,7 +110,7 @@ def signal_rows(path: str | Path, text: TextFormat) -> TextTable:
 
 
 def sample_rows(path: str | Path, text: TextFormat) -> tuple[tuple[tuple[str, ...], ...], Lines]:
-    """Return (names, lines of data) of a file with a row per sample."""
+    """Return (names, lines of data) of `path`, a row per sample, in the format `text`."""
     comments: list[str] = []
     lines = text_lines(path, text, comments)
     if text.header == 'comment':
@@ -158,7 +158,11 @@ def column_numbers(path: str | Path, mapping: ImportMapping, places: Places,
 
 
 def list_columns(names: Sequence[Sequence[str]], places: Places) -> dict[str, tuple[str, int]]:
-    """Return {name of the signal: (column, place in its list from 1)} of 'COLUMN.NUMBER'."""
+    """
+    Return {name of the signal: (column, place in its list from 1)} of 'COLUMN.NUMBER'.
+
+    names: cells above each column of the file. places: of signals, as stated.
+    """
     cells = {cell for column in names for cell in (*column, ' '.join(filter(None, column)))}
     result = {}
     for name, place in places.items():

@@ -121,9 +121,9 @@ def on_measured_motion(search: PositionSearch, fitted: CandidateFit) -> Candidat
     fits = []
     for proposal in [p for p in ranked if p.gain > 0.0][:FITTED]:
         mapped = with_map(candidate, proposal.table, scale)
-        begun = point.at(np.concatenate([point.z, proposal.values]))
+        start = point.at(np.concatenate([point.z, proposal.values]))
         fits.append(search.as_fitted(
-            mapped, gauss_newton.robust_then_plain(data, mapped, begun, (6, 6))))
+            mapped, gauss_newton.robust_then_plain(data, mapped, start, (6, 6))))
     best = min(fits, key=lambda f: f.score, default=None)
     return best if best is not None and best.score < fitted.score else None
 

@@ -75,7 +75,7 @@ class TrackerSettings:
         return scan.threshold(self.windows_per_false_alarm / test.share)
 
     def notice(self, column: int) -> float:
-        """Return the change (logarithm) of a feature below which nothing is reported."""
+        """Return the smallest change (logarithm) of the feature in `column` that is reported."""
         key = next(t.key for t in TESTS if t.column == column)
         return math.log1p(self.limits.get(key, (0.0,))[0])
 
@@ -194,7 +194,7 @@ class Tracker:
 
     def _take(self, features: Backlash | Friction, trusted: bool) -> None:
         data, settings = self.data, self.settings
-        known = len(data.points)
+        count = len(data.points)
         point = data.points.find(features, self.temperature, settings.bins)
         place = data.points[point]
         values, variances = self._measure(features, place)
@@ -205,11 +205,11 @@ class Tracker:
         self.compared = bool(np.isfinite(values).any())
         if not self.compared:
             return
-        if len(data.points) > known and self._windows() >= LIMITS.settled_windows:
-            before = data.stamps[-1] if data.stamps else self.stamp_ns - 1
+        if len(data.points) > count and self._windows() >= LIMITS.settled_windows:
+            stamp = data.stamps[-1] if data.stamps else self.stamp_ns - 1
             for column, feature in enumerate(self.wear):
                 if np.isfinite(values[column]):
-                    feature.pending = [*feature.pending, before][-MAX_PENDING:]
+                    feature.pending = [*feature.pending, stamp][-MAX_PENDING:]
         data.add(self.stamp_ns, point, trusted, data.warmth(self.temperature),
                  data.relative(values))
         marks = self._marks()
@@ -292,7 +292,7 @@ class Tracker:
         """Find new steps, and bring the wear of all features up to date."""
         data = self.data
         observed, points = data.observations(self.stamp_ns, self.settings.window * 1e9)
-        here = points.index(data.newest)
+        place = points.index(data.newest)
         results: dict[int, tuple[wear.Wear, wear.Scan]] = {}
         for column in range(SHARP + 1):
             if column == SHARP:
@@ -301,7 +301,7 @@ class Tracker:
             if not o.weight.any() or (column == SHARP and o.count.sum() < LIMITS.min_complete):
                 continue
             results[column] = self._estimated(column, o, len(points))
-            self._learn(column, results[column][0].fit, points, here)
+            self._learn(column, results[column][0].fit, points, place)
         scores = {column: self._scored(column, observed[column], result[1])
                   for column, result in results.items()}
         for column in range(len(FEATURES)):
@@ -313,11 +313,11 @@ class Tracker:
                     column, source, observed[source], len(points)):
                 for c in {column, source}:
                     results[c] = self._estimated(c, observed[c], len(points))
-            others = math.hypot(*(
+            coupled = math.hypot(*(
                 self.data.couplings[c] * math.hypot(w.std, LIMITS.coupled * w.value)
                 for c, (w, _) in results.items() if c in OTHERS and self.wear[c].steps)
             ) if source == SHARP else 0.0
-            self._follow(column, observed[column], results[source], others)
+            self._follow(column, observed[column], results[source], coupled)
 
     def _widened(self, column: int, o: wear.Observations) -> wear.Observations:
         """Return `o` with the noise that a smaller feature has: it does not shrink with it."""
@@ -345,7 +345,7 @@ class Tracker:
         estimate = wear.estimate(o, prior, course, noise)
         return estimate, wear.scan(o, estimate.fit)
 
-    def _learn(self, column: int, fit: wear.Fit, points: list[int], here: int) -> None:
+    def _learn(self, column: int, fit: wear.Fit, points: list[int], place: int) -> None:
         """Keep what a fit says of temperature, spread of offsets and the healthy level."""
         data, first = self.data, wear.N_COMMON
         data.slopes[column] = fit.mean[wear.TEMPERATURE]
@@ -354,12 +354,12 @@ class Tracker:
         stated = PRIORS[GAP if column == SHARP else column].offset ** 2
         feature = self.wear[GAP if column == SHARP else column]
         if len(points) > 1 and not feature.steps and not feature.pending:
-            seen = fit.mean[offsets] ** 2 + variance[offsets]
-            data.spread[column] = (LIMITS.offset_windows * stated + float(seen.sum())) / (
+            squares = fit.mean[offsets] ** 2 + variance[offsets]
+            data.spread[column] = (LIMITS.offset_windows * stated + float(squares.sum())) / (
                 LIMITS.offset_windows + len(points))
         if column < len(FEATURES):
             at = np.zeros(len(fit.mean))
-            at[[wear.LEVEL, first + here]] = 1.0
+            at[[wear.LEVEL, first + place]] = 1.0
             at[wear.TEMPERATURE] = data.kelvin[-1]
             self._levels[column] = at @ fit.mean
             self._level_stds[column] = math.sqrt(max(float(at @ fit.covariance @ at), 0.0))
@@ -369,10 +369,10 @@ class Tracker:
         """Return (up, down): normal scores [M] of stretches that have enough before them."""
         m = o.rows
         required = LIMITS.min_complete if column == SHARP else LIMITS.min_baseline
-        before = o.count[:-m].sum() + np.concatenate([[0.0], np.cumsum(o.count[-m:])[:-1]])
+        windows = o.count[:-m].sum() + np.concatenate([[0.0], np.cumsum(o.count[-m:])[:-1]])
         # Only the noise is known by so many windows, not what priors add (Satterthwaite).
         dof = self.data.points[self.data.newest].dof(column) / np.maximum(scanned.noise, 1e-3) ** 2
-        up, down = (np.where(before >= required, scan.normal_score(score, dof), 0.0)
+        up, down = (np.where(windows >= required, scan.normal_score(score, dof), 0.0)
                     for score in (scanned.up, scanned.down))
         return up, down
 
@@ -428,11 +428,11 @@ class Tracker:
             if c not in scores or not self.data.couplings[c]:
                 continue
             estimate, scanned = results[c]
-            known = not self.wear[c].pending and (
+            certain = not self.wear[c].pending and (
                 not self.wear[c].steps or estimate.moving < LIMITS.moving
                 and self.wear[c].steps[-1]
                 < self.data.stamps[max(len(self.data) - LIMITS.step_settle, 0)])
-            if not known or max(scores[c][0][k], scores[c][1][k]) > LIMITS.stayed \
+            if not certain or max(scores[c][0][k], scores[c][1][k]) > LIMITS.stayed \
                     or abs(scanned.newest) > LIMITS.stayed:
                 return False
         return True
@@ -519,14 +519,14 @@ class Tracker:
         if len(feature.steps) != 1 or feature.pending or feature.steps[0] < data.stamps[0] or \
                 feature.steps[0] <= data.stamps[max(len(data) - LIMITS.step_settle, 0)]:
             return False
-        before, feature.steps = feature.steps[0], []
+        first, feature.steps = feature.steps[0], []
         scanned = wear.scan(o, wear.fit(o, self._prior(source, points), self._course(source)))
         k = int(np.argmax(np.maximum(scanned.up, scanned.down)))
         feature.steps = [data.stamps[k - 1] if k else data.stamps[0] - 1]
-        return feature.steps[0] != before
+        return feature.steps[0] != first
 
     def _follow(self, column: int, o: wear.Observations,
-                result: tuple[wear.Wear, wear.Scan], others: float) -> None:
+                result: tuple[wear.Wear, wear.Scan], coupled: float) -> None:
         """
         Bring the wear of a feature up to date: its size, stage, and whether it is over.
 
@@ -534,13 +534,13 @@ class Tracker:
             column: of the feature.
             o: its observations.
             result: what tells its wear.
-            others: standard deviation that the wear of other features adds.
+            coupled: standard deviation that the wear of other features adds.
 
         """
         feature, (estimate, scanned) = self.wear[column], result
         if o.weight[-1] > 0.0:
             feature.compared_ns = self.stamp_ns
-        feature.value, feature.std = estimate.value, math.hypot(estimate.std, others)
+        feature.value, feature.std = estimate.value, math.hypot(estimate.std, coupled)
         feature.slope, feature.slope_std, feature.moving = (
             estimate.slope, estimate.slope_std, estimate.moving)
         if not feature.steps and not feature.pending:
@@ -555,11 +555,11 @@ class Tracker:
                 self.changes.pop(test.key, None)
             return
         standing = next((t for t in (up, down) if t.key in self.changes), None)
-        test, other = (up, down) if feature.value > 0.0 else (down, up)
-        if standing is other and abs(feature.value) < LIMITS.over_std * feature.std:
-            test, other = other, test  # nothing yet says that it goes the other way
+        test, opposite = (up, down) if feature.value > 0.0 else (down, up)
+        if standing is opposite and abs(feature.value) < LIMITS.over_std * feature.std:
+            test, opposite = opposite, test  # nothing yet says that it goes the other way
         growth, std = self.relative(column, feature.value, feature.std)
-        old = self.changes.get(test.key) or self.changes.get(other.key)
+        old = self.changes.get(test.key) or self.changes.get(opposite.key)
         if self._over(column, old):
             ended = up if up.key in self.changes else down
             if ended.key in self.changes:
@@ -570,7 +570,7 @@ class Tracker:
             self._end(column)
             return
         if test.key not in self.changes:
-            self.changes.pop(other.key, None)
+            self.changes.pop(opposite.key, None)
             self.changes[test.key] = Change(
                 feature.steps[-1 if old else 0], self.stamp_ns, test.sign * growth,
                 test.sign * growth, std)
@@ -611,7 +611,7 @@ class Tracker:
     # ------------------------------------------------------------------ what is known
 
     def relative(self, column: int, value: float, std: float) -> tuple[float, float]:
-        """Return (growth, deviation) of a feature: of logarithms, relative; else as they are."""
+        """Return (growth, deviation) of `value` +- `std` in `column`: of logarithms, relative."""
         prior = PRIORS[column]
         missed = prior.crosstalk * max((abs(feature.value) for c, feature in enumerate(self.wear)
                                         if c != column and feature.steps), default=0.0)
@@ -621,7 +621,7 @@ class Tracker:
         return growth, math.hypot((1.0 + growth) * std, prior.scale * growth, missed)
 
     def limits(self, test: ChangeTest) -> tuple[float, float, float]:
-        """Return the sizes from which on a change is noticed, a warning, an error."""
+        """Return the sizes from which on a change is noticed, a warning, an error by `test`."""
         notice, warn, error = self.settings.limits.get(test.key, (0.0, math.inf, math.inf))
         base = self.baseline
         if test.key == 'gap' and self.settings.gap_limit > 0.0 and base and base.gap > 0.0:
@@ -629,7 +629,7 @@ class Tracker:
         return notice, warn, error
 
     def growth(self, column: int) -> tuple[float, float]:
-        """Return (growth, deviation) of a feature now, NaN while it is not known."""
+        """Return (growth, deviation) of the feature in `column` now, NaN while it is not known."""
         feature = self.wear[column]
         if not (math.isfinite(feature.value) and feature.compared_ns):
             return math.nan, math.nan
@@ -639,7 +639,7 @@ class Tracker:
         return growth, math.hypot(std, self.settings.notice(column) * math.sqrt(idle))
 
     def trend(self, column: int) -> Trend | None:
-        """Return the Trend of the growth of a feature since its last step, None if steady."""
+        """Return the Trend of the feature in `column` since its last step, None if steady."""
         feature = self.wear[column]
         if not feature.steps or feature.moving < LIMITS.moving or \
                 abs(feature.slope) < LIMITS.significant_slope * feature.slope_std:

@@ -15,12 +15,12 @@ from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 
 
 def outcomes(tracker: Tracker) -> dict[str, Outcome]:
-    """Return {component: Outcome} in force."""
+    """Return {component: Outcome} in force of `tracker`."""
     return {component: outcome(tracker, component) for component in COMPONENTS}
 
 
 def outcome(tracker: Tracker, component: str) -> Outcome:
-    """Return the Outcome of a `component` of COMPONENTS."""
+    """Return the Outcome of a `component` of COMPONENTS in `tracker`."""
     window = tracker.window if component == 'backlash' else tracker.friction
     active = sorted((t for t in TESTS if t.component == component and t.key in tracker.changes),
                     key=lambda t: -tracker.changes[t.key].stage)

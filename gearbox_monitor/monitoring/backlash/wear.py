@@ -215,9 +215,9 @@ def estimate(observations: Observations, prior: Array, course: Course, noise: fl
         logs = np.array([f.likelihood for f in fits]) + np.log(LIMITS.course_prior)
     share = np.exp(logs - logs.max())
     share /= share.sum()
-    now = [wear_columns(np.zeros(1), course, f.has_slope, f.walk)[0][0] for f in fits]
-    values = np.array([a @ f.mean[f.first:] for a, f in zip(now, fits)])
-    variances = np.array([a @ f.covariance[f.first:, f.first:] @ a for a, f in zip(now, fits)])
+    present = [wear_columns(np.zeros(1), course, f.has_slope, f.walk)[0][0] for f in fits]
+    values = np.array([a @ f.mean[f.first:] for a, f in zip(present, fits)])
+    variances = np.array([a @ f.covariance[f.first:, f.first:] @ a for a, f in zip(present, fits)])
     value = float(share @ values)
     variance = float(share @ (variances + (values - value) ** 2))
     chosen = int(np.argmax(share))

@@ -124,7 +124,7 @@ def _weights(rows: Array, drive: DriveModel) -> Array:
     """Return weights [N] that fall where the speed may be 0, and friction anything."""
     if drive.coulomb_friction == 0.0:
         return np.ones(len(rows))
-    doubt = LIMITS.curve_standstill * middle(rows[:, S_TWIST_RATE_NOISE_STD])
+    doubt = LIMITS.standstill * middle(rows[:, S_TWIST_RATE_NOISE_STD])
     ratio = (rows[:, S_X3] / max(doubt, 1e-12)) ** 2
     return LIMITS.curve_standstill_weight + ratio / (1.0 + ratio)
 

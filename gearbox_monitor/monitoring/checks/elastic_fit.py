@@ -30,7 +30,7 @@ FIRST, LAST = VISCOUS, GAIN + 1  # of TORQUE
 BLOCKS = 20                   # parts of a window that count as independent
 SIGMA = LIMITS.curve_sigma
 OFTEN = float(stdtrit(BLOCKS - 1, LIMITS.curve_often))  # not in a block or two
-HUBER, ITERATIONS, ENOUGH = LIMITS.curve_huber, 12, 1e-3
+HUBER, ITERATIONS, ENOUGH = LIMITS.huber, 12, 1e-3
 ZEROS = 13                    # of the grid that the fit starts from
 ROUNDING, TINY = 1e-12, 1e-300
 

@@ -30,25 +30,23 @@ _TUNE = 'check friction, inertia and torque scale of the model'
 BIASED = Condition(
     'prediction error', Level.WARN, 'prediction errors biased',
     f'largest abs(mean) sqrt(N) of the whitened channels > {MEAN_LIMIT:.2f}',
-    f'{LIMITS.mean_window:g} s',
-    _TUNE, ('mean',), ('mean_threshold',))
+    f'{LIMITS.mean_window:g} s', _TUNE, ('mean',), ('mean_threshold',))
 COLOURED = Condition(
     'prediction error', Level.WARN, 'prediction errors not white',
     f'Ljung-Box over {LAGS} lags > {LJUNG_BOX_LIMIT:.1f} and sum of squared correlations > '
-    f'{LIMITS.predictable:g} + {LAGS} / N', f'{LIMITS.error_window:g} s', _TUNE
-    + ', and the time stamps',
-    ('ljung_box', 'predictable_share'),
+    f'{LIMITS.predictable:g} + {LAGS} / N', f'{LIMITS.error_window:g} s',
+    _TUNE + ', and the time stamps', ('ljung_box', 'predictable_share'),
     ('ljung_box_threshold', 'predictable_share_threshold'))
 LARGER = Condition(
     'prediction error', Level.WARN, 'prediction errors larger than predicted',
     f'NIS over its degrees of freedom > {LIMITS.nis_high:g} and significantly above 1',
-    f'{LIMITS.error_window:g} s',
-    _TUNE + ', and the encoders; or raise R', ('nis_over_dof',), ('nis_high',))
+    f'{LIMITS.error_window:g} s', _TUNE + ', and the encoders; or raise R',
+    ('nis_over_dof',), ('nis_high',))
 SMALLER = Condition(
     'prediction error', Level.WARN, 'prediction errors smaller than predicted',
     f'NIS over its degrees of freedom < {LIMITS.nis_low:g} and significantly below 1',
-    f'{LIMITS.error_window:g} s',
-    'R or Q is too large: tune them', ('nis_over_dof',), ('nis_low',))
+    f'{LIMITS.error_window:g} s', 'R or Q is too large: tune them', ('nis_over_dof',),
+    ('nis_low',))
 GROSS = Condition(
     'prediction error', Level.ERROR, 'prediction errors much larger than predicted',
     f'NIS over its degrees of freedom > {LIMITS.nis_gross:g}', f'{LIMITS.error_window:g} s',
@@ -57,9 +55,8 @@ GROSS = Condition(
 MOTOR_VARIANCE, ARM_VARIANCE = (Condition(
     'prediction error', Level.WARN, f'{joint} encoder noise differs from r_std_{joint}',
     f'mean squared innovation of the {joint} over predicted variance outside '
-    f'{LIMITS.variance_low:g} .. '
-    f'{LIMITS.variance_high:g}', f'{LIMITS.error_window:g} s', f'check the {joint} encoder, or '
-                                                               f'tune r_std_{joint}',
+    f'{LIMITS.variance_low:g} .. {LIMITS.variance_high:g}', f'{LIMITS.error_window:g} s',
+    f'check the {joint} encoder, or tune r_std_{joint}',
     (f'variance_ratio_{joint}',), ('variance_ratio_low', 'variance_ratio_high'))
     for joint in ('motor', 'arm'))
 OUTLIERS = Condition(

@@ -17,10 +17,9 @@ from gearbox_monitor.plant.drive import DriveModel
 
 
 _WHEN = (f'{{}} from the model file by more than `{{}}`, its deviation < {LIMITS.learned_std:g} '
-         f'of it, and '
-         f'more than {LIMITS.learned_deviations:g} deviations beyond; `tau_k_model` learned, or '
-         f'mixed with a '
-         f'probability of the learned curve >= {LIMITS.learned_probability:g}')
+         f'of it, and more than {LIMITS.learned_deviations:g} deviations beyond; `tau_k_model` '
+         'learned, or mixed with a probability of the learned curve >= '
+         f'{LIMITS.learned_probability:g}')
 STIFFNESS = Condition(
     'model', Level.WARN, 'learned stiffness differs from the model file',
     _WHEN.format('`learned_stiffness` differs', 'stiffness_error'), 'the evaluation',

@@ -17,8 +17,8 @@ SECOND = 1_000_000_000
 MISSING = Condition(
     'model', Level.WARN, 'model mismatch',
     f'seconds with prediction errors biased or not white > {LIMITS.systematic_share:g} '
-    f'`model_gap_after`; seconds '
-    'with an ERROR of input or observability do not count', '`model_gap_after`',
+    '`model_gap_after`; seconds with an ERROR of input or observability do not count',
+    '`model_gap_after`',
     'call ~/keep_recording, then run the gearbox_monitor diagnose that it answers with; where '
     'that finds no gap, tune the filter', ('systematic_s',), ('systematic_s_threshold',))
 CONDITIONS = (MISSING,)

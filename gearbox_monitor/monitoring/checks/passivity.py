@@ -24,10 +24,9 @@ from gearbox_monitor.plant.drive import DriveModel
 AGAINST = Condition(
     'prediction error', Level.WARN, 'torque against twist',
     f'smoothed: correlation of tau_K and twist < {LIMITS.correlation:g}, or mean of tau_K times '
-    f'twist '
-    f'rate, without what a spring gives back, over their rms < {LIMITS.power:g}; judged where '
-    f'each moves '
-    f'by {LIMITS.moved:g} of its stated standard deviations', f'{LIMITS.passivity_window:g} s',
+    'twist rate, without what a spring gives back, over their rms < '
+    f'{LIMITS.power:g}; judged where each moves by {LIMITS.moved:g} of its stated standard '
+    'deviations', f'{LIMITS.passivity_window:g} s',
     'check the signs of encoders and torque and whether it is the torque that acts, then the '
     'friction of the model',
     ('torque_twist_correlation', 'torque_twist_power'),

@@ -15,8 +15,8 @@ from gearbox_monitor.plant.drive import DriveModel
 BEYOND = Condition(
     'prediction error', Level.ERROR, 'twist beyond what backlash and stiffness allow',
     f'range of the smoothed twist > {LIMITS.twist_room:g} times the backlash of the model and '
-    f'what the range '
-    f'of tau_K, widened by {2 * LIMITS.twist_sure:g} stated standard deviations, twists',
+    f'what the range of tau_K, widened by {2 * LIMITS.twist_sure:g} stated standard deviations, '
+    'twists',
     f'{LIMITS.twist_window:g} s',
     'check sign, scale and delay of both encoders and whether motor and arm are swapped; then '
     'stiffness and half_gap of the model', ('twist_range',), ('twist_range_threshold',))

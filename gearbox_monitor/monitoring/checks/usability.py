@@ -20,8 +20,7 @@ NO_SAMPLE = Condition(
 SILENT = Condition(
     'input', Level.ERROR, 'no samples received',
     f'no new stamp between two diagnostics (WARN in the first {LIMITS.start_time:g} s before the '
-    f'first '
-    'sample ever); all other components then say WARN: no data', '1 s, at once',
+    'first sample ever); all other components then say WARN: no data', '1 s, at once',
     'check that the source runs and that topic, joint names and domain agree')
 
 OTHERS = Condition(

@@ -63,7 +63,7 @@ def one(name: str) -> Callable[[Array, float], Named]:
 
 
 def wave(name: str, sign: float = 1.0) -> Callable[[Array, float], Named]:
-    """Return what makes of the coefficients of sin and cos amplitude `name`, N and phi."""
+    """Return what makes amplitude `name`, N and phi of coefficients; `sign` of the wave."""
     def values(b: Array, setting: float) -> Named:
         out = {name: math.hypot(b[0], b[1])}
         if setting:
@@ -83,12 +83,12 @@ def anything(m: JointMotion) -> float:
 
 
 def not_negative(m: JointMotion) -> float:
-    """Return the bound of what is not below 0 beside a model file; a difference may be."""
+    """Return the bound in `m` of what is not below 0; a difference from a reference may be."""
     return -math.inf if m.learnt else 0.0
 
 
 def whole_friction(m: JointMotion) -> tuple[float, ...]:
-    """Return settings of a change of friction: by its law, and as all that was taught (1)."""
+    """Return settings of a change of friction in `m`: by its law (0), all that was taught (1)."""
     return (0.0, 1.0) if m.dry.any() and m.wet.any() else (0.0,)
 
 

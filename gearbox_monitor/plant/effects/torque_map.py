@@ -141,14 +141,14 @@ def map_of_twist(c: Coefficients, twist: float, z: float, half_gap: float) -> fl
 
 
 def packed(effect: Values) -> list[float]:
-    """Return the numbers [SIZE] of a map in the order that kernels take."""
+    """Return the numbers [SIZE] of the map in `effect` in the order that kernels take."""
     knots, values = ([*effect[name], *[0.0] * (MOST_KNOTS - len(effect[name]))]
                      for name in ('knots', 'values'))
     return [QUANTITIES[effect['place'], effect['variable']], len(effect['knots']), *knots, *values]
 
 
 def problem_of(effect: Values) -> str:
-    """Return what is wrong with a map whose fields are valid one by one, '' for nothing."""
+    """Return what is wrong with a map `effect` of fields that are each valid, '' for nothing."""
     if (effect['place'], effect['variable']) not in QUANTITIES:
         possible = ', '.join(v for p, v in QUANTITIES if p == effect['place'])
         return (f'variable: {effect["variable"]!r}, expected one of {possible} with place: '
