@@ -167,8 +167,10 @@ class BagWriter:
             sequence: its number among the messages of its publisher, 0 if unknown.
 
         Raises:
+            InputError: `log_ns` is negative.
             WriteError: the first time that the file cannot be written.
         """
+        self._expect_time(log_ns)
         if self.error is not None:
             self.dropped += 1
             return
@@ -191,8 +193,10 @@ class BagWriter:
         Append the messages of `block`, on topics that were added, in its order.
 
         The file gets what `write` writes message by message, in a fraction of the time. Raises
-        WriteError the first time that the file cannot be written.
+        what `write` raises.
         """
+        if len(block):
+            self._expect_time(int(block.log_ns.min()))
         total = self.message_count + self.dropped + len(block)
         try:
             if self._max_size or self._max_ns:  # each message may begin a file
@@ -202,6 +206,12 @@ class BagWriter:
                 self._write_chunks(block)
         finally:
             self.dropped = total - self.message_count
+
+    def _expect_time(self, log_ns: int) -> None:
+        """Raise InputError if `log_ns` is no log time: a damaged bag may give a negative one."""
+        if log_ns < 0:
+            raise InputError(f'{self.path}: cannot write a message logged at {log_ns} ns since '
+                             '1970, expected 0 or later')
 
     def _write_chunks(self, block: MessageBlock) -> None:
         """Append the messages of `block`; a chunk ends behind that with which it is full."""

@@ -229,6 +229,20 @@ def test_a_full_disk_loses_what_is_counted_as_lost(tmp_path, monkeypatch, block,
         shutil.rmtree(bag.path)
 
 
+def test_a_log_time_before_1970_is_refused(tmp_path):
+    """Such as that of a damaged bag; what was written before stays whole."""
+    with BagWriter(tmp_path / 'bag') as bag:
+        bag.add_topic('/text', STRING)
+        bag.write('/text', 5, b'')
+        for write in (lambda: bag.write('/text', -1, b''), lambda: bag.write_block(
+                block_of(['/text'], [('/text', 7, 7, b''), ('/text', -1, 7, b'')]))):
+            with pytest.raises(InputError, match='bag: .* logged at -1 ns since 1970, expected 0'):
+                write()
+        assert bag.message_count == 1 and not bag.dropped
+    with open_bag(tmp_path / 'bag') as reader:
+        assert read_all(reader) == [('/text', 5, b'')]
+
+
 def test_blocks_begin_a_new_file_where_messages_do(tmp_path):
     for name in ('single', 'block'):
         with BagWriter(tmp_path / name, chunk_seconds=1e9, max_seconds=20e-9) as bag:
