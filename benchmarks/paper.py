@@ -153,14 +153,8 @@ def smoothers(case: str, parameters: Mapping[str, Any], seeds: int,
     """
     Measure the error of tau_K smoothed over the whole recording (RTS) and with a fixed lag.
 
-    Args:
-        case: key of CASES.
-        parameters: tuned parameters of the estimator.
-        seeds: runs.
-        progress: called with a line of text.
-
-    Returns:
-        {smoother: [root mean square error per seed, N m]}.
+    Returns {smoother: [root mean square error per seed, N m]}. case, parameters, seeds, progress:
+    as in score().
     """
     model, noise, u = drive(case)
     smoothing = smoother_parameters(EstimatorParameters.of(parameters))

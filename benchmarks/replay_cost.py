@@ -31,7 +31,7 @@ from gearbox_monitor.plant.simulate import Noise, simulate
 RATE = 1000.0  # Hz
 TOPIC, JOINTS = '/joint_states', ('motor', 'arm')
 FIRST_NS, STEP_NS = 1_700_000_000_000_000_000, 1_000_000
-KNOWN = {'arm_load': 'none'}  # the EKF of 5 states, as in the other rows
+FIXED = {'arm_load': 'none'}  # the EKF of 5 states, as in the other rows
 AT_ONCE = 100_000  # messages encoded at once
 SECONDS, FEW = 600.0, 10.0  # length of the recording, and of that which rosbags decodes
 
@@ -109,9 +109,9 @@ def steppers() -> Iterator[tuple[dict[str, Callable[[], int]], dict[str, float]]
         write_recording(short, FEW)
         with AnyReader([short]) as reader:
             whole: dict[str, Callable[[], int]] = {
-                'replay, estimates only': lambda: replayed(bag, False, KNOWN),
-                'replay, to CSV': lambda: replayed(bag, False, KNOWN, CsvTable),
-                'replay, to a bag': lambda: replayed(bag, False, KNOWN, BagOutput),
+                'replay, estimates only': lambda: replayed(bag, False, FIXED),
+                'replay, to CSV': lambda: replayed(bag, False, FIXED, CsvTable),
+                'replay, to a bag': lambda: replayed(bag, False, FIXED, BagOutput),
                 'replay, unknown load': lambda: replayed(bag, False),
                 'replay, everything': lambda: replayed(bag, True),
                 'replay, decoding alone': lambda: decoded(bag)}

@@ -30,6 +30,7 @@ from benchmarks import (
 from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
 from benchmarks.paper import drive, DT
+from benchmarks.replay_cost import FIXED
 from benchmarks.steps import (
     bank_stepper, caller, cpu_per_step, estimator, stepper)
 from gearbox_monitor.errors import InputError
@@ -38,7 +39,6 @@ from gearbox_monitor.plant.simulate import simulate
 
 SAMPLES, FEW = 5000, 300  # of our filters, and of filterpy's
 BANKS = {16: SAMPLES, 4096: 500}  # filters that run side by side: samples
-FIXED = {'arm_load': 'none'}
 FILTERS: dict[str, dict[str, Any]] = {
     'EKF': {'filter': 'ekf'},
     'EKF, unknown load': {'filter': 'ekf', 'arm_load': 'unknown'},

@@ -67,15 +67,7 @@ def estimator(model: DriveModel, parameters: Values, u: Array, y: Array,
     """
     Return a function that runs an Estimator without its smoother over a recording.
 
-    Args:
-        model: model of the drive.
-        parameters: of the estimator.
-        u: motor torque [N], N m.
-        y: motor and arm position [N, 2], rad.
-        dt: sample time, s.
-
-    Returns:
-        The function.
+    model, parameters, u, y, dt: as in stepper().
     """
     samples, one = _samples(u, y, dt), Estimator(model, unsmoothed(parameters))
     length = samples.stamp_ns[-1] + 1_000_000_000  # a jump of the clock restarts the filter
@@ -96,15 +88,7 @@ def caller(model: DriveModel, parameters: Values, u: Array, y: Array,
     """
     Return a function that runs a Filter over a recording, one call per sample.
 
-    Args:
-        model: model of the drive.
-        parameters: of the estimator.
-        u: motor torque [N], N m.
-        y: motor and arm position [N, 2], rad.
-        dt: sample time, s.
-
-    Returns:
-        The function.
+    model, parameters, u, y, dt: as in stepper().
     """
     single, torques, readings = Filter(model, parameters), u.tolist(), y.tolist()
 
@@ -120,16 +104,8 @@ def bank_stepper(model: DriveModel, parameters: Values, u: Array, y: Array, dt: 
     """
     Return a function that runs a batch of EKFs with different Q once over a recording.
 
-    Args:
-        model: model of the drive.
-        parameters: of the estimator.
-        u: motor torque [N], N m.
-        y: motor and arm position [N, 2], rad.
-        dt: sample time, s.
-        size: number of filters.
-
-    Returns:
-        The function; it raises InputError if a filter diverges.
+    It raises InputError if a filter diverges. size: number of filters; model, parameters, u, y,
+    dt: as in stepper().
     """
     samples, one = _samples(u, y, dt), Estimator(model, parameters)
     packed = np.array([pack(one.drive, one.parameters.replace(q_std_tau_k=float(q)))

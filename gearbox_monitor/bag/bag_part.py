@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.bag.mcap_writer import McapWriter
+from gearbox_monitor.bag.mcap_writer import McapWriter, Span
 from gearbox_monitor.bag.message_block import MessageBlock
 from gearbox_monitor.bag.metadata import QosProfile
 from gearbox_monitor.bag.record_file import RecordFile
@@ -30,11 +30,7 @@ class McapTopic:
 
 
 class BagPart:
-    """
-    New MCAP file `path`, its chunks packed by `compression`; methods raise OSError.
-
-    start_ns, end_ns: log times of its messages, None without one; counts: {topic: messages}.
-    """
+    """New MCAP file `path`, its chunks packed by `compression`; methods raise OSError."""
 
     def __init__(self, path: Path, compression: str) -> None:
         self.path = path
@@ -43,19 +39,22 @@ class BagPart:
         self.file = RecordFile(path)
         # Only finish_chunk() ends a chunk, so that it is known which messages are on the disk.
         self._writer = McapWriter(self.file, compression)
-        self.start_ns: int | None = None
-        self.end_ns: int | None = None
+
+    @property
+    def span(self) -> Span | None:
+        """First and last log time, None without a message."""
+        return self._writer.span
 
     @property
     def count(self) -> int:
         """Number of messages."""
-        return self._writer.statistics.message_count
+        return sum(self._writer.counts.values())
 
     @property
     def counts(self) -> dict[str, int]:
         """Map of topic to number of messages."""
-        counts = self._writer.statistics.channel_message_counts
-        return {topic: counts.get(channel, 0) for topic, channel in self._channels.items()}
+        return {topic: self._writer.counts.get(channel, 0)
+                for topic, channel in self._channels.items()}
 
     def start(self) -> None:
         """Write the header."""
@@ -85,21 +84,12 @@ class BagPart:
             publish_ns: when it was published, ns since the epoch.
             sequence: its number among the messages of its publisher, 0 if unknown.
         """
-        self._cover(log_ns, log_ns)
         self._writer.add_message(self._channels[topic], log_ns, cdr_bytes, publish_ns, sequence)
 
     def write_block(self, block: MessageBlock) -> None:
         """Add the messages of `block` to the chunk, in its order."""
-        self._cover(int(block.log_ns.min()), int(block.log_ns.max()))
         self._writer.add_block(block, np.array([self._channels.get(topic, 0)
                                                 for topic in block.topics]))
-
-    def _cover(self, begin: int, end: int) -> None:
-        """Widen the log times to `begin` .. `end`."""
-        if self.start_ns is None or begin < self.start_ns:
-            self.start_ns = begin
-        if self.end_ns is None or end > self.end_ns:
-            self.end_ns = end
 
     def finish_chunk(self) -> None:
         """Write the chunk."""

@@ -4,26 +4,27 @@
 """
 Write MCAP records: messages one by one or as a block, in chunks with their indexes.
 
-The writer of the mcap package takes messages one by one and spends microseconds on each; here a
-block of them becomes records in one step.
+The writer of the mcap package takes messages one by one, at three times the cost, and no finished
+chunks; here a block of messages becomes records in one step.
 """
 from collections.abc import Callable, Mapping
 import struct
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 import zlib
 
 import lz4.frame
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
-    Channel, ChunkIndex, DataEnd, Footer, Header, McapRecord, Metadata, MetadataIndex, Schema,
-    Statistics, SummaryOffset)
+    Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, McapRecord, Metadata, MetadataIndex,
+    Schema, Statistics, SummaryOffset)
 import numpy as np
 import zstandard
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.mcap_file import CHUNK, MAGIC, RECORD
+from gearbox_monitor.bag.mcap_file import MAGIC, RECORD
 from gearbox_monitor.bag.message_block import gathered, MESSAGE, MESSAGE_HEAD, MessageBlock
+from gearbox_monitor.bag.record_file import RecordFile
 from gearbox_monitor.kernels.types import Integers
 
 HEAD = struct.Struct('<BQHIQQ')  # opcode, length, channel, sequence, log time, publish time
@@ -31,13 +32,9 @@ HEADS = np.dtype([('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2'), ('seq
                   ('log_ns', '<u8'), ('publish_ns', '<u8')])
 INDEX = struct.Struct('<BQHI')  # opcode, length, channel, bytes of the entries
 ENTRY = struct.Struct('<QQ')  # log time and offset of a message
-FOOTER = struct.Struct('<BQQQ')
 # Level 1 packs estimates like level 3, in two thirds of the time.
 ZSTD_LEVEL = 1
-
-
-def _unpacked(data: bytes | bytearray) -> bytes:
-    return bytes(data)
+Span: TypeAlias = tuple[int, int]  # first and last log time
 
 
 def _zstd(data: bytes | bytearray) -> bytes:
@@ -46,48 +43,37 @@ def _zstd(data: bytes | bytearray) -> bytes:
 
 # Compression -> (its name in MCAP, function that packs).
 COMPRESSIONS: dict[str, tuple[str, Callable[[bytes | bytearray], bytes]]] = {
-    'none': ('', _unpacked), 'lz4': ('lz4', lz4.frame.compress), 'zstd': ('zstd', _zstd)}
-
-
-class RecordStream(Protocol):
-    """Where the records go; end: bytes written."""
-
-    end: int
-
-    def write(self, data: bytes) -> int:
-        """Append whole records."""
+    'none': ('', bytes), 'lz4': ('lz4', lz4.frame.compress), 'zstd': ('zstd', _zstd)}
 
 
 class McapWriter:
     """
-    Writes an MCAP file to `stream`, its chunks packed by `compression`, a key of COMPRESSIONS.
+    Writes MCAP records to `file`, its chunks packed by `compression`, a key of COMPRESSIONS.
 
-    A chunk ends with finish_chunk only. Methods raise the OSError of the stream. `statistics`
-    counts what was added.
+    A chunk ends with finish_chunk only. Methods raise the OSError of the file. counts: {channel:
+    messages}; span: log times of all messages, None without one.
     """
 
-    def __init__(self, stream: RecordStream, compression: str) -> None:
-        self._stream = stream
+    def __init__(self, file: RecordFile, compression: str) -> None:
+        self.counts: dict[int, int] = {}
+        self.span: Span | None = None
+        self._file = file
         self._compression, self._pack = COMPRESSIONS[compression]
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
         self._chunks: list[ChunkIndex] = []
         self._metadata: list[MetadataIndex] = []
-        self.statistics = Statistics(
-            attachment_count=0, channel_count=0, channel_message_counts={}, chunk_count=0,
-            message_count=0, message_end_time=0, message_start_time=0, metadata_count=0,
-            schema_count=0)
         self._begin()
 
     def _begin(self) -> None:
         """Begin a chunk."""
         self._records = bytearray()
         self._entries: dict[int, bytearray] = {}  # by channel
-        self._span: tuple[int, int] | None = None  # log times
+        self._chunk_span: Span | None = None
 
     def start(self, profile: str) -> None:
         """Write the header with the `profile` of the recording."""
-        self._stream.write(MAGIC + _bytes_of(
+        self._file.write(MAGIC + _bytes_of(
             Header(profile, f'gearbox_monitor {__version__}')))
 
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
@@ -104,7 +90,6 @@ class McapWriter:
         """
         schema = Schema(id=len(self._schemas) + 1, data=data, encoding=encoding, name=name)
         self._schemas.append(schema)
-        self.statistics.schema_count += 1
         self._records += _bytes_of(schema)
         return schema.id
 
@@ -125,16 +110,14 @@ class McapWriter:
         channel = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding,
                           metadata=dict(values), schema_id=schema)
         self._channels.append(channel)
-        self.statistics.channel_count += 1
         self._records += _bytes_of(channel)
         return channel.id
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write the metadata record `name` of `values` {key: text}."""
         record = _bytes_of(Metadata(name=name, metadata=dict(values)))
-        self._metadata.append(MetadataIndex(self._stream.end, len(record), name))
-        self.statistics.metadata_count += 1
-        self._stream.write(record)
+        self._metadata.append(MetadataIndex(self._file.end, len(record), name))
+        self._file.write(record)
 
     def add_message(self, channel: int, log_ns: int, data: bytes, publish_ns: int, sequence: int
                     ) -> None:
@@ -175,39 +158,31 @@ class McapWriter:
             block, heads.view(np.uint8).reshape(len(block), MESSAGE_HEAD)))
 
     def _count(self, channel: int, messages: int) -> None:
-        counts = self.statistics.channel_message_counts
-        counts[channel] = counts.get(channel, 0) + messages
-        self.statistics.message_count += messages
+        self.counts[channel] = self.counts.get(channel, 0) + messages
 
     def _cover(self, begin: int, end: int) -> None:
-        """Widen the log times of the chunk to `begin` .. `end`."""
-        self._span = (begin, end) if self._span is None else (
-            min(self._span[0], begin), max(self._span[1], end))
+        """Widen the spans to log times from `begin` to `end`."""
+        self.span = _widened(self.span, begin, end)
+        self._chunk_span = _widened(self._chunk_span, begin, end)
 
     def finish_chunk(self) -> None:
-        """Write the chunk and its index, unless it holds no message."""
-        if self._span is None:
+        """Write the chunk, unless it holds no message, and its index: both or neither."""
+        if self._chunk_span is None:
             return
-        start_ns, end_ns = self._span
-        all_of = self.statistics
-        all_of.message_start_time = min(start_ns, all_of.message_start_time
-                                        ) if all_of.chunk_count else start_ns
-        all_of.message_end_time = max(end_ns, all_of.message_end_time)
-        all_of.chunk_count += 1
-        packed, begin = self._pack(self._records), self._stream.end
-        name = self._compression.encode()
-        head = CHUNK.pack(start_ns, end_ns, len(self._records), zlib.crc32(self._records),
-                          len(name)) + name + struct.pack('<Q', len(packed))
-        self._stream.write(b''.join([
-            RECORD.pack(Opcode.CHUNK, len(head) + len(packed)), head, packed]))
-        indexes, offsets, first = bytearray(), {}, self._stream.end
+        start_ns, end_ns = self._chunk_span
+        packed, begin = self._pack(self._records), self._file.end
+        chunk = _bytes_of(Chunk(
+            compression=self._compression, data=packed, message_end_time=end_ns,
+            message_start_time=start_ns, uncompressed_crc=zlib.crc32(self._records),
+            uncompressed_size=len(self._records)))
+        indexes, offsets = bytearray(), {}
         for channel, entries in self._entries.items():
-            offsets[channel] = first + len(indexes)
+            offsets[channel] = begin + len(chunk) + len(indexes)
             indexes += INDEX.pack(Opcode.MESSAGE_INDEX, 6 + len(entries), channel, len(entries))
             indexes += entries
-        self._stream.write(bytes(indexes))
+        self._file.write(chunk + indexes)
         self._chunks.append(ChunkIndex(
-            chunk_length=first - begin, chunk_start_offset=begin, compression=self._compression,
+            chunk_length=len(chunk), chunk_start_offset=begin, compression=self._compression,
             compressed_size=len(packed), message_end_time=end_ns,
             message_index_length=len(indexes), message_index_offsets=offsets,
             message_start_time=start_ns, uncompressed_size=len(self._records)))
@@ -216,23 +191,34 @@ class McapWriter:
     def finish(self) -> None:
         """Write the last chunk, summary and footer."""
         self.finish_chunk()
-        self._stream.write(_bytes_of(DataEnd(0)))
-        begin, summary, offsets = self._stream.end, bytearray(), bytearray()
+        self._file.write(_bytes_of(DataEnd(0)))
+        begin, summary, offsets = self._file.end, bytearray(), bytearray()
         groups: dict[Opcode, list[McapRecord]] = {
             Opcode.SCHEMA: [*self._schemas], Opcode.CHANNEL: [*self._channels],
-            Opcode.STATISTICS: [self.statistics], Opcode.CHUNK_INDEX: [*self._chunks],
+            Opcode.STATISTICS: [self._statistics()], Opcode.CHUNK_INDEX: [*self._chunks],
             Opcode.METADATA_INDEX: [*self._metadata]}
         for opcode, records in groups.items():
             data = b''.join(map(_bytes_of, records))
             if data:
                 offsets += _bytes_of(SummaryOffset(opcode, begin + len(summary), len(data)))
                 summary += data
-        offset_begin = begin + len(summary)
-        summary += offsets
-        crc = zlib.crc32(FOOTER.pack(Opcode.FOOTER, 20, begin, offset_begin),
-                         zlib.crc32(summary))
-        self._stream.write(bytes(summary))
-        self._stream.write(_bytes_of(Footer(begin, offset_begin, crc)) + MAGIC)
+        footer = _bytes_of(Footer(begin, begin + len(summary), 0))
+        summary += offsets + footer[:-4]  # the checksum covers all in front of it
+        self._file.write(summary + struct.pack('<I', zlib.crc32(summary)) + MAGIC)
+
+    def _statistics(self) -> Statistics:
+        start_ns, end_ns = self.span or (0, 0)
+        return Statistics(
+            attachment_count=0, channel_count=len(self._channels),
+            channel_message_counts=self.counts, chunk_count=len(self._chunks),
+            message_count=sum(self.counts.values()), message_end_time=end_ns,
+            message_start_time=start_ns, metadata_count=len(self._metadata),
+            schema_count=len(self._schemas))
+
+
+def _widened(span: Span | None, begin: int, end: int) -> Span:
+    """Return `span`, widened to log times from `begin` to `end`."""
+    return (begin, end) if span is None else (min(span[0], begin), max(span[1], end))
 
 
 def _bytes_of(record: McapRecord) -> bytes:

@@ -29,11 +29,13 @@ POLICIES = {
 
 
 class BagFile(Protocol):
-    """One file of a bag; start_ns, end_ns: log times of its messages, None without one."""
+    """One file of a bag."""
 
     path: Path
-    start_ns: int | None
-    end_ns: int | None
+
+    @property
+    def span(self) -> tuple[int, int] | None:
+        """First and last log time, None without a message."""
 
     @property
     def count(self) -> int:
@@ -156,8 +158,7 @@ def bag_information(files: Sequence[BagFile], topics: Iterable[BagTopic],
 
 def _span(files: Sequence[BagFile]) -> dict[str, Any]:
     """Return time and messages of the `files` together."""
-    times = [time for file in files for time in (file.start_ns, file.end_ns)
-             if file.count and time is not None]
+    times = [time for file in files for time in file.span or ()]
     return {
         'duration': {'nanoseconds': max(times) - min(times) if times else 0},
         'starting_time': {'nanoseconds_since_epoch': min(times, default=0)},

@@ -11,8 +11,8 @@ class RecordFile:
     """
     Unbuffered new file `path`; after a failed write it still ends with a whole record.
 
-    The writer of the mcap package passes whole records to write(). end: bytes written; synced: the
-    bytes of these that sync() has synced to the medium; error: that sync() has raised.
+    end: bytes written; synced: those that sync() has synced to the medium; error: that sync() has
+    raised.
     """
 
     def __init__(self, path: Path) -> None:
@@ -22,8 +22,8 @@ class RecordFile:
         self.error: OSError | None = None
         self._lock = Lock()
 
-    def write(self, data: bytes) -> int:
-        """Append the records `data`; return their length. Raises OSError."""
+    def write(self, data: bytes | bytearray) -> None:
+        """Append the records `data`: all of them or, with an OSError, none."""
         if self.error is not None:
             raise self.error
         view = memoryview(data)
@@ -34,7 +34,6 @@ class RecordFile:
             self._file.truncate(self.end)
             raise
         self.end += len(data)
-        return len(data)
 
     def sync(self) -> None:
         """Sync the file, the first time with its folders, to the medium; from any thread."""
@@ -64,13 +63,6 @@ class RecordFile:
         except OSError:
             pass
         return f'/proc/{os.getpid()}/fd/{self._file.fileno()}'
-
-    def tell(self) -> int:
-        """Return the number of bytes written."""
-        return self.end
-
-    def flush(self) -> None:
-        """Do nothing: the file has no buffer."""
 
     def close(self) -> None:
         """Close the file."""

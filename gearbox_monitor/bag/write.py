@@ -167,8 +167,10 @@ class BagWriter:
             sequence: its number among the messages of its publisher, 0 if unknown.
 
         Raises:
+            InputError: `log_ns` is negative.
             WriteError: the first time that the file cannot be written.
         """
+        self._expect_time(log_ns)
         if self.error is not None:
             self.dropped += 1
             return
@@ -191,25 +193,35 @@ class BagWriter:
         Append the messages of `block`, on topics that were added, in its order.
 
         The file gets what `write` writes message by message, in a fraction of the time. Raises
-        WriteError the first time that the file cannot be written.
+        what `write` raises.
         """
-        if self._max_size or self._max_ns:  # each message may begin a file
-            for topic, log_ns, publish_ns, raw in block.messages():
-                self.write(topic, log_ns, raw, publish_ns)
-            return
+        if len(block):
+            self._expect_time(int(block.log_ns.min()))
+        total = self.message_count + self.dropped + len(block)
+        try:
+            if self._max_size or self._max_ns:  # each message may begin a file
+                for topic, log_ns, publish_ns, raw in block.messages():
+                    self.write(topic, log_ns, raw, publish_ns)
+            elif self.error is None:
+                self._write_chunks(block)
+        finally:
+            self.dropped = total - self.message_count
+
+    def _expect_time(self, log_ns: int) -> None:
+        """Raise InputError if `log_ns` is no log time: a damaged bag may give a negative one."""
+        if log_ns < 0:
+            raise InputError(f'{self.path}: cannot write a message logged at {log_ns} ns since '
+                             '1970, expected 0 or later')
+
+    def _write_chunks(self, block: MessageBlock) -> None:
+        """Append the messages of `block`; a chunk ends behind that with which it is full."""
         ends = np.cumsum(block.size + MESSAGE_HEAD)
         begin = done = 0
-        while begin < len(block) and self.error is None:
-            # A chunk ends behind the message with which it exceeds CHUNK_BYTES.
+        while begin < len(block):
             full = np.searchsorted(ends, done + CHUNK_BYTES - self._unflushed_bytes, 'right')
             end = min(int(full) + 1, len(block))
-            try:
-                self._write_rows(block.take(slice(begin, end)))
-            except WriteError:
-                self.dropped += len(block) - end
-                raise
+            self._write_rows(block.take(slice(begin, end)))
             begin, done = end, int(ends[end - 1])
-        self.dropped += len(block) - begin
 
     def _write_rows(self, block: MessageBlock) -> None:
         """Append the messages of `block` to the chunk."""
@@ -260,8 +272,7 @@ class BagWriter:
     def flush(self) -> None:
         """End the chunk and hand it to the operating system."""
         if self.error is None and not self._closed:
-            self._guarded(self._part.finish_chunk)
-            self._unflushed, self._unflushed_bytes = 0, 0
+            self._guarded(self._finish_chunk)
         self.last_flush = time.monotonic()
 
     def close(self) -> None:
@@ -289,9 +300,9 @@ class BagWriter:
     def _is_full(self, log_ns: int) -> bool:
         """Return whether a message of `log_ns` belongs in the next file."""
         part = self._part
-        return part.start_ns is not None and bool(
+        return part.span is not None and bool(
             self._max_size and part.file.end + self._unflushed_bytes > self._max_size
-            or self._max_ns and log_ns - part.start_ns >= self._max_ns
+            or self._max_ns and log_ns - part.span[0] >= self._max_ns
         ) and not part.file.rescue_path()
 
     def _split(self) -> None:
@@ -314,10 +325,15 @@ class BagWriter:
         if self._syncer is not None:
             self._syncer.follow(self._part.file)
 
+    def _finish_chunk(self) -> None:
+        """Write the chunk; none of its messages is lost any more."""
+        self._part.finish_chunk()
+        self._unflushed, self._unflushed_bytes = 0, 0
+
     def _finish_part(self) -> None:
         """Write the index and the footer of the file."""
+        self._finish_chunk()
         part = self._part
-        part.finish_chunk()
         info = metadata.bag_information(
             [part], [replace(topic, count=part.counts[name])
                      for name, topic in self._topics.items()], self.custom_data)

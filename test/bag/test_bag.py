@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Bags: what is written is read back, by others too, and after any accident."""
+from contextlib import suppress
 import os
 from pathlib import Path
 import shutil
@@ -13,7 +14,7 @@ import time
 
 import lz4.frame
 from mcap.reader import make_reader
-from mcap.writer import CompressionType, Writer as McapWriter
+from mcap.writer import CompressionType, IndexType, Writer as PeerWriter
 from mcap_ros2.decoder import DecoderFactory
 import numpy as np
 import pytest
@@ -24,11 +25,13 @@ from rosbags.typesys import get_typestore, Stores
 import yaml
 import zstandard
 
-from gearbox_monitor.bag import cdr, decompression
+from gearbox_monitor import __version__
+from gearbox_monitor.bag import cdr, decompression, mcap_writer
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.message_block import block_of
 from gearbox_monitor.bag.metadata import qos_profile
 from gearbox_monitor.bag.read import open_bag
+from gearbox_monitor.bag.record_file import RecordFile
 from gearbox_monitor.bag.recover import recover
 from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
@@ -75,6 +78,13 @@ def write_bag(path, count=60, chunk=10, compression='zstd', step_ns=10**6):
     return written
 
 
+def random_messages(topics):
+    """Return 500 messages on all `topics` but the third, of any order; log times repeat."""
+    rng = np.random.default_rng(5)
+    return [(topics[rng.choice([0, 1, 3])], int(BASE_NS + rng.integers(1000)), k,
+             rng.bytes(rng.choice([0, 8, 40, 300]))) for k in range(500)]
+
+
 def read_all(bag):
     return [(topic, log_ns, raw) for topic, log_ns, _, raw in bag.messages()]
 
@@ -116,14 +126,11 @@ def test_other_readers_and_metadata(tmp_path):
 
 
 @pytest.mark.parametrize('compression', ['none', 'lz4', 'zstd'])
-def test_blocks_and_single_messages_give_what_the_mcap_package_writes(
-        tmp_path, monkeypatch, compression):
-    """Chunks, indexes, statistics: the same bytes by each way, messages of any size and order."""
+def test_blocks_and_single_messages_give_the_same_bytes(tmp_path, monkeypatch, compression):
+    """Messages of any size and order, a topic without any."""
     monkeypatch.setattr('gearbox_monitor.bag.write.CHUNK_BYTES', 3000)
-    rng = np.random.default_rng(5)
     topics = ('/a', '/b', '/never', '/c')
-    messages = [(topics[rng.choice([0, 1, 3])], int(BASE_NS + rng.integers(1000)), k,
-                 rng.bytes(rng.choice([0, 8, 40, 300]))) for k in range(500)]
+    messages = random_messages(topics)
     names = ('single', 'block', 'blocks')
     for name in names:
         with BagWriter(tmp_path / name / 'bag', compression, chunk_seconds=1e9) as bag:
@@ -137,57 +144,103 @@ def test_blocks_and_single_messages_give_what_the_mcap_package_writes(
                 for part in (messages[:cut], messages[cut:]):
                     bag.write_block(block_of(topics[::-1], part))
             assert bag.message_count == 500 and bag.topics['/never'] == (STRING, 0)
-    paths = [tmp_path / name / 'bag' / 'bag_0.mcap' for name in names]
-    assert len({path.read_bytes() for path in paths}) == 1
-    summaries, stored = [], []
+    assert len({(tmp_path / name / 'bag' / 'bag_0.mcap').read_bytes() for name in names}) == 1
+    with open(tmp_path / 'block' / 'bag' / 'bag_0.mcap', 'rb') as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert len(reader.get_summary().chunk_indexes) > 10
+        assert [(channel.topic, message.log_time, message.publish_time, message.data)
+                for _, channel, message in reader.iter_messages(log_time_order=False)] == messages
+
+
+@pytest.mark.parametrize('compression', ['none', 'lz4', 'zstd'])
+def test_files_equal_those_of_the_mcap_package(tmp_path, monkeypatch, compression):
+    """Byte by byte: checksums, indexes, statistics, metadata, sequence numbers, any encoding."""
+    monkeypatch.setattr(mcap_writer, 'ZSTD_LEVEL', 3)  # that of the package
+    topics = ('/a', '/b', '/never', '/c')
+    ours = mcap_writer.McapWriter(RecordFile(tmp_path / 'ours.mcap'), compression)
     with open(tmp_path / 'peer.mcap', 'wb') as file:
-        peer = McapWriter(file, chunk_size=1 << 30,
-                          compression=getattr(CompressionType, compression.upper()))
-        peer.start('ros2')
-        schema = peer.register_schema(STRING, 'ros2msg', b'')
-        ids = {topic: peer.register_channel(topic, 'cdr', schema) for topic in topics}
-        size = 0
-        for topic, log_ns, publish_ns, raw in messages:
-            peer.add_message(ids[topic], log_ns, raw, publish_ns)
-            size += 31 + len(raw)
-            if size > 3000:
+        peer = PeerWriter(file, chunk_size=1 << 30,
+                          compression=getattr(CompressionType, compression.upper()),
+                          index_types=IndexType.ALL ^ IndexType.ATTACHMENT)
+        ours.start('ros2')
+        peer.start('ros2', f'gearbox_monitor {__version__}')
+        for add, add_schema, add_channel in (
+                (ours.add_metadata, ours.add_schema, ours.add_channel),
+                (peer.add_metadata, peer.register_schema, peer.register_channel)):
+            add('first', {'key': 'text'})
+            for kind in ('ros2msg', 'unheard_of'):
+                schema = add_schema(kind, kind, b'definition')
+            channels = {topic: add_channel(topic, 'json', schema, {'of': topic})
+                        for topic in topics}
+            add('second', {})
+        for k, (topic, log_ns, publish_ns, raw) in enumerate(random_messages(topics)):
+            for writer in (ours, peer):
+                writer.add_message(channels[topic], log_ns, raw, publish_ns, 7 * k)
+            if k % 40 == 39:
+                ours.finish_chunk()
                 peer.flush()
-                size = 0
+        ours.finish()
         peer.finish()
-    for path in (tmp_path / 'peer.mcap', paths[0]):
-        with open(path, 'rb') as file:
-            reader = make_reader(file, validate_crcs=True)
-            summary = reader.get_summary()
-            stored.append([(c.topic, m.log_time, m.publish_time, m.sequence, m.data)
-                           for _, c, m in reader.iter_messages(log_time_order=False)])
-            # Definitions stand in the first chunk, those of the peer are shorter.
-            summaries.append((
-                {**vars(summary.statistics), 'metadata_count': 0},
-                [(c.message_start_time, c.message_end_time, c.message_index_length,
-                  c.uncompressed_size, list(c.message_index_offsets))
-                 for c in summary.chunk_indexes[1:]]))
-    assert stored[0] == [(topic, log, publish, 0, raw) for topic, log, publish, raw in messages]
-    assert stored[0] == stored[1]
-    assert len(summaries[0][1]) > 10 and summaries[0] == summaries[1]
+    assert (tmp_path / 'ours.mcap').read_bytes() == (tmp_path / 'peer.mcap').read_bytes()
 
 
-def test_a_block_after_a_failure_is_counted(tmp_path, monkeypatch):
-    monkeypatch.setattr('gearbox_monitor.bag.write.CHUNK_BYTES', 3000)
-    block = block_of(['/text'], [('/text', k, k, bytes(69)) for k in range(200)])
-    bag = BagWriter(tmp_path / 'bag', 'none', chunk_seconds=1e9)
-    bag.add_topic('/text', STRING)
-    bag.write_block(block)
+@pytest.mark.parametrize('block', [False, True])
+@pytest.mark.parametrize('max_seconds', [0.0, 40e-9])
+def test_a_full_disk_loses_what_is_counted_as_lost(tmp_path, monkeypatch, block, max_seconds):
+    """Wherever the space ends, within two topics and files; another bag follows each time."""
+    monkeypatch.setattr('gearbox_monitor.bag.write.CHUNK_BYTES', 1000)
+    messages = [(('/a', '/b')[k % 3 == 0], k, k, k.to_bytes(60, 'little')) for k in range(60)]
+    write_record = RecordFile.write
 
-    def full(*_):
-        raise OSError(28, 'No space left on device')
-    monkeypatch.setattr('gearbox_monitor.bag.record_file.RecordFile.write', full)
-    with pytest.raises(WriteError, match='No space left'):
-        bag.write_block(block)
-    bag.write_block(block)
-    bag.close()
+    def write(name, space):
+        left = [space]
+
+        def limited(file, data):
+            if len(data) > left[0]:
+                raise OSError(28, 'No space left on device')
+            left[0] -= len(data)
+            write_record(file, data)
+        monkeypatch.setattr(RecordFile, 'write', limited)
+        bag = BagWriter(tmp_path / name, 'none', chunk_seconds=1e9, max_seconds=max_seconds)
+        try:
+            for topic in ('/a', '/b'):
+                bag.add_topic(topic, STRING)
+            if block:
+                bag.write_block(block_of(['/b', '/a'], messages))
+            for topic, log_ns, publish_ns, raw in () if block else messages:
+                with suppress(WriteError):
+                    bag.write(topic, log_ns, raw, publish_ns)
+            bag.close()
+        except WriteError:
+            bag.close()
+        return bag
+
+    whole = write('whole', 1 << 20).byte_count
+    assert whole > 8000
+    for space in range(100, whole, 211):
+        bag = write('full', space)
+        assert bag.error is not None and bag.message_count + bag.dropped == 60
+        try:
+            with open_bag(bag.path) as reader:
+                assert reader.truncated and read_all(reader) == [
+                    (topic, log_ns, raw) for topic, log_ns, _, raw in messages[:bag.message_count]]
+        except InputError:
+            assert not bag.message_count
+        shutil.rmtree(bag.path)
+
+
+def test_a_log_time_before_1970_is_refused(tmp_path):
+    """Such as that of a damaged bag; what was written before stays whole."""
+    with BagWriter(tmp_path / 'bag') as bag:
+        bag.add_topic('/text', STRING)
+        bag.write('/text', 5, b'')
+        for write in (lambda: bag.write('/text', -1, b''), lambda: bag.write_block(
+                block_of(['/text'], [('/text', 7, 7, b''), ('/text', -1, 7, b'')]))):
+            with pytest.raises(InputError, match='bag: .* logged at -1 ns since 1970, expected 0'):
+                write()
+        assert bag.message_count == 1 and not bag.dropped
     with open_bag(tmp_path / 'bag') as reader:
-        assert reader.topics['/text'][1] == bag.message_count
-    assert bag.message_count + bag.dropped == 600
+        assert read_all(reader) == [('/text', 5, b'')]
 
 
 def test_blocks_begin_a_new_file_where_messages_do(tmp_path):
