@@ -4,7 +4,6 @@
 """The catalogue of actuators that were identified from public recordings."""
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -59,11 +58,6 @@ def load_actuator(name: str) -> CatalogueActuator:
         name, data['description'], model_from_dict(data['model'], name), _ranges(data['ranges']),
         {key: data[key] for key in ('source', 'licence', 'citation', 'recorded', 'command')},
         data['held_out'])
-
-
-def is_actuator(path: str) -> bool:
-    """Return whether `path` is the name of an actuator and no file."""
-    return path in NAMES and not Path(path).exists()
 
 
 def _ranges(data: Mapping[str, Any]) -> ParameterRanges:
