@@ -119,7 +119,8 @@ def test_a_failure_is_said_and_the_next_alert_tries_again():
     assert len(gearbox.orders) == 2
     gearbox.end(NOTHING)
     outcome, _ = gearbox.run(1)
-    assert len(gearbox.orders) == 3 and outcome.message == 'stiffness has dropped: its cause is being named'
+    assert len(gearbox.orders) == 3
+    assert outcome.message == 'stiffness has dropped: its cause is being named'
     gearbox.end(NOTHING)
     assert gearbox.run(1)[0].message == 'nothing named'
 
