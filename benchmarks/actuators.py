@@ -24,13 +24,13 @@ import yaml
 from benchmarks import bam
 from benchmarks.harness import progress_line
 from gearbox_monitor.bag.importer import load_mapping, read_recording
+from gearbox_monitor.cli.options import write_or_print
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.export.randomisation import ranges_data
-from gearbox_monitor.files.opening import write_new
-from gearbox_monitor.identification.nominal import balanced, fit_nominal, FittedValue
+from gearbox_monitor.identification.nominal import (
+    balanced, BalancedValues, fit_nominal, NominalFit)
 from gearbox_monitor.identification.parameter_ranges import (
     ParameterRanges, ranges_of, UnitEstimate)
-from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.quality.recording import UniformRecording
@@ -68,13 +68,14 @@ class PublicSource:
     measure: Callable[[Path], Measured]
 
 
-def _unit(name: str, values: list[FittedValue], covariance: Array | None,
+def _unit(name: str, fit: BalancedValues | NominalFit, factor: float, unit: str,
           carried: float = 0.0) -> UnitEstimate:
-    """Return the UnitEstimate of a fit without the inertia `carried` (kg m^2)."""
-    if covariance is None:
-        covariance = np.diag([v.error ** 2 for v in values])
-    return UnitEstimate(name, {v.name: v.value - carried * (v.name == 'm1') for v in values},
-                        {v.name: v.unit for v in values}, covariance)
+    """Return the UnitEstimate of a fit, kt times `factor` in `unit`, m1 less `carried` kg m^2."""
+    estimate = UnitEstimate.of(name, fit.values, fit.covariance)
+    size = np.array([factor if v.name == 'kt' else 1.0 for v in fit.values])
+    values = {v.name: v.value * s - carried * (v.name == 'm1') for v, s in zip(fit.values, size)}
+    return UnitEstimate(name, values, {**estimate.units, 'kt': unit},
+                        estimate.covariance * np.outer(size, size))
 
 
 def _of_servo(folder: Path, kind: str) -> Measured:
@@ -96,10 +97,7 @@ def _of_servo(folder: Path, kind: str) -> Measured:
             left.append(f'{log.path.name}: {error}')
             continue
         # The gain of the firmware is exact: its torque goes with kt.
-        estimates.append(_unit(log.path.name, [
-            replace(v, value=v.value * servo.torque, error=v.error * servo.torque,
-                    unit='N m at full duty') if v.name == 'kt' else v for v in fit.values],
-            _scaled(fit.covariance, [v.name for v in fit.values], servo.torque), carried))
+        estimates.append(_unit(log.path.name, fit, servo.torque, 'N m at full duty', carried))
     show('')
 
     def judged(ranges: ParameterRanges) -> dict[str, Any]:
@@ -129,14 +127,6 @@ def _swinging(servo: bam.BenchServo, log: bam.ServoLog, inertia: float,
                    effects=(*model.effects, {'id': LOADED, 'Cl': load}))
 
 
-def _scaled(covariance: Array | None, names: list[str], factor: float) -> Array | None:
-    """Return a covariance where kt is in units of `factor`."""
-    if covariance is None:
-        return None
-    size = np.array([factor if name == 'kt' else 1.0 for name in names])
-    return covariance * np.outer(size, size)
-
-
 def _backend_recording(path: Path) -> UniformRecording:
     """Return a recording of the back end: its motor, current and torque sensor."""
     raw = read_recording(path, load_mapping('davinci_backend'))
@@ -155,10 +145,7 @@ def _of_backend(folder: Path) -> Measured:
     estimates = []
     for path in (path for path in paths if path not in test):
         fit = balanced([_backend_recording(path)], BACKEND, FREE)
-        estimates.append(_unit(path.name, [
-            replace(v, value=v.value * factor, error=v.error * factor, unit='N m/A')
-            if v.name == 'kt' else v for v in fit.values],
-            _scaled(fit.covariance, [v.name for v in fit.values], factor)))
+        estimates.append(_unit(path.name, fit, factor, 'N m/A'))
 
     def judged(ranges: ParameterRanges) -> dict[str, Any]:
         """Return the torque that the balance leaves with the median values."""
@@ -218,10 +205,6 @@ def entry(name: str, folder: Path) -> dict[str, Any]:
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns the exit code."""
-    text = yaml.safe_dump(entry(args.name, Path(args.data)), sort_keys=False, width=99)
-    if args.out:
-        write_new(args.out, text)
-        print(f'written {args.out}')
-    else:
-        print(text, end='')
+    write_or_print(args.out, yaml.safe_dump(entry(args.name, Path(args.data)), sort_keys=False,
+                                            width=99))
     return 0

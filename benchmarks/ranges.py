@@ -63,8 +63,7 @@ def identified(values: dict[str, float], rng: np.random.Generator) -> UnitEstima
     recording = load_recording({'t': t, 'torque': u, 'motor': np.full(len(t), np.nan),
                                 'arm': run.y[:, 1]}, model, name='drive').uniform()[0]
     fit = balanced([recording], model, ['m1', 'Cv', 'Cc', 'actuator_delay'])
-    return UnitEstimate('drive', {v.name: v.value for v in fit.values},
-                        {v.name: v.unit for v in fit.values}, fit.covariance)
+    return UnitEstimate.of('drive', fit.values, fit.covariance)
 
 
 def population(rng: np.random.Generator, drives: int, fresh: int) -> dict[str, list[bool]]:

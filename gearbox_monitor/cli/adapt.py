@@ -70,6 +70,7 @@ def run(args: Namespace) -> int:
     summary = plain({
         'values': {v.name: {k: x for k, x in vars(v).items() if k != 'name'}
                    for v in (result.fit.values if result.fit else ())},
+        'covariance': result.fit.covariance if result.fit else None,
         'gap_after': result.fit.gap_after if result.fit else None,
         'tolerances': result.tolerances, 'parameters': result.parameters, 'open': result.open,
         'notes': [note for _, notes in loaded for note in notes]})

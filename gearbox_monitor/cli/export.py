@@ -52,7 +52,7 @@ import textwrap
 from gearbox_monitor.cli import export_robot
 from gearbox_monitor.cli.drive_recordings import (
     add_joint_arguments, add_renamed, load_recording)
-from gearbox_monitor.cli.options import estimator_options, expect_new, write_new
+from gearbox_monitor.cli.options import estimator_options, expect_new, write_new, write_or_print
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.c99 import firmware
@@ -65,7 +65,8 @@ from gearbox_monitor.export.robot_patch import ROOTS
 from gearbox_monitor.export.xml_edit import difference
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.identification.model_overlay import overlay
-from gearbox_monitor.library.actuators import is_actuator, load_actuator, NAMES
+from gearbox_monitor.library.actuators import (
+    CatalogueActuator, is_actuator, load_actuator, NAMES)
 from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
@@ -127,11 +128,7 @@ def run(args: Namespace) -> int:
         return _write_c(args)
     if export_robot.is_verdict(args):
         return export_robot.run(args)
-    if args.model in NAMES and Path(args.model).exists():
-        print(f'note: {args.model}: the file of this name, not the actuator of the catalogue',
-              file=sys.stderr)
-    model = (load_actuator(args.model).model if is_actuator(args.model)
-             else load_model(args.model))
+    model = _model(args.model)
     if args.to in LISTS:
         for option in ('into', 'joint', 'out', 'check'):
             if getattr(args, option) and (args.to not in ROOTS or args.into is None
@@ -156,18 +153,30 @@ def run(args: Namespace) -> int:
     return 1 if file.lacking else 0
 
 
+def _actuator(name: str) -> CatalogueActuator | None:
+    """Return the actuator of the catalogue, None without; a file of its name wins."""
+    if name in NAMES and Path(name).exists():
+        print(f'note: {name}: the file of this name, not the actuator of the catalogue',
+              file=sys.stderr)
+        return None
+    return load_actuator(name) if is_actuator(name) else None
+
+
+def _model(name: str) -> DriveModel:
+    """Return the model of an actuator of the catalogue, or in a file."""
+    actuator = _actuator(name)
+    return load_model(name) if actuator is None else actuator.model
+
+
 def _write_c(args: Namespace) -> int:
     """Write the filter and its header; return the exit code."""
-    for option in ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check'):
-        if getattr(args, option):
-            name = option.replace('_', '-')
-            raise InputError(f'--{name}: with --to c, expected it with the file of a simulator')
+    _expect_none_of_files(args, '--to c, expected it with the file of a simulator')
     if not args.out or Path(args.out).suffix != '.c':
         raise InputError(f'--out: {args.out or "missing"}, with --to c expected FILE.c')
     header = Path(args.out).with_suffix('.h')
     expect_new(header)
     parameters, _ = estimator_options(args)
-    text = firmware(load_model(args.model), parameters, header.name, args.prefix or 'gm')
+    text = firmware(_model(args.model), parameters, header.name, args.prefix or 'gm')
     write_new(args.out, text.source)
     write_new(header, text.header)
     print(f'written {args.out} and {header}')
@@ -178,19 +187,18 @@ def _export_ranges(args: Namespace) -> int:
     """Write or print the domain randomisation of several estimates; return the exit code."""
     if args.to not in WRITERS:
         raise InputError(f'--to {args.to}: with --ranges, expected one of {", ".join(WRITERS)}')
-    for option in ('into', 'joint', 'check', 'keyframe', 'actuator', 'root'):
-        if getattr(args, option):
-            raise InputError(f'--{option}: with --ranges, expected none of it')
-    if len(args.models) == 1 and is_actuator(args.models[0]):
-        text = randomisation(load_actuator(args.models[0]).ranges, args.to)
-    else:
-        text = randomisation(ranges(args.models), args.to)
-    if args.out:
-        write_new(args.out, text)
-        print(f'written {args.out}')
-    else:
-        print(text, end='')
+    _expect_none_of_files(args, '--ranges, expected none of it')
+    actuator = _actuator(args.models[0]) if len(args.models) == 1 else None
+    of_drives = ranges(args.models) if actuator is None else actuator.ranges
+    write_or_print(args.out, randomisation(of_drives, args.to))
     return 0
+
+
+def _expect_none_of_files(args: Namespace, why: str) -> None:
+    """Raise InputError where `args` have an option of a simulator's file; `why` ends it."""
+    for option in ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check'):
+        if getattr(args, option):
+            raise InputError(f'--{option.replace("_", "-")}: with {why}')
 
 
 def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[str]:

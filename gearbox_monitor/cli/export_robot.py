@@ -8,7 +8,6 @@ export calls this where its input is a verdict (.json) instead of a model file.
 """
 from argparse import Namespace
 from collections.abc import Mapping
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -20,9 +19,8 @@ from gearbox_monitor.export.mjcf_file import read_file
 from gearbox_monitor.export.robot_closed import closed_file, title_of
 from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.export.xml_edit import difference, parse_xml
-from gearbox_monitor.files.opening import read_text
+from gearbox_monitor.files.plain_data import read_json
 
-MAX_VERDICT = 1 << 26  # bytes of a verdict
 ROOTS = {'mjcf': 'mujoco', 'urdf': 'robot'}
 # Options of one joint -> (attribute, its default).
 OF_ONE_JOINT = {
@@ -80,13 +78,7 @@ def run(args: Namespace) -> int:
 
 def load_verdict(path: str) -> dict[str, Any]:
     """Return the verdict on a whole robot in the JSON file `path`. Raises InputError."""
-    try:
-        data = json.loads(read_text(path, MAX_VERDICT))
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror or error}, expected a verdict of diagnose'
-                         ) from None
-    except (ValueError, RecursionError):
-        raise InputError(f'{path}: no JSON, expected verdict.json of diagnose') from None
+    data = read_json(path, 'verdict.json of diagnose')
     if not isinstance(data, dict) or not isinstance(data.get('findings'), list):
         raise InputError(f'{path}: no findings, expected verdict.json of diagnose')
     if not isinstance(data.get('ranked'), list) or not isinstance(data.get('remainders'), list):

@@ -68,3 +68,18 @@ def expect_new_file(path: str | Path | None) -> None:
     expect_new(path)
     if path:
         expect_folder_of(path)
+
+
+def write_or_print(path: str | Path | None, text: str) -> None:
+    """
+    Write or print the whole output of a command.
+
+    Args:
+        path: new file, or None to print.
+        text: the output.
+    """
+    if path is None:
+        print(text, end='')
+    else:
+        write_new(path, text)
+        print(f'written {path}')

@@ -19,7 +19,7 @@ from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY
 
 ALIASES = {'isaaclab': 'isaac'}
 FRICTION, VISCOUS, ARMATURE = 'Cc', 'Cv', 'm1'
-STRIBECK, DELAY, WEIGHT = 'stribeck.Cs', 'actuator_delay.T', 'gravity.G'
+DELAY, WEIGHT = 'actuator_delay.T', 'gravity.G'
 JOINT = (FRICTION, VISCOUS, ARMATURE)  # that the function which draws together can write
 STEP = 0.005                           # s, of the physics in the text, for the delay
 RELATED = 0.3                          # correlation that is worth a sentence
@@ -103,8 +103,14 @@ def _range(ranges: ParameterRanges, name: str) -> _Range | None:
         return None
     low, high, centre = (float(v[i]) for v in (ranges.low, ranges.high, ranges.centre))
     law = 'log_uniform' if ranges.logarithmic[i] else 'uniform'
-    relative = f'({low / centre:.5g}, {high / centre:.5g})' if centre else '(1.0, 1.0)'
-    return _Range(f'({low:.6g}, {high:.6g})', relative, law)
+    shares = sorted((low / centre, high / centre)) if centre else (1.0, 1.0)
+    return _Range(f'({low:.6g}, {high:.6g})', f'({shares[0]:.5g}, {shares[1]:.5g})', law)
+
+
+def _weight(ranges: ParameterRanges) -> _Range | None:
+    """Return the range of a payload's weight, None where its sign is open: no factor on a mass."""
+    i = ranges.index(WEIGHT)
+    return None if i is None or ranges.low[i] * ranges.high[i] <= 0.0 else _range(ranges, WEIGHT)
 
 
 def _event(name: str, framework: str, function: str, arguments: Sequence[str],
@@ -128,7 +134,7 @@ def _delay(ranges: ParameterRanges) -> list[str]:
     i = ranges.index(DELAY)
     if i is None:
         return []
-    return [f'DELAY = ({max(ranges.low[i], 0.0):.6g}, {ranges.high[i]:.6g})  # s',
+    return [f'DELAY = ({ranges.low[i]:.6g}, {ranges.high[i]:.6g})  # s',
             f'PHYSICS_STEP = {STEP}  # s, that of your simulation',
             'DELAY_STEPS = tuple(round(delay / PHYSICS_STEP) for delay in DELAY)']
 
@@ -180,7 +186,7 @@ def _deviation(ranges: ParameterRanges, i: int) -> float:
 def _isaac(ranges: ParameterRanges) -> str:
     """Return event terms of Isaac Lab."""
     friction, viscous, armature = (_range(ranges, name) for name in JOINT)
-    kp, kd, weight = (_range(ranges, name) for name in ('kp', 'kd', WEIGHT))
+    kp, kd, weight = _range(ranges, 'kp'), _range(ranges, 'kd'), _weight(ranges)
     events: list[str] = []
 
     def add(name: str, function: str, rows: dict[str, str], operation: str, law: str,
@@ -218,7 +224,8 @@ def _isaac(ranges: ParameterRanges) -> str:
                     if viscous else []),
                   '        joint_ids=asset_cfg.joint_ids, env_ids=env_ids)']
     together = _together(ranges, write, ()) if write else []
-    taken = [*(JOINT if friction else (ARMATURE,)), 'kp', 'kd', DELAY, WEIGHT]
+    taken = [*(JOINT if friction else (ARMATURE,)), 'kp', 'kd', DELAY,
+             *((WEIGHT,) if weight else ())]
     delay = _delay(ranges)
     return '\n'.join([
         *_words(ranges), 'import isaaclab.envs.mdp as mdp',
@@ -250,12 +257,12 @@ def _mjlab(ranges: ParameterRanges) -> str:
             events += _event(event, 'dr', function, [
                 f"'ranges': {entry.absolute}", "'operation': 'abs'",
                 f"'distribution': '{entry.law}'"])
-    kp, kd, weight = (_range(ranges, name) for name in ('kp', 'kd', WEIGHT))
-    if kp or kd:
+    kp, kd, weight = _range(ranges, 'kp'), _range(ranges, 'kd'), _weight(ranges)
+    if gain := kp or kd:
         events += _event('pd_gains', 'dr', 'pd_gains', [
             f"'kp_range': {kp.relative if kp else '(1.0, 1.0)'}",
             f"'kd_range': {kd.relative if kd else '(1.0, 1.0)'}", "'operation': 'scale'",
-            f"'distribution': '{(kp or kd or _Range('', '', 'uniform')).law}'"],
+            f"'distribution': '{gain.law}'"],
             'actuator_names=JOINTS')
     if weight:
         events += _event('payload', 'dr', 'body_mass', [
@@ -280,7 +287,7 @@ def _mjlab(ranges: ParameterRanges) -> str:
         '    EventTermCfg, RecomputeLevel, requires_model_fields)',
         'from mjlab.managers.scene_entity_config import SceneEntityCfg', 'import torch', '',
         "ASSET, JOINTS, BODIES = 'robot', ('joint',), ('body',)  # names in your scene",
-        *delay, *_lacking(ranges, [*JOINT, 'kp', 'kd', DELAY, WEIGHT]), '',
+        *delay, *_lacking(ranges, [*JOINT, 'kp', 'kd', DELAY, *((WEIGHT,) if weight else ())]), '',
         '# Each parameter alone, without correlation.', *body,
         f'EVENTS = {{{", ".join(f"{name!r}: {name}" for name in names)}}}', *together,
         *(['', '', '# Instead of friction, damping and armature of EVENTS.',

@@ -123,16 +123,14 @@ class BalancedValues:
     """
     Values by the balance of momentum alone, without a run of the model.
 
-    model, values, covariance: see NominalFit. before, after: rms of the torque that the model file
-    and the values leave, N m; torque: rms of that which acts, N m.
+    values, covariance: see NominalFit. before, after: rms of the torque that the model file and
+    the values leave, N m.
     """
 
-    model: DriveModel
     values: list[FittedValue]
     covariance: Array
     before: float
     after: float
-    torque: float
 
 
 def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
@@ -158,11 +156,7 @@ def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
     if regression is None:
         raise Undecided(f'{recording.name}: the balance of torques determines no values')
     values, _, covariance = _listed(candidate, regression.z, regression.covariance, stated)
-    fitted_model = candidate.model(regression.z)
-    fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
-    return BalancedValues(fitted_model.folded(), values, covariance, regression.before,
-                          regression.after,
-                          float(np.sqrt(np.mean((recording.torque * model.effort_scale) ** 2))))
+    return BalancedValues(values, covariance, regression.before, regression.after)
 
 
 def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequence[str] | None,

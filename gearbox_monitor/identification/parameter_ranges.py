@@ -11,8 +11,9 @@ without an approximation for few drives (Nagashima, Noma and Furukawa, 2019); th
 new drive is the mixture of normals over it. With estimates that have no error it is Student's t.
 
 A direction that the recordings do not determine is that of an eigenvalue of the errors. All
-estimates hold it by the same prior, so that their scatter says nothing: there the error of a
-single estimate remains, and parameters are drawn along it.
+estimates hold it by the same prior, so that their mean is no better than one of them: there the
+error of a single estimate remains, with what drives differ by beyond it, and parameters are drawn
+along it.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -25,8 +26,11 @@ from scipy.special import ndtr
 from scipy.stats import chi2
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.identification.candidates import BY_EFFECT, NUISANCES
+from gearbox_monitor.identification.nominal import FittedValue
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import Saved, Shown
 
 CONFIDENCE = 0.9
@@ -36,6 +40,7 @@ HALVINGS = 60     # of an interval that holds a root
 LEVELS = np.concatenate([[1e-3], np.arange(1, 200) / 200, [1.0 - 1e-3]])
 PART = 0.3        # of a direction, from which a parameter counts as part of it
 SMALLEST = 1e-12  # relative error of a value that has none
+LARGEST = 1e6     # relative error of a value on the scale of logarithms
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,22 @@ class UnitEstimate:
     values: Mapping[str, float]
     units: Mapping[str, str]
     covariance: Array
+
+    @classmethod
+    def of(cls, name: str, values: Sequence[FittedValue], covariance: Array | None
+           ) -> 'UnitEstimate':
+        """
+        Return the estimate of a fit.
+
+        Args:
+            name: of it.
+            values: of the fit [P].
+            covariance: [P, P] of their errors, None where they count as independent.
+        """
+        if covariance is None:
+            covariance = np.diag([v.error ** 2 for v in values])
+        return cls(name, {v.name: v.value for v in values}, {v.name: v.unit for v in values},
+                   covariance)
 
 
 @dataclass(frozen=True)
@@ -79,8 +100,9 @@ class ParameterRanges(Shown, Saved):
     """
     What a new drive of the kind may have.
 
-    names, units: of the parameters [P]. logarithmic [P]: whether a parameter is positive, and has
-    its distribution on the scale of logarithms. centre, low, high [P]: median and 90 % range.
+    names, units: of the parameters [P]. logarithmic [P]: whether a parameter cannot be negative,
+    and has its distribution on the scale of logarithms (a normal one, cut off at 0, where an
+    estimate is 0). centre, low, high [P]: median and 90 % range.
     between [P]: standard deviation between drives (relative of a logarithmic one), NaN of one
     estimate alone. correlation [P, P] of a new drive's parameters, on these scales. combinations:
     directions without a value. sources: names of the estimates. notes: sentences.
@@ -145,10 +167,13 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
         notes: sentences that go with the result.
 
     Raises:
-        InputError: no estimate, or no parameter that all have.
+        InputError: no estimate, or no parameter that all have; numbers that are no estimate, or
+            units that differ.
     """
     if not estimates:
         raise InputError('estimates: none, expected one or several')
+    for estimate in estimates:
+        _check(estimate)
     names = [name for name in estimates[0].values
              if all(name in estimate.values for estimate in estimates)]
     dropped = list(dict.fromkeys(name for estimate in estimates for name in estimate.values
@@ -162,11 +187,13 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     if len(estimates) == 1:
         remarks.append('one estimate: the range is that of its error, and says nothing about '
                        'other drives')
+    units = [_common_unit(estimates, name) for name in names]
     places = [[list(e.values).index(name) for name in names] for e in estimates]
     values = np.array([[e.values[name] for name in names] for e in estimates], float)
     covariances = np.array([np.asarray(e.covariance, float)[np.ix_(at, at)]
                             for e, at in zip(estimates, places)])
-    logarithmic = np.asarray((values > 0.0).all(axis=0))
+    positive = np.array([not is_signed(name) for name in names])
+    logarithmic = positive & (values > 0.0).all(axis=0)
     slope = np.where(logarithmic, np.where(logarithmic, values, 1.0), 1.0)
     y = np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
     covariances = covariances / (slope[:, :, None] * slope[:, None, :])
@@ -180,14 +207,24 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     along, variance = directions[:, unknown], spread[unknown]
     across = np.eye(len(names)) - along @ along.T
     inside = np.einsum('ij,njk,kl->nil', across, covariances, across)
-    beside = (along ** 2) @ variance
+    beside, apart = np.zeros((len(names), 1)), np.zeros(len(names))
+    open_covariance = np.zeros((len(names), len(names)))
+    for direction, error in zip(along.T, variance):
+        _, differences, _, scatter = _mixture(
+            y @ direction, np.einsum('i,nij,j->n', direction, covariances, direction))
+        beside = beside + direction[:, None] ** 2 * (
+            error + differences * (1.0 + 1.0 / len(estimates)))
+        scatter = np.nan_to_num(scatter)
+        apart += (direction * scatter) ** 2
+        open_covariance += np.outer(direction, direction) * (error + scatter ** 2)
     centre = y.mean(axis=0) @ (along @ along.T)
     known = y @ across
     quantiles = np.empty((len(LEVELS), len(names)))
     between = np.full(len(names), math.nan)
     deviation = np.empty(len(names))
     for j in range(len(names)):
-        means, variances, between[j] = _mixture(known[:, j], inside[:, j, j])
+        means, differences, errors_left, between[j] = _mixture(known[:, j], inside[:, j, j])
+        variances = differences + errors_left
         quantiles[:, j] = centre[j] + _quantiles(means, variances + beside[j], LEVELS)
         low, high = _quantiles(means, variances, np.array([0.05, 0.95]))
         deviation[j] = (high - low) / (2.0 * NORMAL)
@@ -195,17 +232,70 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
         correlation = _normalised(covariances[0])
     else:
         # Of the difference between drives, and of the error of their mean.
-        inner = _normalised(_between_correlation(known, inside) * np.outer(between, between)
-                            + inside.mean(axis=0) / len(estimates))
-        correlation = _normalised(inner * np.outer(deviation, deviation)
-                                  + (along * variance) @ along.T)
+        determined = _normalised(_between_correlation(known, inside) * np.outer(between, between)
+                              + inside.mean(axis=0) / len(estimates))
+        correlation = _normalised(determined * np.outer(deviation, deviation) + open_covariance)
     quantiles *= size
+    cut = positive & ~logarithmic
+    quantiles[:, cut] = np.maximum(quantiles[:, cut], 0.0)
     low, middle, high = (_at(quantiles, level, logarithmic) for level in (0.05, 0.5, 0.95))
-    units = [next((e.units[name] for e in estimates if name in e.units), '') for name in names]
     return ParameterRanges(
         tuple(names), tuple(units), tuple(bool(v) for v in logarithmic), middle, low, high,
-        between * size, correlation, _combinations(names, along, variance),
+        np.sqrt(between ** 2 + apart) * size, correlation, _combinations(names, along, variance),
         tuple(e.name for e in estimates), tuple(remarks), quantiles)
+
+
+def is_signed(name: str) -> bool:
+    """
+    Return whether a parameter may be negative.
+
+    Args:
+        name: of a value of fit-nominal, or EFFECT.PARAMETER.
+
+    Raises:
+        InputError: no parameter of a drive.
+    """
+    if name in NUISANCES or name == 'kt':  # a factor on the torque, not the change of it
+        return False
+    effect, _, own = '.'.join(BY_EFFECT.get(name, (name,))).partition('.')
+    for parameter in library()[effect].parameters if effect in library() else ():
+        if parameter.name == own:
+            return parameter.low < 0.0
+    raise InputError(f'{name[:40]!r}, expected the name of a value of a drive or EFFECT.PARAMETER')
+
+
+def _check(estimate: UnitEstimate) -> None:
+    """Raise InputError unless an estimate has numbers that its parameters and errors can be."""
+    covariance = np.asarray(estimate.covariance, float)
+    for i, (name, value) in enumerate(estimate.values.items()):
+        where = f'{estimate.name}: {name}'
+        if not (math.isfinite(value) and np.isfinite(covariance[i]).all()):
+            raise InputError(f'{where}: {value!r} or its error is not finite, expected numbers')
+        try:
+            signed = is_signed(name)
+        except InputError as error:
+            raise InputError(f'{estimate.name}: {error}') from None
+        if value < 0.0 and not signed:
+            raise InputError(f'{where}: {value:g}, expected no negative number')
+        if value and not signed and covariance[i, i] > (LARGEST * value) ** 2:
+            raise InputError(f'{where}: {value:g} +- {math.sqrt(covariance[i, i]):g}, expected an '
+                             f'error of at most {LARGEST:g} times the value')
+    size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    near = 1e-6 * np.outer(size, size)
+    if ((np.diag(covariance) < 0.0).any() or (np.abs(covariance - covariance.T) > near).any()
+            or (np.abs(covariance) > np.outer(size, size) + near).any()):
+        raise InputError(f'{estimate.name}: covariance: neither symmetric nor positive, expected '
+                         'that of the errors')
+
+
+def _common_unit(estimates: Sequence[UnitEstimate], name: str) -> str:
+    """Return the unit of a parameter. Raises InputError where estimates differ in it."""
+    units = {e.units[name]: e.name for e in estimates if name in e.units}
+    if len(units) > 1:
+        raise InputError(f'{name}: ' + ', '.join(
+            f'{unit or "no unit"} in {source}' for unit, source in units.items())
+            + ', expected one unit')
+    return next(iter(units), '')
 
 
 def _at(quantiles: Array, level: float, logarithmic: Any) -> Array:
@@ -224,9 +314,11 @@ def _combinations(names: Sequence[str], along: Array, variance: Array) -> tuple[
     return tuple(rows)
 
 
-def _mixture(y: Array, variance: Array) -> tuple[Array, Array, float]:
+def _mixture(y: Array, variance: Array) -> tuple[Array, Array, Array, float]:
     """
-    Return (means [C], variances [C], deviation between drives) of the prediction for a new one.
+    Return what a new drive may have: a mixture of normals, and the deviation between drives.
+
+    That is (means [C], variances between drives [C], variances of the means [C], deviation).
 
     Args:
         y: estimates [N].
@@ -236,7 +328,7 @@ def _mixture(y: Array, variance: Array) -> tuple[Array, Array, float]:
     variance = np.maximum(variance, floor)
     count = len(y)
     if count == 1:
-        return y.copy(), variance.copy(), math.nan
+        return y.copy(), np.zeros(1), variance.copy(), math.nan
 
     def scatter(between: Array) -> tuple[Array, Array, Array]:
         """Return Q, the mean and its variance for variances [C] between drives."""
@@ -247,13 +339,15 @@ def _mixture(y: Array, variance: Array) -> tuple[Array, Array, float]:
     q = chi2.ppf((np.arange(COMPONENTS) + 0.5) / COMPONENTS, count - 1)
     target = np.append(q, count - 1.0)  # the last one: the estimate by moments
     low = np.zeros(len(target))
+    none = scatter(low)[0] <= target
     high = np.full(len(target), float(((y - y.mean()) ** 2).sum()) + floor) / target
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         more = scatter(middle)[0] > target
         low, high = np.where(more, middle, low), np.where(more, high, middle)
+    high[none] = 0.0
     _, mean, least = scatter(high)
-    return mean[:-1], (high + least)[:-1], math.sqrt(high[-1])
+    return mean[:-1], high[:-1], least[:-1], math.sqrt(high[-1])
 
 
 def _quantiles(means: Array, variances: Array, levels: Array) -> Array:
@@ -272,7 +366,8 @@ def _between_correlation(y: Array, covariances: Array) -> Array:
     """
     Return the correlation [P, P] between drives, less what few drives show by chance.
 
-    Shrunk towards none by the share that chance has in it (Schaefer and Strimmer, 2005).
+    Shrunk towards none by the share that chance has in it (Schaefer and Strimmer, 2005): of
+    drives without a correlation r^2 is 1 / (N - 1) in the mean, so that two show none.
 
     Args:
         y: estimates [N, P].
@@ -283,7 +378,7 @@ def _between_correlation(y: Array, covariances: Array) -> Array:
     values, vectors = np.linalg.eigh(scatter)
     r = _normalised((vectors * np.maximum(values, 0.0)) @ vectors.T)
     off = ~np.eye(len(r), dtype=bool)
-    chance = float(((1.0 - r[off] ** 2) ** 2).sum()) / (count - 1)
+    chance = float(off.sum()) / (count - 1)
     seen = float((r[off] ** 2).sum())
     share = 1.0 if seen <= 0.0 else max(0.0, 1.0 - chance / seen)
     return np.where(off, share * r, 1.0)

@@ -3,7 +3,6 @@
 
 """Ranges of parameters from several fits, verdicts or their JSON files."""
 from collections.abc import Mapping, Sequence
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import read_text
+from gearbox_monitor.files.plain_data import read_json
 from gearbox_monitor.identification.candidates import NUISANCES
 from gearbox_monitor.identification.nominal import FittedValue, NominalFit
 from gearbox_monitor.identification.parameter_ranges import (
@@ -21,7 +20,6 @@ from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 
-MAX_JSON = 1 << 26  # bytes
 SHORT = {where: name for name, where in NUISANCES.items()}
 EXPECTED = 'JSON of fit-nominal, adapt or diagnose on one drive, or what fit or diagnose returns'
 Source = NominalFit | Adapted | Verdict | str | Path
@@ -51,6 +49,10 @@ def ranges(sources: Sequence[Source]) -> ParameterRanges:
         raise InputError(f'sources: {sources!r}, expected a list of {EXPECTED}')
     if not sources:
         raise InputError('sources: none, expected one or several estimates')
+    paths = [Path(source).resolve() for source in sources if isinstance(source, (str, Path))]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise InputError(f'sources: {path.name}: named twice, expected each estimate once')
     notes: list[str] = []
     return ranges_of([_estimate(source, f'estimate {i + 1}', notes)
                       for i, source in enumerate(sources)], notes)
@@ -73,12 +75,7 @@ def _estimate(source: Any, name: str, notes: list[str]) -> UnitEstimate:
 
 def _read(path: Path, notes: list[str]) -> UnitEstimate:
     """Return the UnitEstimate in a JSON file."""
-    try:
-        data = json.loads(read_text(path, MAX_JSON))
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror or error}, expected {EXPECTED}') from None
-    except (ValueError, RecursionError):
-        raise InputError(f'{path}: no JSON, expected {EXPECTED}') from None
+    data = read_json(path, EXPECTED)
     if isinstance(data, dict) and isinstance(data.get('findings'), list):
         if isinstance(data.get('remainders'), list):
             raise InputError(f'{path}: the verdict on a whole robot, expected one on one joint')
@@ -86,17 +83,22 @@ def _read(path: Path, notes: list[str]) -> UnitEstimate:
     rows = data.get('values') if isinstance(data, dict) else None
     if not isinstance(rows, dict):
         raise InputError(f'{path}: neither values nor findings, expected {EXPECTED}')
+    for name, row in rows.items():
+        if not (isinstance(row, dict) and _is_number(row.get('value'))
+                and _is_number(row.get('error')) and not row['error'] < 0.0
+                and isinstance(row.get('unit', ''), str)):
+            raise InputError(f'{path}: values: {name}: no value, error and unit, expected '
+                             f'{EXPECTED}')
+    values = [FittedValue(name, row.get('unit', ''), math.nan, row['value'], row['error'], True)
+              for name, row in rows.items()]
     try:
-        values = [FittedValue(name, row.get('unit', ''), row.get('start', math.nan),
-                              float(row['value']), float(row['error']),
-                              bool(row.get('determined', True))) for name, row in rows.items()]
         covariance = data.get('covariance')
         covariance = None if covariance is None else np.array(covariance, float)
         if covariance is not None and covariance.shape != (len(values), len(values)):
             raise ValueError
-    except (AttributeError, KeyError, TypeError, ValueError):
-        raise InputError(f'{path}: values: no value and error of each, expected {EXPECTED}'
-                         ) from None
+    except (TypeError, ValueError):
+        raise InputError(f'{path}: covariance: expected {len(values)} rows of {len(values)} '
+                         'numbers, those of the values') from None
     return _of_values(values, covariance, str(path), notes)
 
 
@@ -105,9 +107,7 @@ def _of_values(values: Sequence[FittedValue], covariance: Any, name: str,
     """Return the UnitEstimate of the values of a fit."""
     if covariance is None:
         notes.append(f'{name}: no covariance, its errors count as independent')
-        covariance = np.diag([v.error ** 2 for v in values])
-    return _checked(UnitEstimate(name, {v.name: v.value for v in values},
-                                 {v.name: v.unit for v in values}, covariance))
+    return UnitEstimate.of(name, values, covariance)
 
 
 def _of_findings(findings: Sequence[Mapping[str, Any]], name: str,
@@ -115,31 +115,38 @@ def _of_findings(findings: Sequence[Mapping[str, Any]], name: str,
     """Return the UnitEstimate of the findings of a verdict, as plain data."""
     effects, values, units, errors = library(), {}, {}, []
     for finding in findings:
-        effect = effects.get(finding.get('effect', ''))
+        if not (isinstance(finding, dict) and isinstance(finding.get('effect'), str)
+                and all(isinstance(finding.get(key), Mapping)
+                        for key in ('values', 'deviations'))):
+            raise InputError(f'{name}: findings: no effect, values and deviations, expected '
+                             f'{EXPECTED}')
+        effect = effects.get(finding['effect'])
         if effect is None:
-            raise InputError(f'{name}: findings: effect: {finding.get("effect")!r}, expected the '
-                             'id of an effect')
+            raise InputError(f'{name}: findings: effect: {finding["effect"]!r}, expected the id '
+                             'of an effect')
         for parameter in effect.parameters:
-            value = finding.get('values', {}).get(parameter.name)
-            error = finding.get('deviations', {}).get(parameter.name)
+            value = finding['values'].get(parameter.name)
+            error = finding['deviations'].get(parameter.name)
             where = f'{effect.id}.{parameter.name}'
-            if not isinstance(value, (int, float)):
+            if not _is_number(value):
                 continue
-            if not isinstance(error, (int, float)):
+            if not _is_number(error):
                 notes.append(f'{name}: {where}: without a deviation, no range')
                 continue
+            if error < 0.0:
+                raise InputError(f'{name}: findings: {where}: deviation {error:g}, expected no '
+                                 'negative number')
             where = SHORT.get(effect.replaces, where)
+            if where in values:
+                raise InputError(f'{name}: findings: {where}: two values, expected one')
             values[where], units[where] = float(value), on_axis(parameter.unit, 'rotary')
             errors.append(float(error))
     if not values:
         raise InputError(f'{name}: no finding with values and deviations, expected {EXPECTED}')
-    return _checked(UnitEstimate(name, values, units, np.diag(np.square(errors))))
+    return UnitEstimate(name, values, units, np.diag(np.square(errors)))
 
 
-def _checked(estimate: UnitEstimate) -> UnitEstimate:
-    """Return an estimate with finite numbers. Raises InputError."""
-    for i, (name, value) in enumerate(estimate.values.items()):
-        if not (math.isfinite(value) and np.isfinite(estimate.covariance[i]).all()):
-            raise InputError(f'{estimate.name}: {name}: {value!r} or its error is not finite, '
-                             'expected numbers')
-    return estimate
+def _is_number(value: object) -> bool:
+    """Return whether a value of a JSON file is a number that a float holds."""
+    return isinstance(value, float) or (
+        isinstance(value, int) and not isinstance(value, bool) and value.bit_length() < 1024)

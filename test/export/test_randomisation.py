@@ -4,6 +4,7 @@
 """Ranges of a population of drives: intervals with a known answer, and the texts made of them."""
 import ast
 import json
+import re
 
 import numpy as np
 import pytest
@@ -39,6 +40,45 @@ def test_interval_without_errors_is_students():
     assert np.log(found.low[0]) == pytest.approx(logs.mean() - reach, abs=1e-3)
     assert np.log(found.high[0]) == pytest.approx(logs.mean() + reach, abs=1e-3)
     assert found.between[0] == pytest.approx(logs.std(ddof=1), rel=1e-6)
+
+
+def signed(values, error):
+    """Return estimates of u0 with one `error`, N m."""
+    return [UnitEstimate('unit', {'u0': v}, {'u0': 'N m'}, np.array([[error ** 2]]))
+            for v in values]
+
+
+def test_sign_of_an_offset_is_no_matter_of_the_sample():
+    values = np.array([0.001, 0.02, 0.003])
+    found = ranges_of(signed(values, 1e-5))
+    reach = student.ppf(0.95, 2) * values.std(ddof=1) * np.sqrt(4 / 3)
+    assert found.low[0] == pytest.approx(values.mean() - reach, rel=1e-2)
+    assert found.logarithmic == (False,)
+
+
+def test_drives_that_differ_by_more_than_a_large_error_have_that_range():
+    values = np.array([0.1, 1.0, 0.01, 0.3])
+    wide = ranges_of([estimate({'Cv': v}, [[0.35 ** 2]]) for v in values])
+    sharp = ranges_of([estimate({'Cv': v}, [[1e-6]]) for v in values])
+    assert 'not determined' in str(wide.combinations[0])
+    assert np.log(wide.high / wide.low)[0] > 0.95 * np.log(sharp.high / sharp.low)[0]
+    assert wide.between[0] == pytest.approx(np.sqrt(sharp.between[0] ** 2 - 0.35 ** 2), rel=1e-3)
+
+
+def test_two_drives_show_no_correlation_and_equal_ones_no_difference():
+    two = ranges_of([estimate({'Cc': a, 'Cv': b}, 1e-6 * np.eye(2))
+                     for a, b in ((1.0, 0.1), (1.2, 0.13))])
+    assert two.correlation[0, 1] == 0.0
+    equal = ranges_of([estimate({'Cc': 1.0, 'Cv': 0.1}, 1e-4 * np.eye(2))] * 3)
+    assert list(equal.between) == [0.0, 0.0]
+    assert np.log(equal.high[0]) == pytest.approx(1.645 * 0.01 / np.sqrt(3), rel=0.01)
+
+
+def test_parameter_at_zero_has_a_range_from_zero():
+    found = ranges_of([UnitEstimate('unit', {'actuator_delay.T': v}, {}, np.array([[1e-8]]))
+                       for v in (0.0, 0.001, 0.002)])
+    assert (found.logarithmic, found.low[0]) == ((False,), 0.0)
+    assert found.sample(500)['actuator_delay.T'].min() == 0.0
 
 
 def test_one_estimate_has_the_range_of_its_error():
@@ -138,12 +178,63 @@ def test_each_range_of_an_event_is_that_of_the_parameter():
     assert ast.literal_eval(values['ranges']) == pytest.approx((found.low[i], found.high[i]), 1e-4)
 
 
-def written(path, value, error, name='Cc'):
+@pytest.mark.parametrize('to', ['isaac', 'mjlab'])
+def test_factor_on_a_mass_rises_and_keeps_its_sign(to):
+    down = [UnitEstimate('unit', {'gravity.G': v}, {'gravity.G': 'N m'}, np.array([[1e-4]]))
+            for v in (-1.0, -1.1, -0.9, -1.05)]
+    text = randomisation(ranges_of(down), to)
+    low, high = re.search(r"(?:mass_distribution_params|ranges)': \((\S+), (\S+)\)", text).groups()
+    assert 0.0 < float(low) < 1.0 < float(high)
+    up = UnitEstimate('unit', {'gravity.G': 1.0}, {'gravity.G': 'N m'}, np.array([[1e-4]]))
+    assert '# No event: gravity.G' in randomisation(ranges_of([*down, up]), to)
+
+
+def written(path, value, error, name='Cc', unit='N m'):
     """Write what fit-nominal writes as JSON."""
     path.write_text(json.dumps({
-        'values': {name: {'unit': 'N m', 'start': 1.0, 'value': value, 'error': error,
+        'values': {name: {'unit': unit, 'start': 1.0, 'value': value, 'error': error,
                           'determined': True}}, 'covariance': [[error ** 2]]}))
     return str(path)
+
+
+def fit_text(value=1.0, error=0.1, covariance=0.01, name='Cc', unit='N m'):
+    """Return the JSON of a fit of one value."""
+    return json.dumps({'values': {name: {'unit': unit, 'value': value, 'error': error}},
+                       'covariance': [[covariance]]})
+
+
+@pytest.mark.parametrize('text, words', [
+    (fit_text(-1.0), 'bad.json: Cc: -1, expected no negative number'),
+    (fit_text(error=None), 'bad.json: values: Cc: no value, error'),
+    (fit_text(error=-0.1), 'bad.json: values: Cc: no value, error'),
+    (fit_text(value=True), 'bad.json: values: Cc: no value, error'),
+    (fit_text(covariance=float('nan')), 'bad.json: Cc: 1.0 or its error is not finite'),
+    (fit_text(covariance=-0.01), 'bad.json: covariance: neither symmetric nor positive'),
+    (fit_text(value=5e-324), 'bad.json: Cc: 4.94066e-324 +- 0.1, expected an error'),
+    (fit_text(unit='N'), 'Cc: N m in good.json, N in bad.json, expected one unit'),
+    (fit_text(name='gain'), "bad.json: 'gain', expected the name of a value of a drive"),
+    ('{"values": {"Cc": 1.0}}', 'bad.json: values: Cc: no value, error'),
+    ('{"findings": []}', 'bad.json: no finding with values and deviations'),
+    ('{"findings": ["x"]}', 'bad.json: findings: no effect, values and deviations'),
+    ('{"findings": [{"effect": ["x"]}]}', 'bad.json: findings: no effect, values'),
+    ('{"findings": [], "remainders": []}', 'bad.json: the verdict on a whole robot'),
+    ('{"accepted": true}', 'bad.json: neither values nor findings'),
+    ('{', 'bad.json: no JSON')])
+def test_bad_estimate_is_one_line(tmp_path, monkeypatch, capsys, text, words):
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path / 'good.json', 1.0, 0.1)
+    (tmp_path / 'bad.json').write_text(text)
+    assert main(['export', 'good.json', 'bad.json', '--to', 'yaml', '--ranges']) == 2
+    shown = capsys.readouterr()
+    assert words in shown.err
+    assert (shown.err.count('\n'), shown.out) == (1, '')
+
+
+def test_one_file_is_no_two_drives(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path / 'a.json', 1.0, 0.1)
+    assert main(['export', 'a.json', './a.json', '--to', 'yaml', '--ranges']) == 2
+    assert 'a.json: named twice' in capsys.readouterr().err
 
 
 def test_command_writes_two_drives_that_differ(tmp_path, capsys):
