@@ -4,6 +4,7 @@
 """The catalogue of actuators that were identified from public recordings."""
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
