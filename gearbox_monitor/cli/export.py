@@ -67,7 +67,7 @@ from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.identification.model_overlay import overlay
 from gearbox_monitor.library.actuators import (
     CatalogueActuator, is_actuator, load_actuator, NAMES)
-from gearbox_monitor.library.drive_file import load_model
+from gearbox_monitor.library.drive_file import load_model, SIMULATORS
 from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel
@@ -175,6 +175,9 @@ def _write_c(args: Namespace) -> int:
         raise InputError(f'--out: {args.out or "missing"}, with --to c expected FILE.c')
     header = Path(args.out).with_suffix('.h')
     expect_new(header)
+    if Path(args.model).suffix.lower() in SIMULATORS:
+        raise InputError(f'{args.model}: the file of a simulator, with --to c expected a model '
+                         'file')
     parameters, _ = estimator_options(args)
     text = firmware(_model(args.model), parameters, header.name, args.prefix or 'gm')
     write_new(args.out, text.source)

@@ -112,16 +112,21 @@ static gm_real arc_tangent(gm_real x)
 #endif
 
 #if GM_GRAVITY
+/* sin(x), |x| < 1e15; NaN beyond, where the turn is unknown. */
 static gm_real sine(gm_real x)
 {
-    const int64_t k = (int64_t)(x * R(0.3183098861837907) + (x < R(0.0) ? R(-0.5) : R(0.5)));
-    const gm_real r = (x - R(k) * R(3.141592653589793)) - R(k) * R(1.2246467991473532e-16);
-    const gm_real z = r * r, z2 = z * z;
-    const gm_real low = z2 * (R(2.7557319219115013e-06) * z - R(0.00019841269841254795))
-                        + (R(0.008333333333333316) * z - R(0.16666666666666666));
-    const gm_real high = z2 * (R(2.7312868913092307e-15) * z - R(7.643957622560617e-13))
-                         + (R(1.6058976915095007e-10) * z - R(2.505210761086116e-08));
-    const gm_real y = r * z * (z2 * z2 * high + low) + r;
+    int64_t k;
+    gm_real r, z, z2, low, high, y;
+    if (!(size_of(x) < R(1e15)))
+        return absent();
+    k = (int64_t)(x * R(0.3183098861837907) + (x < R(0.0) ? R(-0.5) : R(0.5)));
+    r = (x - R(k) * R(3.141592653589793)) - R(k) * R(1.2246467991473532e-16);
+    z = r * r, z2 = z * z;
+    low = z2 * (R(2.7557319219115013e-06) * z - R(0.00019841269841254795))
+          + (R(0.008333333333333316) * z - R(0.16666666666666666));
+    high = z2 * (R(2.7312868913092307e-15) * z - R(7.643957622560617e-13))
+           + (R(1.6058976915095007e-10) * z - R(2.505210761086116e-08));
+    y = r * z * (z2 * z2 * high + low) + r;
     return k % 2 ? -y : y;
 }
 #endif
@@ -130,7 +135,7 @@ static gm_real sine(gm_real x)
 static gm_real side(gm_real v)
 {
 #if GM_TANH
-    const gm_real b = v < R(-20.0) ? R(-20.0) : v > R(20.0) ? R(20.0) : v;
+    const gm_real b = !(v > R(-20.0)) ? R(-20.0) : v > R(20.0) ? R(20.0) : v; /* never NaN */
     return R(1.0) - R(2.0) / (R(1.0) + exponential(R(2.0) * b));
 #else
     return R(0.6366197723675814) * arc_tangent(v);
@@ -299,17 +304,19 @@ static void decay(gm_real error, gm_real h, gm_real out[5])
 }
 #endif
 
+/* Part of a step that each stage of RK4 is at. */
+static const gm_real STAGES[4] = {R(0.0), R(0.5), R(0.5), R(1.0)};
+
 /* Advance column j of the tangent by an RK4 step. error: of the friction, by stage; load: what the
  * state adds to the load on the arm; own: its place among the slopes of the curve, or 0. */
 static void column(const drive *d, const stage st[4], gm_real phi[][GM_N], int j, gm_real h,
                    const gm_real error[4], gm_real load, int own)
 {
-    static const gm_real part[4] = {R(0.0), R(0.5), R(0.5), R(1.0)};
     gm_real m[4][5], r[4][2], moved1, moved2;
     int q;
     for (q = 0; q < 4; q++) {
         gm_real torque, push = load, twist_rate, on_motor;
-        const gm_real a = part[q] * h;
+        const gm_real a = STAGES[q] * h;
         const int b = q > 0 ? q - 1 : 0;
         m[q][X1] = phi[X1][j], m[q][X2] = phi[X2][j], m[q][X3] = phi[X3][j];
         m[q][X4] = phi[X4][j], m[q][TAU] = phi[TAU][j];
@@ -355,7 +362,6 @@ static void rk4(const drive *d, gm_real *z, gm_real (*phi)[GM_N], gm_real u, gm_
                 gm_real h)
 {
     static const gm_real none[4] = {R(0.0), R(0.0), R(0.0), R(0.0)};
-    static const gm_real part[4] = {R(0.0), R(0.5), R(0.5), R(1.0)};
     gm_real x[4][5], f[4][2], moved1, moved2;
     stage st[4];
     int q, j;
@@ -374,7 +380,7 @@ static void rk4(const drive *d, gm_real *z, gm_real (*phi)[GM_N], gm_real u, gm_
     z[GM_FRICTION_AT] = error[4];
 #endif
     for (q = 0; q < 4; q++) {
-        const gm_real a = part[q] * h;
+        const gm_real a = STAGES[q] * h;
         const int b = q > 0 ? q - 1 : 0;
         gm_real y[5];
         for (j = 0; j < 5; j++)
@@ -1010,17 +1016,14 @@ void gm_window_add(gm_window *w, const gm_output *out)
     const gm_real *t = w->theta;
     const gm_real z = out->twist - t[GM_ZERO], r = size_of(t[GM_WIDTH]);
     const gm_real friction = side(C.side_sharpness * out->motor_speed);
-    gm_real y, y_t, in_contact = R(0.0), load = R(0.0), weight = R(1.0);
+    gm_real y, in_contact = R(0.0), load = R(0.0), weight = R(1.0);
     if (!w->begun)
         w->w = z, w->begun = 1;
     if (z - w->w > r)
         w->w = z - r, w->w_r = R(-1.0), w->tracked = 1;
     else if (w->w - z > r)
         w->w = z + r, w->w_r = R(1.0), w->tracked = 1;
-    if (t[GM_WIDTH] >= R(0.0))
-        y = w->w, y_t = R(-1.0);
-    else
-        y = R(2.0) * z - w->w, y_t = R(-1.0);
+    y = t[GM_WIDTH] >= R(0.0) ? w->w : R(2.0) * z - w->w; /* falls with the zero as z does */
     if (y > t[GM_HALF_GAP])
         in_contact = R(1.0), load = y - t[GM_HALF_GAP];
     else if (y < -t[GM_HALF_GAP])
@@ -1029,7 +1032,7 @@ void gm_window_add(gm_window *w, const gm_output *out)
     w->slope[GM_HALF_GAP] -= t[GM_STIFFNESS] * in_contact;
     if (in_contact != R(0.0)) {
         w->slope[GM_WIDTH] += t[GM_STIFFNESS] * w->w_r;
-        w->slope[GM_ZERO] += t[GM_STIFFNESS] * y_t;
+        w->slope[GM_ZERO] -= t[GM_STIFFNESS];
     }
     w->slope[GM_VISCOUS] += out->motor_speed;
     w->slope[GM_COULOMB] += friction;

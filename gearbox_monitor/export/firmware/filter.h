@@ -68,7 +68,7 @@ typedef struct {
     gm_real twist_rate_noise_std;         /* rad/s, by noise alone */
     gm_real motor_speed;                  /* rad/s */
     gm_real torque;                       /* of the motor, as it acted over the step, N m */
-    gm_real innovation[2];                /* motor, arm: measured less predicted, rad */
+    gm_real innovation[2];                /* motor, arm: measured less predicted, rad; or NaN */
     gm_real innovation_std[2];            /* predicted, rad */
     gm_real nis;                          /* normalised innovation squared */
     int dof;                              /* its degrees of freedom: encoders that were read */
@@ -99,9 +99,10 @@ typedef struct {
 /* Begin: call it once, and to begin anew. */
 void gm_init(gm_filter *f);
 
-/* Take one sample; stamp: ns, of a clock that never stands still, e.g. the number of the period
- * times its length, from 1 on. Returns one of the codes above; writes `out` for GM_ESTIMATE, else
- * its flags only. */
+/* Take one sample, in order, once per control period: the positions, and the torque that acts from
+ * the stamp on, GM_DELAY samples later. stamp: ns, from 1 to 2^62, of a clock that never stands
+ * still, e.g. the number of the period times its length. Periods may vary; a longer one costs more
+ * RK4 steps. Returns one of the codes above; writes `out` for GM_ESTIMATE, else its flags only. */
 int gm_step(gm_filter *f, int64_t stamp, const gm_sample *in, gm_output *out);
 
 #if GM_ARM_MEASURED
