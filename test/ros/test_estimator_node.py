@@ -317,8 +317,9 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
     file.write_text(file.read_text()[:1000])
     baseline = tmp_path / 'baseline.yaml'
     baseline.write_text('baseline: [{angle: 0.1,')
-    estimator = graph.start('estimator_node', baseline_file=baseline, **parameters)
+    graph.spin(0.5)  # what the first node sent last would pass for the second one's
     diagnostics.clear()
+    estimator = graph.start('estimator_node', baseline_file=baseline, **parameters)
     graph.until(lambda: diagnostics, 'diagnostics')
     errors = graph.stop(estimator)
     for path in (file, baseline):
