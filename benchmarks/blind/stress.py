@@ -136,7 +136,9 @@ class Likelihood:
                                    for key, shift in zip(draw.SCATTERED, shifts)}}
 
     def _shifts(self, nominal: Nominal) -> Array:
-        return np.array([nominal[key] / self.nominal[key] - 1.0 for key in draw.SCATTERED])
+        """Return the relative shifts of `nominal`; a value of 0 scatters around 0: by nothing."""
+        return np.array([nominal[key] / self.nominal[key] - 1.0 if self.nominal[key] else 0.0
+                         for key in draw.SCATTERED])
 
     def _settled(self, nominal: Nominal, effects: Effects,
                  states: Array) -> tuple[WindowRuns, Array, Array]:
