@@ -60,6 +60,7 @@ def test_eigen_reference_refuses_what_it_does_not_know():
                                      np.zeros((len(u), 2)), dt)
 
 
+@pytest.mark.system
 @pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 def test_what_cannot_be_measured_is_told(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(speed, 'SAMPLES', 50)

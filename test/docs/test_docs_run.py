@@ -54,6 +54,7 @@ def commands(page, heading=''):
     return [line[1:] for line in words if line[:1] == ['gearbox_monitor']]
 
 
+@pytest.mark.system
 def test_first_hour(tmp_path, monkeypatch, capsys):
     """Every command of the tutorial, in order, in one folder: the example passes its checks."""
     page = DOCS / 'first_hour.md'
@@ -217,6 +218,7 @@ def module(monkeypatch, name, code):
     return made
 
 
+@pytest.mark.system
 def test_a_filter_is_one_added_file(tmp_path):
     """The page's filter, put where it says, is found; interpreted: compiling takes longer."""
     gated, use, *_ = blocks(DOCS / 'extend.md', 'python')

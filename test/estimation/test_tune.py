@@ -137,6 +137,7 @@ def test_tuned_on_one_seed_good_on_others():
         assert result.rms[0] < 0.073 and result.rms[1] < 0.088 and 1.9 < result.nis < 2.12
 
 
+@pytest.mark.system
 def test_rest_gives_r_and_smoother_divides_q(tmp_path, capsys):
     bag = write(tmp_path / 'bag', simulated(5, rest=1500))
     start = params(tmp_path / 'start.yaml')

@@ -297,6 +297,7 @@ def test_a_bag_that_kills_its_workers_is_given_up_then_tried_again(
     assert (code, told['done'], told['skipped'], told['to_be_tried_again']) == (0, 1, 2, 0)
 
 
+@pytest.mark.system
 def test_processes_that_cannot_start_end_the_run(monkeypatch):
     monkeypatch.setattr(executors, '_initialise', deadly)  # it takes other arguments
     pool = executors.PoolExecutor(1)
@@ -323,6 +324,7 @@ def test_ctrl_c_keeps_what_is_done_and_leaves_nobody_behind(archive, tmp_path, c
     assert fleet(capsys, archive / 'sn1', '--out', out, '--workers', 0)[1]['skipped'] == done
 
 
+@pytest.mark.system
 def test_workers_end_when_their_parent_is_killed(archive, tmp_path):
     out = tmp_path / 'out'
     process = command(archive / 'sn1', '--out', out, '--workers', 2)

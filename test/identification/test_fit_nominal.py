@@ -71,6 +71,7 @@ def test_states_are_smoothed_once_for_each_fit(tmp_path, capsys, monkeypatch, wo
     assert (json.loads(capsys.readouterr()[0])['gap_before'] is None) == bool(words)
 
 
+@pytest.mark.system
 def test_a_weight_has_a_size_and_a_phase(tmp_path, capsys):
     rigid = replace(TRUE, torque_offset=0.0, transmission=Transmission('rigid'))
     bag = record(tmp_path / 'a.csv', replace(

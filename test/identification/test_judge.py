@@ -237,6 +237,7 @@ def test_a_parameter_at_its_bound_is_no_discovery():
     assert simplest(judge, drift, [drift, plain]).name == 'viscous_drift'
 
 
+@pytest.mark.system
 def test_an_effect_that_explains_a_part_is_named_with_what_remains():
     """Two effects of which one is not among the candidates: a finding and a remainder."""
     effects = [{'id': 'torque_gain', 'g': 0.2}, {'id': 'stribeck', 'Cs': 0.05, 'vs': 0.5}]
@@ -325,6 +326,7 @@ def test_a_window_in_which_nothing_moves_has_no_pulse():
     assert not mask[0].any() and cost[0] == 0.0 and mask[1].all()
 
 
+@pytest.mark.system
 def test_a_doubt_about_signs_must_be_likelier_than_any_effect():
     """The same doubt about a recording as it is, with a gain, and with the sign turned."""
     right = record([{'id': 'torque_gain', 'g': 0.3}])

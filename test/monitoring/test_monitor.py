@@ -485,6 +485,7 @@ def test_the_arm_alone_tells_the_torque_where_the_load_is_known():
         assert knowing < 1.1 * reference < 1.5 * reference < error(LOADS[name], MODEL), name
 
 
+@pytest.mark.system
 def test_loads_of_the_model_act_besides_the_measured_one():
     constant, gravity = LOADS['constant'], LOADS['gravity']
     samples, out = drive(10.0, model=MODEL.with_(effects=constant + gravity))

@@ -114,6 +114,7 @@ def test_a_payload_interrupts_nothing():
     assert 'elastic_evaluations' not in values  # the filter takes the torque from the twist
 
 
+@pytest.mark.system
 def test_a_payload_reaches_every_filter_of_a_mixture():
     _, _, samples = work()
     engine = estimator(tau_k_model='mixed', tau_k_stiffness=0.0)

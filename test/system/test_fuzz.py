@@ -46,6 +46,7 @@ def test_failures_are_seen(tmp_path, failure, told):
     assert told in found[0]
 
 
+@pytest.mark.system
 @pytest.mark.parametrize('bomb', fuzz_bombs.BOMBS, ids=lambda bomb: bomb.name)
 def test_a_bomb_ends_one_command_in_one_line(tmp_path, bomb):
     for command, _, end in fuzz_bombs.explode(bomb, tmp_path, 1):

@@ -38,6 +38,7 @@ def bar(data, name):
     return found['met']
 
 
+@pytest.mark.system
 @compiled
 def test_load(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(load, 'LAYOUTS', (load.ONE,))

@@ -17,6 +17,7 @@ from gearbox_monitor.kernels.jit import COMPILED
 compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 
 
+@pytest.mark.system
 @compiled
 def test_scale_prints_bars_that_follow_from_its_rows(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(scale, 'WARM', 1.0)

@@ -37,12 +37,14 @@ def test_draws_are_those_of_their_seed():
                for name, _, _, _, _, size in rows)
 
 
+@pytest.mark.system
 def test_random_faults_are_told_or_within_what_is_stated():
     """40 runs of 30 s and one filter; a thousand of all filters behind the marker."""
     counts = summary([outcome(row, 30) for row in draws(40, 1, ('ekf',))])
     assert counts['healthy'] and not missed(counts), counts
 
 
+@pytest.mark.system
 def test_the_promise_breaks_without_the_checks_of_the_smoothed_rows(monkeypatch):
     monkeypatch.setattr(monitor, 'ROW_CHECKS', ())
     broken = [run(BY_NAME[name], motion, 'unknown').silent for name, motion in ONCE_SILENT]
