@@ -1,9 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Progress of a command: at a terminal a bar, or the elapsed time; elsewhere a line every 10 s.
-"""
+"""Progress of a command: a bar or the elapsed time; without a terminal a line every 10 s."""
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 import os
