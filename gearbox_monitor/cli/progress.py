@@ -1,23 +1,53 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Progress of a command at a terminal: a bar, or the elapsed time without one.
-
-Nothing is shown where stderr is no terminal.
-"""
+"""Progress of a command: a bar or the elapsed time; without a terminal a line every 10 s."""
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 import os
 import sys
 import threading
 import time
-from typing import Any, cast, TextIO
+from typing import Any, cast, ClassVar, TextIO
 
 from tqdm import tqdm
 
 QUIET = 2.0  # s without a bar before the time is shown
+EVERY = 10.0  # s between the lines where stderr is no terminal
 FORM = '{desc} {percentage:3.0f} %|{bar:20}| {elapsed}, {remaining} left'
+
+
+class Bar(tqdm):
+    """A bar at a terminal; elsewhere it counts for the lines of shown_time."""
+
+    shown: ClassVar[list['Bar']] = []
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.began = time.monotonic(), self.n
+        Bar.shown.append(self)
+
+    def update(self, n: float | None = 1) -> bool | None:
+        """Count `n` more."""
+        if self.disable:
+            self.n += n or 0
+        return super().update(n)
+
+    def close(self) -> None:
+        """End it."""
+        if self in Bar.shown:
+            Bar.shown.remove(self)
+        super().close()
+
+    def state(self) -> str:
+        """Return how much is done and, from a tenth on, how long the rest takes; '' at first."""
+        began, initial = self.began
+        done = self.n / self.total if self.total else 0.0
+        if self.n <= initial:
+            return ''
+        left = (time.monotonic() - began) * (self.total - self.n) / (self.n - initial)
+        rest = f'about {max(left, 0.0):.0f} s left, ' if 0.1 <= done < 1.0 else ''
+        return f'{100.0 * done:.0f} %, {rest}'
 
 
 def percent_bar(name: str) -> 'tqdm[None]':
@@ -36,8 +66,8 @@ def count_bar(name: str, total: int, initial: int = 0) -> 'tqdm[None]':
 
     """
     columns, rows = _screen()
-    return tqdm(total=total, initial=initial, desc=name, disable=None, leave=False,
-                bar_format=FORM, ncols=columns, nrows=rows)
+    return Bar(total=total, initial=initial, desc=name, disable=None, leave=False,
+               bar_format=FORM, ncols=columns, nrows=rows)
 
 
 def _screen() -> tuple[int, int] | tuple[None, None]:
@@ -122,10 +152,11 @@ class ClearedStream:
 
 @contextmanager
 def shown_time(command: str) -> Iterator[None]:
-    """Show at a terminal how long `command` has been running while it shows no bar."""
+    """Show how long `command` has been running, at a terminal while it shows no bar."""
     terminal, output = sys.stderr, sys.stdout
     if not terminal.isatty():
-        yield
+        with _lines(command, terminal):
+            yield
         return
     ended, line = threading.Event(), ElapsedTime(command, terminal)
 
@@ -148,3 +179,24 @@ def shown_time(command: str) -> Iterator[None]:
         thread.join()
         line.clear()
         sys.stderr, sys.stdout = terminal, output
+
+
+@contextmanager
+def _lines(command: str, stream: TextIO) -> Iterator[None]:
+    """Write a line about `command` into the `stream` every 10 s."""
+    begin, ended = time.monotonic(), threading.Event()
+
+    def write() -> None:
+        while not ended.wait(EVERY):
+            state = Bar.shown[-1].state() if Bar.shown else ''
+            with suppress(OSError, ValueError):  # its reader has ended
+                print(f'{command}: {state}running for {time.monotonic() - begin:.0f} s',
+                      file=stream, flush=True)
+
+    thread = threading.Thread(target=write, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()

@@ -32,6 +32,7 @@ import json
 import math
 import sys
 import textwrap
+import time
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,8 @@ from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, expect_new, warn)
 from gearbox_monitor.cli.progress import percent_bar
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.tune import tune
+from gearbox_monitor.estimation import noise_search
+from gearbox_monitor.estimation.tune import expected_seconds, tune
 from gearbox_monitor.files.parameter_file import error_words, write_parameters
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.kernels.jit import COMPILED
@@ -84,6 +86,10 @@ def run(args: Namespace) -> int:
         print('tune: without numba this takes about a hundred times longer', file=sys.stderr)
     with percent_bar('tune') as bar:
         try:
+            noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)  # refuses it
+            seconds = expected_seconds(inputs.model, inputs.parameters, samples,
+                                       time.perf_counter)
+            print(f'tune: takes about {max(seconds, 1.0):.0f} s', file=sys.stderr)
             data = tune(inputs.model, inputs.parameters, [samples], reference,
                         not args.fix_speeds, args.smoother,
                         lambda share: bar.update(100.0 * share - bar.n))

@@ -35,6 +35,8 @@ ReferenceTorque: TypeAlias = tuple[Integers, Array]  # stamps [T] ns, torque [T]
 # tuned with its adaptation off: these are the values it starts from.
 SEARCH: dict[str, Any] = {'friction_linearisation': 'statistical', 'adapt': ['']}
 SMOOTHER_FACTOR = math.sqrt(5.0)
+FIRST = 0.7  # share of the time until the random walk of a mixture is tuned
+EVALUATIONS = 60  # of the criterion with its slope, on a long part, until a search ends
 REFERENCE_WEIGHT = 1e3  # makes 0.1 % of error one unit of the criterion
 OPEN_WITHOUT_REFERENCE = (
     'a wrong torque constant scales tau_K, and an offset of the torque shifts it: no likelihood '
@@ -42,6 +44,29 @@ OPEN_WITHOUT_REFERENCE = (
 OPEN_WITH_REFERENCE = (
     'gain and offset of the reference over the estimate: {gain:.3f}, {offset:+.4g} N m (1 and 0 '
     'when torque constant and offset are right; not written)')
+
+
+def expected_seconds(model: DriveModel, parameters: EstimatorParameters, samples: Samples,
+                     clock: Callable[[], float]) -> float:
+    """
+    Return about how long (s) the search of tune takes: by one evaluation of its criterion.
+
+    Args:
+        model: of the drive.
+        parameters: in force.
+        samples: a recording.
+        clock: returns the time, s.
+
+    """
+    part = _liveliest(samples, noise_search.COARSE_SECONDS)
+    names = _free_names(model, parameters, True, False)
+    trials = [parameters.replace(**SEARCH, tau_k_model=RANDOM_WALK)] * (2 * len(names) + 1)
+    criteria(model, trials, part)  # compiles
+    begin = clock()
+    criteria(model, trials, part)
+    fine = min(len(samples.stamp_ns) / max(len(part.stamp_ns), 1),
+               noise_search.FINE_SECONDS / noise_search.COARSE_SECONDS)
+    return EVALUATIONS * fine * (clock() - begin)
 
 
 def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequence[Samples],
@@ -231,7 +256,8 @@ def _most_likely(model: DriveModel, base: EstimatorParameters, recordings: Seque
         return noise_search.search(_likelihood(model, base, recordings), guess, progress)
     result = noise_search.search(
         _likelihood(model, base.replace(tau_k_model=RANDOM_WALK), recordings),
-        {other: value for other, value in guess.items() if other != name}, progress)
+        {other: value for other, value in guess.items() if other != name},
+        progress and (lambda share: progress(FIRST * share)))
     evaluate = _likelihood(model, base.replace(**_clipped(result.parameters)), recordings)
     return noise_search.with_another(result, evaluate, name, guess[name])
 

@@ -113,6 +113,9 @@ def overview(run: RunCurves, zoom_seconds: float = 2.0) -> Figure:
         for k in range(count):
             place = grid[2, k] if count > 1 else grid[2, :]
             draw_innovations(figure.add_subplot(place), run.innovations, k)
+    for axes in figure.axes:
+        if last > 0.0 and axes is not zoom and axes.get_xlabel() == 'time (s)':
+            axes.set_xlim(0.0, last)
     return figure
 
 
@@ -160,7 +163,7 @@ def draw_loops(axes: Axes, curves: Sequence[Curve], title: str = 'Torque over tw
 
 
 def draw_backlash(axes: Axes, curve: BacklashCurve,
-                  title: str = 'Backlash: a window is judged when it has ended') -> None:
+                  title: str = 'Backlash: alarm when a window beyond a level has ended') -> None:
     """
     Draw the measured backlash with its levels, each window from its begin to its end.
 
@@ -178,13 +181,22 @@ def draw_backlash(axes: Axes, curve: BacklashCurve,
             axes.axhline(level, color=color, ls=style, lw=1.2)
             axes.annotate(text, (0.995, level), xycoords=('axes fraction', 'data'), va=side,
                           ha='right', color=color, fontsize=9)
+    crossings: dict[bool, float] = {}
     if curve.truth is not None:
         axes.plot(*curve.truth, color=BLACK, lw=1.0, label='true backlash')
+        crossings = {is_error: float(np.interp(level, *curve.truth[::-1]))
+                     for is_error, level in ((False, curve.warn), (True, curve.error))
+                     if level is not None and curve.truth[1][0] < level <= curve.truth[1][-1]}
+        if crossings:
+            axes.plot(list(crossings.values()), np.interp(list(crossings.values()), *curve.truth),
+                      'o', ms=9, mfc='none', mec=BLACK, zorder=4, label='true crossing of a level')
     axes.errorbar(np.asarray(curve.t) - 0.5 * curve.window, curve.value, xerr=0.5 * curve.window,
                   yerr=2.0 * np.asarray(curve.std), fmt='o', color=BLUE, ms=5, lw=1.5, capsize=3,
                   label=f'measured in windows of {curve.window:.3g} s, ± 2σ')
     for t, text, is_error in curve.alarms:
         color = RED if is_error else ORANGE
+        late = t - crossings.get(is_error, t)
+        text += f',\n{late:.1f} s after crossing' if late > 0.0 else ''
         axes.axvline(t, color=color, lw=2.0)
         axes.annotate(text, (t, 0.02), xycoords=('data', 'axes fraction'), rotation=90,
                       xytext=(-3, 0), textcoords='offset points', va='bottom', ha='right',

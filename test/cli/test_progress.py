@@ -87,8 +87,16 @@ def test_a_terminal_of_unknown_size_shows_the_bar():
     os.close(ours)
 
 
-def test_nothing_without_a_terminal(monkeypatch, capsys):
-    monkeypatch.setattr(progress, 'QUIET', 0.05)
-    with progress.shown_time('tune'), progress.percent_bar('tune'):
-        time.sleep(0.2)
+def test_a_pipe_gets_lines_with_share_and_rest(monkeypatch, capsys):
+    monkeypatch.setattr(progress, 'EVERY', 0.05)
+    with progress.shown_time('fit'):
+        time.sleep(0.12)
+        with progress.percent_bar('fit') as bar:
+            progress.progress_of(bar)(1, 4)
+            time.sleep(0.12)
+    first, *_, last = capsys.readouterr().err.splitlines()
+    assert first == 'fit: running for 0 s'
+    assert last == 'fit: 25 %, about 0 s left, running for 0 s'
+    with progress.shown_time('fit'):  # ended at once, with nothing to say
+        assert not progress.Bar.shown
     assert capsys.readouterr().err == ''

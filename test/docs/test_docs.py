@@ -166,3 +166,10 @@ def test_links_lead_somewhere(page):
 
 def test_readme_is_short():
     assert len((ROOT / 'README.md').read_text(encoding='utf-8').splitlines()) <= 100
+
+
+def test_pages_are_short():
+    """All pages but those that are generated."""
+    written = {'commands', 'parameters', 'effects', 'conditions', 'messages'}
+    assert sum(len(page.read_text(encoding='utf-8').split())
+               for page in (ROOT / 'docs').glob('*.md') if page.stem not in written) <= 32_000

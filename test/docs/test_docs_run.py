@@ -13,6 +13,7 @@ import sys
 import textwrap
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
@@ -20,6 +21,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.monitoring import checks
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.simulate import Noise, simulate
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
@@ -121,6 +123,23 @@ def test_causes_without_arm_encoder(heading, half_gap, tmp_path, monkeypatch):
 def named(page):
     """Return {name: text} of the YAML files that `page` shows, the name in their first line."""
     return {text.splitlines()[0].lstrip('# '): text for text in blocks(page, 'yaml')}
+
+
+@pytest.mark.system
+def test_own_csv_to_a_named_cause(tmp_path, monkeypatch, capsys):
+    """The first two commands of the page, after clone and install, on other columns and units."""
+    weight = DriveModel().with_(effects=[{'id': 'gravity', 'G': 0.4, 'phi': 0.0}])
+    t = np.arange(0.0, 12.0, 0.002)
+    torque = np.where(t < 1.0, 0.0, 5.0 * np.cos(5.7 * t) + 2.0 * np.cos(14.5 * t))
+    run = simulate(weight, torque, 0.002, Noise(measurement=(0.002, 0.002)), seed=1)
+    monkeypatch.chdir(tmp_path)
+    np.savetxt('log.csv', np.column_stack([1e3 * t, run.u, np.degrees(run.y)]), delimiter=';',
+               header='time [ms];motor torque [Nm];motor angle [deg];link angle [deg]',
+               comments='')
+    shutil.copy(ROOT / 'config/drive.yaml', tmp_path)
+    codes = [main(words) for words in commands(DOCS / 'diagnose.md')[:2]]
+    assert codes == [0, 1]
+    assert "The arm's weight is 0.400 N m; the model has none." in capsys.readouterr().out
 
 
 def test_current_instead_of_torque(tmp_path, monkeypatch, capsys):

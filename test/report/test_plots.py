@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Pictures from arrays, also from few or none."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -35,6 +37,20 @@ def test_backlash_axis_shows_levels_and_alarms():
     lines = [line.get_xydata().tolist() for line in axes.lines]
     assert all(any(level in np.ravel(line) for line in lines) for level in (0.2, 0.22, 0.25, 2.0))
     assert axes.get_ylim()[1] > 0.25
+
+
+def test_alarms_say_how_long_after_the_true_crossing_and_times_are_aligned():
+    run = example(20000)
+    t = np.array([0.0, 10.0, 30.0])
+    curve = replace(run.backlash, alarms=((19.0, 'warn', False), (25.0, 'error', True)),
+                    truth=(t, np.array([0.2, 0.2, 0.3])))  # 0.22 after 14 s, 0.25 after 20 s
+    figure = plots.overview(replace(run, backlash=curve))
+    axes = figure.axes[1]
+    shown = ' '.join(text.get_text() for text in axes.texts)
+    assert 'warn,\n5.0 s after' in shown and 'error,\n5.0 s after' in shown
+    whole = [a for a in figure.axes if a.get_xlabel() == 'time (s)' and 'shaded' not in
+             a.get_title('left')]
+    assert len(whole) == 4 and len({a.get_xlim() for a in whole}) == 1
 
 
 def test_long_runs_are_thinned():
