@@ -61,7 +61,7 @@ def suggest_robot(robot: Robot, effects: Sequence[str] | None = None, *, seconds
 
     Args:
         robot: of `load_robot`.
-        effects: ids, each to be told from all others of them; None for a payload.
+        effects: ids, to be distinguished from each other; None for a payload.
         seconds: length, 8 to 60 s.
         link: that a payload is at, '' for the last one.
         speed: largest of every joint, rad/s (m/s), beside that of the file.
