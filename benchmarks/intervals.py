@@ -37,6 +37,12 @@ def mean(values: Sequence[float] | Array) -> list[float]:
     return [float(v) for v in bootstrapped.confidence_interval]
 
 
+def median(values: Sequence[float] | Array) -> list[float] | None:
+    """Return [low, high] of the median of `values` by their order, None of fewer than 6."""
+    low, high = stats.quantile_test(values, p=0.5).confidence_interval(LEVEL)
+    return [float(low), float(high)] if np.isfinite([low, high]).all() else None
+
+
 def spread(values: Sequence[float] | Array) -> list[float]:
     """Return [low, high] of the standard deviation of normal, independent `values`."""
     n, s = len(values), float(np.std(values, ddof=1))

@@ -25,6 +25,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     learn_robot           a healthy robot as a reference
     track_payload         what it held over a log, and the external torque on its joints
     load_robot_logs       logs of all joints, checked
+    suggest_robot         the motion in which it shows a payload, or effects, best
 
     DriveModel            the drive: inertias, friction, transmission, effects
     simulate              its motion under a torque, with noise and effects
@@ -41,6 +42,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     Robot                 what load_robot returns
     RobotDiagnosis        what diagnose_robot returns
     PayloadTrack          what track_payload returns
+    SuggestedRobotMotion  what suggest_robot returns
     SimulatorFile         what export_model returns
     InputError            the one exception that bad input raises
 
@@ -77,6 +79,7 @@ _PUBLIC = {
     'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
     'RobotDiagnosis': 'library.robot', 'track_payload': 'library.payload',
     'PayloadTrack': 'library.payload',
+    'suggest_robot': 'library.robot_motion', 'SuggestedRobotMotion': 'library.robot_motion',
     'ranges': 'library.ranges',
     'ParameterRanges': 'identification.parameter_ranges',
     'load_actuator': 'library.actuators', 'CatalogueActuator': 'library.actuators',

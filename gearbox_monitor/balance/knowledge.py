@@ -105,7 +105,7 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     taught = [np.concatenate([r.joints[j].model - r.joints[j].load for r in recordings])
               for j in joints]
     return Knowledge(
-        _next_day(evidence, fit, dispersion, settings), tuple(shapes), scatter, dispersion,
+        another_day(evidence, fit, dispersion, settings), tuple(shapes), scatter, dispersion,
         worst_segments(evidence, fit),
         {name: visits_of(recordings, j) for j, name in enumerate(robot.chain.joints)},
         np.array([np.sqrt(np.mean(x ** 2)) for x in taught]), _variance(evidence, fit),
@@ -175,7 +175,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
     return shapes
 
 
-def _next_day(evidence: RobotEvidence, fit: RobotFit, dispersion: Array,
+def another_day(evidence: RobotEvidence, fit: RobotFit, dispersion: Array,
               settings: Settings) -> Prior:
     """
     Return the prior of another day.

@@ -109,7 +109,8 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
                   for r in remainders if r.joint in strange)
     return RobotVerdict(
         _findings(evidence, search), tuple(r for r in remainders if r.joint not in strange),
-        _ranked(evidence, blank, search.fit), _visible(evidence, blank, laws, search.scales),
+        _ranked(evidence, blank, search.fit),
+        smallest_visible(evidence, blank, laws, search.scales),
         _not_tried(recordings[0], laws),
         (*cautions, *_of_gains(evidence, search.fit), *_of_small(evidence, search), *usual),
         search.fit, evidence)
@@ -425,29 +426,52 @@ def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[Jo
     return tuple(sorted(out, key=lambda g: -g.evidence))
 
 
-def _visible(evidence: RobotEvidence, fit: RobotFit, laws: Sequence[Candidate],
-             scales: ContestScales) -> dict[str, dict[str, float]]:
-    """Return {effect: {place: smallest size that would have been a finding in this motion}}."""
+def smallest_visible(evidence: RobotEvidence, fit: RobotFit, laws: Sequence[Candidate],
+                     scales: ContestScales) -> dict[str, dict[str, float]]:
+    """
+    Return {effect: {place: smallest size that would have been a finding in this motion}}.
+
+    Args:
+        evidence: of the recordings.
+        fit: of them.
+        laws: candidates.
+        scales: of their evidence.
+    """
     out: dict[str, dict[str, float]] = {}
-    links = {link.name: link for link in evidence.recordings[0].robot.chain.links}
     for c, e in zip(laws, evidence.estimates(fit, laws)):
-        if c.values is None or c.effect == COUPLING.id:
-            continue
-        along = np.zeros(c.width)
-        along[0] = 1.0
-        if c.effect == PAYLOAD.id and c.link is not None:
-            along[1:4] = links[c.link].theta[1:4] / links[c.link].mass
-        gain = float(along @ np.linalg.solve(e.covariance, along))
-        share = tempered(along, e.covariance, scales.scatter.get(key_of(c)),
-                         over_dispersion(evidence, c, scales, fit))
-        need = cost(evidence, c, scales) + evidence.settings.margin
-        size = math.sqrt(need / max(gain * share, 1e-300))
-        value = abs(next(iter(c.values(size * along).values())))
-        if c.effect == SATURATION.id or not math.isfinite(value):
-            continue
-        places = out.setdefault(c.effect, {})
-        places[c.place] = min(places.get(c.place, math.inf), value)
+        size = visible_size(evidence, fit, c, e.covariance, scales)
+        if size is not None:
+            places = out.setdefault(c.effect, {})
+            places[c.place] = min(places.get(c.place, math.inf), size)
     return {name: {p: v for p, v in places.items() if v < 1e6} for name, places in out.items()}
+
+
+def visible_size(evidence: RobotEvidence, fit: RobotFit, c: Candidate, covariance: Array,
+                 scales: ContestScales) -> float | None:
+    """
+    Return the smallest size of a candidate that would be a finding, None where it has no one size.
+
+    Args:
+        evidence: of the recordings.
+        fit: of them.
+        c: the candidate.
+        covariance: of its coefficients.
+        scales: of its evidence.
+    """
+    if c.values is None or c.effect in (COUPLING.id, SATURATION.id):
+        return None
+    along = np.zeros(c.width)
+    along[0] = 1.0
+    if c.effect == PAYLOAD.id and c.link is not None:
+        links = {link.name: link for link in evidence.recordings[0].robot.chain.links}
+        along[1:4] = links[c.link].theta[1:4] / links[c.link].mass
+    gain = float(along @ np.linalg.solve(covariance, along))
+    share = tempered(along, covariance, scales.scatter.get(key_of(c)),
+                     over_dispersion(evidence, c, scales, fit))
+    need = cost(evidence, c, scales) + evidence.settings.margin
+    size = math.sqrt(need / max(gain * share, 1e-300))
+    value = abs(next(iter(c.values(size * along).values())))
+    return value if math.isfinite(value) else None
 
 
 def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:

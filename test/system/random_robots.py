@@ -211,7 +211,7 @@ def _truth(case, changes):
     return out
 
 
-def _path(rng, n, seconds, slides):
+def random_path(rng, n, seconds, slides):
     t = np.arange(0, seconds, STEP)
     middle = rng.uniform(-.4, .4, n)
     width = np.where(slides, .08, rng.uniform(.5, 1.0, n))
@@ -236,11 +236,13 @@ def _path(rng, n, seconds, slides):
     return t, q, v
 
 
-def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushed=lambda t: 0.0):
+def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushed=lambda t: 0.0,
+        path=None):
     """
     Return (RobotLog, oracle [N, J] at its first section's grid times, t) of one recording.
 
-    pushed: external torque [J] at a time. A change with a `start` acts from then on.
+    pushed: external torque [J] at a time; path: t, q, v at each STEP.
+    A change with a `start` acts from then on.
     """
     rng = np.random.default_rng(case.seed * 1000 + number)
     changes = case.truth if changed else []
@@ -250,7 +252,7 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushe
     data, file_state, sd = (mujoco.MjData(m) for m in (model, nominal, plain))
     n = model.nv
     slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
-    t, r, rd = _path(rng, n, seconds + 1, slides)
+    t, r, rd = path or random_path(rng, n, seconds + 1, slides)
     day = 1 + rng.uniform(-.08, .08, n) * (case.real['friction'] is not None)
     data.qpos[:], data.qvel[:] = r[0], rd[0]
     mujoco.mj_forward(nominal, file_state)
