@@ -50,6 +50,7 @@ class JointGap:
     after: float
     effort: float
     evidence: float
+    axis: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -418,11 +419,13 @@ def _gain_at(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit, joint: int
 def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[JointGap, ...]:
     """Return the gaps of the joints, those with most evidence first."""
     out = []
-    for j, name in enumerate(evidence.recordings[0].robot.chain.joints):
+    chain = evidence.recordings[0].robot.chain
+    for j, (name, link) in enumerate(zip(chain.joints, chain.links)):
         a = evidence.at[j]
         effort = np.concatenate([r.joints[j].effort for r in evidence.recordings])
         out.append(JointGap(name, _rms(evidence, j, a.y), _rms(evidence, j, fit.residual[j]),
-                            float(np.std(effort)), _gain_at(evidence, blank, fit, j)))
+                            float(np.std(effort)), _gain_at(evidence, blank, fit, j),
+                            'prismatic' if link.slides else 'rotary'))
     return tuple(sorted(out, key=lambda g: -g.evidence))
 
 
@@ -513,7 +516,8 @@ def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
     fit, c = search.small.fit, search.small.candidate
     (j, x), = c.columns.items()
     size = _rms(evidence, j, x @ fit.values[fit.of(len(fit.chosen) - 1)])
-    return (f'{c.joint}: {size:.2g} N m rms over {c.over} remains, little beside what the '
+    unit = 'N' if evidence.recordings[0].robot.chain.links[j].slides else 'N m'
+    return (f'{c.joint}: {size:.2g} {unit} rms over {c.over} remains, little beside what the '
             'findings explain there',)
 
 
@@ -535,7 +539,7 @@ def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
         'remainder': remainder[0] if remainder else None,
         'remainders': remainder,
         'ranked': [{'joint': g.joint, 'before': g.before, 'after': g.after, 'effort': g.effort,
-                    'evidence': g.evidence} for g in verdict.ranked],
+                    'evidence': g.evidence, 'axis': g.axis} for g in verdict.ranked],
         'visible': {k: dict(v) for k, v in verdict.visible.items()},
         'not_tried': dict(verdict.not_tried),
         'cautions': list(verdict.cautions)}

@@ -128,7 +128,7 @@ def _(diagnosis: RobotDiagnosis) -> Figure:
         axes.barh(places + offset, [getattr(gap, words) for gap in gaps], 0.4, color=color,
                   label=words)
     axes.set_yticks(places, [gap.joint for gap in gaps])
-    axes.set_xlabel('gap of the torque (N m rms)')
+    axes.set_xlabel('gap of the torque (rms in N m, of a slide in N)')
     axes.invert_yaxis()
     axes.legend(fontsize=8)
     return sketch

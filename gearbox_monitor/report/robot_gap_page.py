@@ -10,11 +10,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import BarRow, bars, BarView, PageTable
 from gearbox_monitor.report.robot_words import (
-    finding_words, MEANINGS, next_steps, remainder_words, size_unit)
+    axes_of, finding_words, MEANINGS, next_steps, remainder_words, size_unit)
 from gearbox_monitor.report.words import sentence
 from gearbox_monitor.robot.chain import Chain, rotations
 
@@ -56,9 +57,10 @@ class RobotGapSummary(Section):
     def of(cls, data: VerdictData) -> 'RobotGapSummary':
         """Return it for a verdict's data."""
         worst = data['ranked'][0]
+        unit = on_axis('N m', axes_of(data)[worst['joint']])
         facts = [('verdict', data['verdict']), ('worst joint', worst['joint']),
-                 ('its gap before', f'{worst["before"]:.3g} N m rms'),
-                 ('after', f'{worst["after"]:.3g} N m rms'),
+                 ('its gap before', f'{worst["before"]:.3g} {unit} rms'),
+                 ('after', f'{worst["after"]:.3g} {unit} rms'),
                  ('compared with', ', '.join(data['references']) or data['model'])]
         return cls(ROLES[data['verdict']], data['summary'], facts,
                    [f'{x}.' for x in (*data['cautions'], *data['warnings'])])
@@ -106,13 +108,14 @@ class RobotPicture(Section):
         hit = {f.get('joint') or joint_of.get(f.get('link') or '', '') for f in data['findings']}
         lost = {r['joint'] for r in data['remainders']}
         most = max((g['before'] / (g['effort'] + 1e-9) for g in data['ranked']), default=1.0)
-        dots = []
+        dots, axes = [], axes_of(data)
         for rank, gap in enumerate(data['ranked'], 1):
             x, y = xy[place_of[gap['joint']] + 1]
             share = gap['before'] / (gap['effort'] + 1e-9) / max(most, 1e-9)
             role = 'hit' if gap['joint'] in hit else 'lost' if gap['joint'] in lost else 'calm'
             dots.append(Dot(float(x), float(y), 4.0 + 7.0 * share, role, gap['joint'],
-                            f'{gap["before"]:.2g} N m', rank, bool(x > 0.6 * WIDTH)))
+                            f'{gap["before"]:.2g} {on_axis("N m", axes[gap["joint"]])}', rank,
+                            bool(x > 0.6 * WIDTH)))
         return cls(lines, apart(dots))
 
 
@@ -157,11 +160,12 @@ class RobotFindings(Section):
     @classmethod
     def of(cls, data: VerdictData) -> 'RobotFindings':
         """Return it for a verdict's data."""
-        rows = [(finding_words(f), f['effect'], f'{100 * (f["share"] or 0.0):.0f} %',
+        axes = axes_of(data)
+        rows = [(finding_words(f, axes), f['effect'], f'{100 * (f["share"] or 0.0):.0f} %',
                  f'{f["evidence"]:.0f}', ', '.join(f['confusable']) or '-')
                 for f in data['findings']]
         header = ('what', 'effect', 'share', 'evidence', 'indistinguishable from')
-        remains = [f'{remainder_words(r)}.' for r in data['remainders']]
+        remains = [f'{remainder_words(r, axes)}.' for r in data['remainders']]
         return cls(PageTable(header, rows, (2, 3)), remains,
                    [f'{f["effect"]}: {MEANINGS[f["effect"]]}.' for f in data['findings']
                     if f['effect'] in MEANINGS])
@@ -179,15 +183,17 @@ class RobotGaps(Section):
     @classmethod
     def of(cls, data: VerdictData) -> 'RobotGaps':
         """Return it for a verdict's data."""
-        rows = []
+        rows, axes = [], axes_of(data)
         for gap in data['ranked']:
+            unit = on_axis('N m', axes[gap['joint']])
             rows.append(BarRow(gap['joint'], 'before', gap['before'],
-                               f'{gap["before"]:.3g} N m', 'nominal'))
-            rows.append(BarRow('', 'after', gap['after'], f'{gap["after"]:.3g} N m', 'closed'))
+                               f'{gap["before"]:.3g} {unit}', 'nominal'))
+            rows.append(BarRow('', 'after', gap['after'], f'{gap["after"]:.3g} {unit}', 'closed'))
         runs = data.get('rollouts') or {}
         return cls(bars(rows), PageTable(
-            ('joint', 'before (mrad)', 'after (mrad)'),
-            [(joint, f'{1e3 * v["before"]:.3g}', f'{1e3 * v["after"]:.3g}')
+            ('joint', 'before', 'after'),
+            [(joint, *(f'{1e3 * v[k]:.3g} {on_axis("mrad", axes[joint])}'
+                       for k in ('before', 'after')))
              for joint, v in (runs.get('joints') or {}).items()], (1, 2)))
 
 
@@ -204,13 +210,14 @@ class VisibleSizes(Section):
     @classmethod
     def of(cls, data: VerdictData) -> 'VisibleSizes':
         """Return it for a verdict's data."""
-        rows = []
+        rows, axes = [], axes_of(data)
         for effect, places in data['visible'].items():
             if places:
                 low, high = min(places, key=places.get), max(places, key=places.get)
-                unit = size_unit(effect)
-                rows.append((MEANINGS.get(effect, effect), f'{places[low]:.2g} {unit}', low,
-                             f'{places[high]:.2g} {unit}', high))
+                ends = [(f'{places[place]:.2g} '
+                         f'{size_unit(effect, axes.get(place, "rotary"))}', place)
+                        for place in (low, high)]
+                rows.append((MEANINGS.get(effect, effect), *ends[0], *ends[1]))
         return cls(PageTable(('effect', 'visible from', 'at', 'elsewhere up to', 'at'), rows),
                    list(data['not_tried'].items()))
 

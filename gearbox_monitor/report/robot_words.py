@@ -5,17 +5,21 @@
 from collections.abc import Mapping
 import math
 import shlex
+from types import MappingProxyType
 from typing import Any
 
-from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
+from gearbox_monitor.balance.robot_effects import JOINT, ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.summary import change, in_unit, pretty, sized, with_deviation
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
               'T_change': 's', 'kp_factor': '', 'Ca': 'N m'}
 UNITS = {**{e.id: {p.name: p.unit for p in e.parameters} for e in EFFECTS.values()},
          **{e.id: dict(e.units) for e in ROBOT_EFFECTS}}
+ALL_ROTARY: Mapping[str, str] = MappingProxyType({})
+ON_BODIES = {e.id for e in ROBOT_EFFECTS if e.place != JOINT}
 MEANINGS = {**{e.id: e.meaning for e in EFFECTS.values()},
             **{e.id: e.meaning for e in ROBOT_EFFECTS}}
 # The value by which a report states an effect, and what it is in words.
@@ -24,16 +28,22 @@ SUBJECTS = {**{e.id: (e.column.states or e.parameters[0].name, e.noun)
             **{e.id: e.subject for e in ROBOT_EFFECTS if e.subject[0]}}
 
 
-def unit_of(effect: str, name: str) -> str:
-    """Return the unit of the value `name` of an effect, '' for a pure number."""
-    return pretty(OF_CHANGES.get(name) or UNITS.get(effect, {}).get(name, ''))
+def axes_of(data: Mapping[str, Any]) -> dict[str, str]:
+    """Return {joint: rotary or prismatic} of a verdict's data."""
+    return {gap['joint']: gap.get('axis', 'rotary') for gap in data.get('ranked', ())}
 
 
-def size_unit(effect: str) -> str:
-    """Return the unit of the value by which a report states an effect."""
+def unit_of(effect: str, name: str, axis: str) -> str:
+    """Return the unit of the value `name` of an effect at an `axis`, '' for a pure number."""
+    unit = OF_CHANGES.get(name) or UNITS.get(effect, {}).get(name, '')
+    return pretty(unit if effect in ON_BODIES else on_axis(unit, axis))
+
+
+def size_unit(effect: str, axis: str) -> str:
+    """Return the unit of the value by which a report states an effect at an `axis`."""
     first = {'payload': 'm', 'base_tilt': 'ax', 'link_inertia': 'Ixx'}.get(
         effect) or SUBJECTS.get(effect, ('', ''))[0]
-    return unit_of(effect, first)
+    return unit_of(effect, first, axis)
 
 
 def rounded(value: float, deviation: float | None) -> str:
@@ -43,8 +53,9 @@ def rounded(value: float, deviation: float | None) -> str:
     return with_deviation(value, deviation) if 0.0 < deviation < math.inf else sized(value)
 
 
-def finding_words(finding: Mapping[str, Any]) -> str:
-    """Return one sentence, without a full stop, on a finding of a verdict's data."""
+def finding_words(finding: Mapping[str, Any], axes: Mapping[str, str] = ALL_ROTARY) -> str:
+    """Return one sentence, without a full stop, on a finding; `axes`: of the joints."""
+    axis = axes.get(finding.get('joint') or '', 'rotary')
     values, deviations = finding['values'], finding['deviations']
     where = finding.get('joint') or finding.get('link') or 'base'
     effect = finding['effect']
@@ -66,22 +77,24 @@ def finding_words(finding: Mapping[str, Any]) -> str:
     if name.endswith('_factor'):
         text = f'{where}: {words} {rounded(value, deviation)} times that of the model'
     elif name.endswith('_change'):
-        text = f'{where}: {words} {_changed(effect, name, finding)}'
+        text = f'{where}: {words} {_changed(effect, name, finding, axis)}'
     else:
-        text = f'{where}: {words} ' + in_unit(rounded(value, deviation), unit_of(effect, name))
+        text = f'{where}: {words} ' + in_unit(rounded(value, deviation),
+                                              unit_of(effect, name, axis))
     if 'Ca' in values and name != 'Ca':
-        text += f', {rounded(values["Ca"], deviations["Ca"])} N m more one way than the other'
+        text += (f', {rounded(values["Ca"], deviations["Ca"])} {on_axis("N m", axis)} more one '
+                 'way than the other')
     if 'N' in values:
         text += f', {values["N"]:.0f} per turn'
     if 'q0' in values:
-        text += f' from {values["q0"]:.2f} rad on'
+        text += f' from {values["q0"]:.2f} {on_axis("rad", axis)} on'
     return text + (f' ({finding["channel"]})' if finding.get('channel') else '')
 
 
-def _changed(effect: str, name: str, finding: Mapping[str, Any]) -> str:
+def _changed(effect: str, name: str, finding: Mapping[str, Any], axis: str) -> str:
     """Return the change `name` in words, beside the whole value and the model's where known."""
     value, deviation = finding['values'][name], finding['deviations'][name]
-    unit = unit_of(effect, name)
+    unit = unit_of(effect, name, axis)
     signed = '+' * (value >= 0.0) + in_unit(rounded(value, deviation), unit)
     whole = finding['values'].get(name.removesuffix('_change'))
     if whole is None:
@@ -92,9 +105,10 @@ def _changed(effect: str, name: str, finding: Mapping[str, Any]) -> str:
     return f'{signed}: {sized(whole)}, not {sized(nominal)} ({change(whole, nominal)})'
 
 
-def remainder_words(remainder: Mapping[str, Any]) -> str:
-    """Return the `remainder` of a verdict in a sentence without a full stop."""
-    size = f'{remainder["size"]:.2g} N m rms'
+def remainder_words(remainder: Mapping[str, Any], axes: Mapping[str, str]) -> str:
+    """Return a `remainder` in a sentence without a full stop; `axes`: of the joints."""
+    unit = on_axis('N m', axes.get(remainder['joint'], 'rotary'))
+    size = f'{remainder["size"]:.2g} {unit} rms'
     if remainder['over'] == 'bursts':
         names = remainder.get('recordings') or [''] * len(remainder['times'])
         times = ', '.join(f'{begin:.0f} s' + (f' of {name}' if name else '')
@@ -105,21 +119,22 @@ def remainder_words(remainder: Mapping[str, Any]) -> str:
 
 def robot_headline(data: Mapping[str, Any]) -> str:
     """Return the verdict `data` in words: what differs, by how much, whether that is all."""
-    findings, remainders = data['findings'], data['remainders']
+    findings, remainders, axes = data['findings'], data['remainders'], axes_of(data)
     against = 'the references' if data.get('references') else 'the model file'
     if data['verdict'] == 'none':
         worst = max(data['ranked'], key=lambda g: g['before'])
         return (f'The robot is as {against} say{"s" * ("file" in against)}: no joint differs by '
-                f'more than noise ({worst["joint"]}, the largest: {worst["before"]:.2g} N m rms).')
+                f'more than noise ({worst["joint"]}, the largest: {worst["before"]:.2g} '
+                f'{on_axis("N m", axes[worst["joint"]])} rms).')
     if data['verdict'] == 'unknown':
         return (f'The robot differs from {against}, and no known effect explains it: '
-                f'{remainder_words(remainders[0])}.')
-    words = '; '.join(finding_words(f) for f in findings)
+                f'{remainder_words(remainders[0], axes)}.')
+    words = '; '.join(finding_words(f, axes) for f in findings)
     if data['verdict'] == 'effect':
         return (f'{words}. '
                 + ('This explains' if len(findings) == 1 else 'Together they explain')
                 + ' the whole difference.')
-    return f'{words}. The rest has no known cause: {remainder_words(remainders[0])}.'
+    return f'{words}. The rest has no known cause: {remainder_words(remainders[0], axes)}.'
 
 
 def next_steps(data: Mapping[str, Any]) -> list[str]:
@@ -149,13 +164,13 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
 
 def robot_text(data: Mapping[str, Any]) -> str:
     """Return the verdict `data` in some ten lines."""
-    lines = [data['summary']]
+    lines, axes = [data['summary']], axes_of(data)
     if len(data['findings']) > 1:
-        lines += [f'  {finding_words(f)}' for f in data['findings']]
-    lines += [f'  remains: {remainder_words(r)}' for r in data['remainders'][
+        lines += [f'  {finding_words(f, axes)}' for f in data['findings']]
+    lines += [f'  remains: {remainder_words(r, axes)}' for r in data['remainders'][
         0 if data['verdict'] == 'none' else 1:]]
     gaps = ', '.join(f'{g["joint"]} {g["before"]:.2g} -> {g["after"]:.2g}'
-                     for g in data['ranked'][:4])
+                     + ' N' * (axes[g['joint']] == 'prismatic') for g in data['ranked'][:4])
     lines.append(f'gap of the torque, N m rms before -> after: {gaps}')
     if data['verdict'] in ('none', 'unknown'):
         sizes = []
@@ -163,7 +178,8 @@ def robot_text(data: Mapping[str, Any]) -> str:
             places = data['visible'].get(effect)
             if places:
                 place, size = min(places.items(), key=lambda item: item[1])
-                sizes.append(f'{effect} of {size:.2g} {size_unit(effect)} at {place}')
+                sizes.append(f'{effect} of {size:.2g} '
+                             f'{size_unit(effect, axes.get(place, "rotary"))} at {place}')
         if sizes:
             lines.append(f'would have been seen, from: {", ".join(sizes)}')
     lines += [f'caution: {c}' for c in data['cautions'][:3]]

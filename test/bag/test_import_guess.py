@@ -252,7 +252,7 @@ def test_two_filtered_positions_are_asked_for(tmp_path, capsys):
     (('friction_gravity_state.csv', 'friction_gravity_control.csv'), 0.0, True),
     (('run3_state.csv', 'run4_control.csv'), 0.0, False),
     (('states.csv', 'commands.csv'), 100.0, False)])
-def test_setpoints_in_a_file_beside_the_states(tmp_path, names, start, used):
+def test_setpoints_in_a_file_beside_the_states(tmp_path, names, start, used, capsys):
     """Names that differ in words of the vocabulary, the same joints, and the same clock."""
     path = csv(tmp_path / names[0], {'t [s]': T, **{f'q_{k} [deg]': np.roll(ARM, k)
                                                    for k in range(3)}})
@@ -266,6 +266,11 @@ def test_setpoints_in_a_file_beside_the_states(tmp_path, names, start, used):
             setpoints = reader.joint_states('/joint_setpoints', ['joint_0', 'joint_2'])
             np.testing.assert_allclose(setpoints.position[:, 1], np.deg2rad(2.0 * np.roll(ARM, 2)),
                                        atol=1e-12)
+    # Setpoints alone are no positions, unless a user says so.
+    alone = ['import', str(tmp_path / names[1]), '--guess']
+    assert main(alone) == (3 if used else 0)
+    assert (f'{names[0]} beside it has the positions' in capsys.readouterr().err) == used
+    assert main([*alone, '--use', 'motor=q']) == 0
 
 
 def test_two_files_of_setpoints_are_asked_for_and_none_can_be_stated(tmp_path, capsys):

@@ -131,6 +131,8 @@ def test_a_robot_answers_in_the_same_way():
                    {'Cc': 0.01, 'Cc_change': 0.01}, 90.0, joint='elbow').to_dict()
     assert finding_words(rubs) == (
         'elbow: Coulomb friction +0.500 ± 0.010 N m: 0.700, not 0.200 (+250 %)')
+    assert finding_words(rubs, {'elbow': 'prismatic'}).startswith(
+        'elbow: Coulomb friction +0.500 ± 0.010 N: ')
     data = {'verdict': 'effect', 'findings': [rubs], 'remainders': []}
     assert robot_headline(data).endswith('(+250 %). This explains the whole difference.')
     servo = Finding('servo_gain', 'controller', {'kp_factor': 0.8}, {'kp_factor': 0.01}, 9.0,

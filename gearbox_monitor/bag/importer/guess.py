@@ -29,7 +29,7 @@ from gearbox_monitor.bag.importer.meaning import (
     words_of)
 from gearbox_monitor.bag.importer.roles import (
     Choice, choice_of, Column, is_input, matches, NONE, Question)
-from gearbox_monitor.bag.importer.sibling_file import sibling_setpoints
+from gearbox_monitor.bag.importer.sibling_file import sibling_setpoints, states_beside
 from gearbox_monitor.bag.importer.unit_table import (
     ANGLE, ANGULAR_SPEED, axis_of, COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, scaled_unit,
     SPEED, standard_unit, TIME, TORQUE)
@@ -200,6 +200,10 @@ class _Proposal:
         """Add the setpoints of a robot in a file of their own to the mapping `data`, or ask."""
         if any('setpoint' in joint for joint in data['joints'].values()):
             return
+        states = states_beside(self.path, time, data['joints'])
+        if states and 'motor' not in self.answers.use:
+            self._ask('motor', f'setpoints by the name of the file, {states} beside it has '
+                      'the positions of the run', f'import {states}, or --use motor=COLUMN')
         blocks = sibling_setpoints(self.path, time, data['joints'])
         names = ', '.join(block['path'] for block in blocks)
         if len(blocks) == 1:

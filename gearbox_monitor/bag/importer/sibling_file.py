@@ -29,6 +29,23 @@ def setpoint_files(path: Path) -> list[Path]:
         if file.suffixes == path.suffixes and run_of(_stem(file)) == (True, run))
 
 
+def states_beside(path: Path, time: FoundTime, joints: Mapping[str, Mapping[str, Any]]
+                  ) -> str:
+    """
+    Return the name of a file with the states of the run whose setpoints `path` holds, '' for none.
+
+    Args:
+        path: of what is imported.
+        time: of it.
+        joints: {joint: {quantity: block of the mapping}} of it.
+    """
+    setpoints, run = run_of(_stem(path))
+    files = sorted(path.parent.iterdir()) if setpoints else []
+    return next((file.name for file in files
+                 if file.suffixes == path.suffixes and run_of(_stem(file)) == (False, run)
+                 and _setpoints_in(file, time, joints) is not None), '')
+
+
 def _stem(path: Path) -> str:
     return path.name.partition('.')[0]
 
