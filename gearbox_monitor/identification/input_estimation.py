@@ -107,8 +107,8 @@ class InputEstimator:
             rows = windows.begin[:, None] + np.arange(len(self.basis))
             extra = data.simulator.extra
             self.extra = extra[np.minimum(rows, len(extra) - 1)]
-            late = (self.lead - windows.first + windows.begin)[:, None]
-            self.at = np.minimum(np.arange(len(self.basis)) + late, len(self.basis) - 1)
+            shift = (self.lead - windows.first + windows.begin)[:, None]
+            self.at = np.minimum(np.arange(len(self.basis)) + shift, len(self.basis) - 1)
             self.scale = max(float(np.std(data.recording.torque)), 1e-9)
         else:
             self.scale = max(float(np.std(data.recording.y[:, SENSORS.index(place)])), 1e-9)
@@ -211,10 +211,12 @@ class _Inputs:
     gram: Array
 
     def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta` of the problems `index`."""
         residual = self.estimator.residual(theta[:, :-4], theta[:, -4:], index)
         return residual, likelihood.squares(residual)
 
     def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta`, `residual` of the problems `index`."""
         J = self.estimator.sensitivity(theta[:, :-4], theta[:, -4:], residual, index)
         J *= self.free[index, None]
         self.gram[index] = _gram(J)

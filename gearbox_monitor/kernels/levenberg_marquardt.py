@@ -54,10 +54,14 @@ class Problems(Protocol):
     """Problems side by side; those numbered `index` [M] are meant, at `theta` [M, P]."""
 
     def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
-        """Return (residuals [M, R] or whatever `linearised` needs, costs [M])."""
+        """
+        Return (residuals [M, R], or what `linearised` needs of `theta`, costs [M]).
+
+        It may move `theta` into bounds. index: numbers of the problems [M].
+        """
 
     def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
-        """Return (normal matrices [M, P, P], right sides [M, P]) of a step."""
+        """Return normal matrices [M, P, P], right sides [M, P]: `theta`, `residual`, `index`."""
 
 
 def minimise(problems: Problems, start: Array, rule: Damping, tolerance: float, passes: int,
@@ -79,6 +83,7 @@ def minimise(problems: Problems, start: Array, rule: Damping, tolerance: float, 
     ridge = np.zeros(start.shape) if ridge is None else ridge
 
     def evaluated(theta: Array, index: Integers) -> tuple[Array, Array]:
+        """Do as problems.evaluated with `theta` of `index`, the ridge in the costs."""
         residual, cost = problems.evaluated(theta, index)
         return residual, cost + (theta ** 2 * ridge[index]).sum(axis=1)
     residual, cost = evaluated(theta, active)
@@ -118,9 +123,9 @@ def minimise(problems: Problems, start: Array, rule: Damping, tolerance: float, 
 
 def damped_step(normal: Array, right: Array, trial_of: Callable[[Array], Trial],
                 gain_of: Callable[[Trial], float], damping: float, rule: Damping
-                ) -> tuple[Trial | None, float]:
+                ) -> tuple[Trial, float] | None:
     """
-    Return (what the first step that helps leads to, None if none does; damping of the next).
+    Return (where the first step that helps leads to, damping of the next); None if none helps.
 
     Args:
         normal: normal matrix [P, P].
@@ -136,7 +141,7 @@ def damped_step(normal: Array, right: Array, trial_of: Callable[[Array], Trial],
         damping = float(rule.after(np.array(damping), np.array(improved)))
         if improved:
             return trial, damping
-    return None, damping
+    return None
 
 
 def damped_solve(S: Array, g: Array, damping: float) -> Array:

@@ -22,6 +22,7 @@ import numpy as np
 
 from gearbox_monitor.kernels.jit import jit_allocating
 from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
+from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 STIFFNESS, HALF_GAP, WIDTH, ZERO, VISCOUS, COULOMB, GAIN, HEIGHT, N_SHAPE = range(9)
@@ -197,10 +198,7 @@ class Regression:
         scores = self.scores[np.ix_(used, at)]
         middle = scores.T @ scores * (len(used) / max(len(used) - len(at), 1))
         middle = middle + np.diag(self.prior[at] * variance)
-        diagonal = np.diag(self.normal)[at]
-        scale = np.where(diagonal > 1e-100, 1.0 / np.sqrt(np.maximum(diagonal, 1e-100)), 0.0)
-        inverse = np.linalg.pinv(self.normal[np.ix_(at, at)] * np.outer(scale, scale), 1e-12)
-        inverse = inverse * np.outer(scale, scale)
+        inverse = covariance(self.normal[np.ix_(at, at)])
         result = np.zeros((N_SHAPE, N_SHAPE))
         result[np.ix_(at, at)] = inverse @ middle @ inverse
         return result
@@ -216,6 +214,7 @@ class _Free:
     passive: bool
 
     def whole(self, part: Array) -> Array:
+        """Return all parameters [N_SHAPE] within their bounds, the free ones from `part`."""
         theta, span = self.start.copy(), self.regression.span
         theta[self.free] = part
         theta[STIFFNESS] = max(theta[STIFFNESS], 0.0)
@@ -225,17 +224,19 @@ class _Free:
         return theta
 
     def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta` of the problems `index`."""
         whole = self.whole(theta[0])
         theta[0] = whole[self.free]
         cost, normal, right = self.regression.evaluate(whole, self.free, self.passive)
         return np.append(normal[self.free][:, self.free], right[self.free])[None], np.array([cost])
 
     def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta`, `residual` of the problems `index`."""
         count = theta.shape[1]
         return residual[:, :-count].reshape(1, count, count), residual[:, -count:]
 
 
 def warm_up() -> None:
     """Compile normal_equations, or load it."""
-    every, zeros = np.ones(N_SHAPE, bool), np.zeros(N_SHAPE)
-    Regression(np.zeros((2, 5)), 1, np.ones(2), 1, zeros, 1.0).evaluate(zeros, every, False)
+    free, zeros = np.ones(N_SHAPE, bool), np.zeros(N_SHAPE)
+    Regression(np.zeros((2, 5)), 1, np.ones(2), 1, zeros, 1.0).evaluate(zeros, free, False)
