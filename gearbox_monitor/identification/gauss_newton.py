@@ -56,14 +56,15 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
             s = sensitivity(data, candidate, point)
         S, g, X, x = normal_equations(s, point.residual, weight)
         pull, prior = candidate.prior(point.z)
-        trial, damping = damped_step(
+        step = damped_step(
             S + np.diag(prior), g - pull, partial(_moved, data, candidate, point, (X, x)),
             partial(_gain, candidate, weight, objective_before), damping, RULE)
-        if trial is None:
+        if step is None:
             if k in refresh:
                 break
             s, damping = None, RULE.start
             continue
+        trial, damping = step
         gain = _gain(candidate, weight, objective_before, trial)
         point = hand_over(data, candidate, trial) if uses_memory(candidate) else trial
         if gain < tolerance:

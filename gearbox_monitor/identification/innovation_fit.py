@@ -80,7 +80,7 @@ def evaluated(likelihood: Likelihood, candidate: CandidateModel, z: Array,
 def annealed(likelihood: Likelihood, fit: FilteredFit) -> Array:
     """Return the torque noise [2] that is likeliest at `fit`, by tangents of `likelihood`."""
     torque, deviance = fit.torque, fit.run.deviance
-    least, most = likelihood.least_noise, likelihood.most_noise
+    smallest, largest = likelihood.least_noise, likelihood.most_noise
     for sides in ([0, 1], [0], [1]):
         for factor in FACTORS:
             for sign in (-1.0, 1.0):
@@ -88,7 +88,7 @@ def annealed(likelihood: Likelihood, fit: FilteredFit) -> Array:
                 while improved:
                     trial = torque.copy()
                     trial[sides] = np.clip(
-                            trial[sides] * factor ** sign, least[sides], most)
+                            trial[sides] * factor ** sign, smallest[sides], largest)
                     value = np.inf if (trial == torque).all() else likelihood.with_noise(
                         fit.run, trial)[0]
                     improved = value < deviance - 0.02
@@ -169,8 +169,8 @@ def _step(likelihood: Likelihood, fit: FilteredFit,
     g = J.T @ residual
     g[count:] += 0.5 * spreads.T @ (read - residual ** 2)
     g[:count] += pull
-    least, most = likelihood.least_noise, likelihood.most_noise
-    at_least = (fit.torque <= least * 1.001) & (g[count:] > 0.0)
+    smallest, largest = likelihood.least_noise, likelihood.most_noise
+    at_least = (fit.torque <= smallest * 1.001) & (g[count:] > 0.0)
     free = np.array([*range(count), *(count + np.flatnonzero(~at_least))], int)
     if not len(free):
         return fit, damping
@@ -182,10 +182,10 @@ def _step(likelihood: Likelihood, fit: FilteredFit,
         step = np.zeros(count + 2)
         step[free] = -change
         z = candidate.bounded(fit.z + np.clip(step[:count], -reach, reach))
-        torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), least, most)
+        torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), smallest, largest)
         return evaluated(likelihood, candidate, z, torque)
 
     def gain_of(trial: FilteredFit) -> float:
         return fit.deviance - ENOUGH - trial.deviance
-    trial, damping = damped_step(H[np.ix_(free, free)], g[free], trial_of, gain_of, damping, RULE)
-    return (fit, UNHELPFUL) if trial is None else (trial, damping)
+    return damped_step(H[np.ix_(free, free)], g[free], trial_of, gain_of, damping, RULE) or (
+        fit, UNHELPFUL)
