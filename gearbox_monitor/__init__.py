@@ -103,8 +103,8 @@ def _version() -> str:
     """Return the version by package.xml in a checkout, else by what was installed."""
     checkout = Path(__file__).resolve().parents[1] / 'package.xml'
     if checkout.is_file():
-        found = re.search('<version>(.*)</version>', checkout.read_text(encoding='utf-8'))
-        return found[1] if found else 'unknown'
+        version = re.search('<version>(.*)</version>', checkout.read_text(encoding='utf-8'))
+        return version[1] if version else 'unknown'
     try:
         return metadata.version('gearbox_monitor')
     except metadata.PackageNotFoundError:  # a bare copy of the sources

@@ -87,10 +87,10 @@ def _joined(block: MessageBlock, sources: Sequence[str], decoders: Sequence[Deco
     readings: list[tuple[int, int, int, Reading]] = []  # row in the block, side, stamp, values
     for side, (topic, decode) in enumerate(zip(sources, decoders)):
         states = decode(block.of(topic))
-        named = states.named[:, 0]
-        rows = np.flatnonzero(block.topic == block.topics.index(topic))[named]
-        readings += zip(rows.tolist(), [side] * len(rows), states.stamp_ns[named].tolist(),
-                        zip(states.position[named, 0].tolist(), states.effort[named, 0].tolist()))
+        names = states.named[:, 0]
+        rows = np.flatnonzero(block.topic == block.topics.index(topic))[names]
+        readings += zip(rows.tolist(), [side] * len(rows), states.stamp_ns[names].tolist(),
+                        zip(states.position[names, 0].tolist(), states.effort[names, 0].tolist()))
     take = (joiner.motor, joiner.arm)
     logged: list[int] = []
     samples: list[JoinedSample[Reading]] = []

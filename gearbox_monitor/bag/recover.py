@@ -362,8 +362,8 @@ class _Copy:
             self._newest[file, topic] = max(log_ns, self._newest.get((file, topic), log_ns))
         for channel, count in chunk.counts.items():
             if channel in topic_of:
-                lost = max(0, count - counts[channel])  # an index may be damaged, too
-                self._recovery.topics[topic_of[channel]].lost += lost
+                missing = max(0, count - counts[channel])  # an index may be damaged, too
+                self._recovery.topics[topic_of[channel]].lost += missing
         if last_ns:
             self._ends[file].append((chunk.begin, last_ns))
 

@@ -139,10 +139,10 @@ def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str
     prefix = next((p for p in PREFIXES if (p != 'setpoint_' or not no_servo)
                    and all(p + name in columns for name in names.values())), None)
     if prefix is None:
-        what = [c for c in columns if c.startswith(tuple(PREFIXES))]
+        listed = [c for c in columns if c.startswith(tuple(PREFIXES))]
         hint = f'; {NEEDED} ({no_servo})' if any(
-            c.startswith('setpoint_') for c in what) else ''
-        raise InputError(f'{path}: no torque of all joints ({", ".join(what)[:120] or "none"}), '
+            c.startswith('setpoint_') for c in listed) else ''
+        raise InputError(f'{path}: no torque of all joints ({", ".join(listed)[:120] or "none"}), '
                          f'expected tau_NAME, i_NAME or setpoint_NAME of {", ".join(joints)}'
                          f'{hint} (--recorded NAME=LOGNAME maps a name)')
     kind, notes = PREFIXES[prefix], []

@@ -89,10 +89,10 @@ class StampMatcher:
 
     def pairs(self) -> tuple[Integers, Array, Array]:
         """Return (stamps, left values, right values) of the rows matched since the last call."""
-        left, right = self._left, self._right
-        i, j = match_stamps(left.stamps, right.stamps)
-        matched = left.stamps[i], left.values[i], right.values[j]
-        for side, rows in ((left, i), (right, j)):
+        first, right = self._left, self._right
+        i, j = match_stamps(first.stamps, right.stamps)
+        matched = first.stamps[i], first.values[i], right.values[j]
+        for side, rows in ((first, i), (right, j)):
             waiting = np.ones(len(side.stamps), bool)
             waiting[rows] = False
             side.keep(waiting)

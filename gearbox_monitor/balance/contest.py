@@ -185,8 +185,8 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
             fits.append((worth_of(evidence, current, fit, scales), fit))
     if not fits:
         return []
-    best = max(fits, key=lambda e: e[0])[1]
-    phi = over_dispersion(evidence, best.chosen[-1], scales, best)
+    likeliest = max(fits, key=lambda e: e[0])[1]
+    phi = over_dispersion(evidence, likeliest.chosen[-1], scales, likeliest)
     entries = [Contender(own, fit, (current.deviance - fit.deviance) / phi
                          - cost(evidence, fit.chosen[-1], scales)) for own, fit in fits]
 

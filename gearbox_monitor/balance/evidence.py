@@ -192,9 +192,9 @@ class RobotEvidence:
         columns: list[list[Array]] = [[] for _ in range(self.joints)]
         places: list[list[int]] = [[] for _ in range(self.joints)]
         for c in chosen:
-            inside = slice(begin, begin + c.width)
+            columns_of = slice(begin, begin + c.width)
             for j, x in c.columns.items():
-                squares[inside] += (x ** 2).sum(axis=0)
+                squares[columns_of] += (x ** 2).sum(axis=0)
                 columns[j].append(x[self.at[j].order])
                 places[j] += range(begin, begin + c.width)
             begin += c.width

@@ -151,19 +151,19 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
         while open_joints and done < settings.rounds:
             progress(done, settings.rounds + 1)
             done += 1
-            before = len(shapes)
+            count = len(shapes)
             for j in sorted(open_joints):
-                left = [c for c in offers[j] if (j, c.effect) not in shapes]
+                remaining = [c for c in offers[j] if (j, c.effect) not in shapes]
                 rows = max(evidence.at[j].count.sum(), 3.0)
                 worth = [e.gain / dispersion[j] - c.width * np.log(rows)
                          - 2.0 * np.log(len(names))
-                         for c, e in zip(left, evidence.estimates(fit, left))]
+                         for c, e in zip(remaining, evidence.estimates(fit, remaining))]
                 i = int(np.argmax(worth))
                 if worth[i] > settings.margin:
-                    shapes.append((j, left[i].effect))
+                    shapes.append((j, remaining[i].effect))
                 else:
                     open_joints.discard(j)
-            if len(shapes) > before:
+            if len(shapes) > count:
                 recordings = [replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
                               for rows in recordings]
                 evidence = RobotEvidence(recordings)

@@ -62,11 +62,11 @@ def motion_of(log: RobotLog, settings: Settings = SETTINGS) -> RobotMotion:
         smooth = np.column_stack([
             sosfiltfilt(butter(4, cut[j], fs=rate, output='sos'), grid.q[:, j])
             for j in range(len(cut))])
-        inside = slice(margin, len(grid.t) - margin)
-        speed = CubicSpline(grid.t, smooth)(grid.t[inside], 1)
-        input_speed = np.gradient(grid.input, 1.0 / rate, axis=0)[inside] if (
+        middle = slice(margin, len(grid.t) - margin)
+        speed = CubicSpline(grid.t, smooth)(grid.t[middle], 1)
+        input_speed = np.gradient(grid.input, 1.0 / rate, axis=0)[middle] if (
             log.kind == 'setpoint') else np.zeros_like(speed)
-        parts.append((grid.t[inside], smooth[inside], speed, grid.input[inside], input_speed))
+        parts.append((grid.t[middle], smooth[middle], speed, grid.input[middle], input_speed))
         sections.append(slice(begin, begin + len(speed)))
         begin += len(speed)
     if not parts:
@@ -107,8 +107,8 @@ def _cut_offs(grids: list[_Grid], rate: float, settings: Settings) -> tuple[Arra
     floor = np.median(power[f > 0.35 * rate], axis=0)
     cut = np.empty(q.shape[1])
     for j in range(q.shape[1]):
-        above = f[power[:, j] > 6.0 * floor[j]]
-        cut[j] = np.clip(1.3 * above[-1] if len(above) else low, low, high)
+        audible = f[power[:, j] > 6.0 * floor[j]]
+        cut[j] = np.clip(1.3 * audible[-1] if len(audible) else low, low, high)
     return cut, floor
 
 

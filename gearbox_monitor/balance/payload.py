@@ -215,9 +215,9 @@ class PayloadTracker:
         samples, s = self._samples, self._settings
         if self._origin is None:
             self._origin = stamp_ns
-        now = stamp_ns - self._origin
+        elapsed = stamp_ns - self._origin
         if samples:
-            step = (now - samples[-1][0]) / SECOND
+            step = (elapsed - samples[-1][0]) / SECOND
             if -s.reach < step <= 0.0:
                 return []
             if step <= 0.0 or step > s.gap:
@@ -226,13 +226,13 @@ class PayloadTracker:
                 if step < 0.0:      # the clock was set back: another motion
                     self._begin()
                     self._empty = False
-                    self._origin, now, samples = stamp_ns, 0, self._samples
-        samples.append((now, q, u))
+                    self._origin, elapsed, samples = stamp_ns, 0, self._samples
+        samples.append((elapsed, q, u))
         hop, reach = round(s.hop * SECOND), round(s.reach * SECOND)
         if not self._next:
-            self._next = -(-(now + reach) // hop) * hop
+            self._next = -(-(elapsed + reach) // hop) * hop
         out: list[PayloadEstimate] = []
-        while now >= self._next + reach:
+        while elapsed >= self._next + reach:
             window = self._window(self._next)
             self._next += hop
             while samples and samples[0][0] < self._next - reach:
@@ -253,19 +253,19 @@ class PayloadTracker:
 
     def _window(self, middle: int) -> _Window | None:
         """Return the _Window about `middle` (ns after the origin), None of too few samples."""
-        s, near = self._settings, []
+        s, samples = self._settings, []
         for sample in self._samples:
             if abs(sample[0] - middle) <= s.reach * SECOND:
-                near.append(sample)
-        if len(near) < 2 * (s.degree + 1):
+                samples.append(sample)
+        if len(samples) < 2 * (s.degree + 1):
             return None
-        t = np.array([(stamp - middle) / SECOND for stamp, _, _ in near])
-        q, u = np.array([x for _, x, _ in near]), np.array([x for _, _, x in near])
+        t = np.array([(stamp - middle) / SECOND for stamp, _, _ in samples])
+        q, u = np.array([x for _, x, _ in samples]), np.array([x for _, _, x in samples])
         basis = np.vander(t / s.reach, s.degree + 1, increasing=True)
         inverse = np.linalg.inv(basis.T @ basis)
         coefficients = inverse @ (basis.T @ q)
-        left = q - basis @ coefficients
-        sigma = np.sqrt((left ** 2).sum(axis=0) / (len(t) - s.degree - 1))
+        residual = q - basis @ coefficients
+        sigma = np.sqrt((residual ** 2).sum(axis=0) / (len(t) - s.degree - 1))
         at = np.vander(self._grid / s.reach, s.degree + 1, increasing=True)
         order = np.arange(1, s.degree + 1)
         speed = at[:, :-1] @ (coefficients[1:] * order[:, None]) / s.reach
@@ -277,9 +277,9 @@ class PayloadTracker:
         motion = RobotMotion(self._grid, at @ coefficients, speed, effort, np.zeros_like(speed),
                              sigma * math.sqrt(inverse[1, 1]) / s.reach, sigma, step,
                              (slice(0, len(self._grid)),))
-        known = self._knowledge
-        rows = tested(motion, self._tests, self._robot, known.shapes if known else (),
-                      known.mean if known else None)
+        knowledge = self._knowledge
+        rows = tested(motion, self._tests, self._robot, knowledge.shapes if knowledge else (),
+                      knowledge.mean if knowledge else None)
         if not self._held and not self._waiting:
             self._columns(rows)
         h = np.zeros((self._joints, len(self._labels)))
@@ -340,8 +340,8 @@ class PayloadTracker:
     def _open(self) -> Array:
         """Return the covariance [4, 4] of a payload about which nothing is known."""
         heavy = 0.5 * self._settings.heaviest
-        far = heavy * 0.5 * self._settings.farthest
-        return np.diag([heavy ** 2, far ** 2, far ** 2, far ** 2])
+        farthest = heavy * 0.5 * self._settings.farthest
+        return np.diag([heavy ** 2, farthest ** 2, farthest ** 2, farthest ** 2])
 
     def _filtered(self, window: _Window) -> list[PayloadEstimate]:
         """Take a window; return the estimates that are there now."""
@@ -353,11 +353,11 @@ class PayloadTracker:
         if len(self._waiting) < self._settings.settle:
             return []
         # Twice: the second time linearised about the centre that the first one ends with.
-        held: Array = np.zeros(N_PAYLOAD)
+        payload: Array = np.zeros(N_PAYLOAD)
         for _ in range(2):
-            self._start(held)
+            self._start(payload)
             estimates = [self._step(w) for w in self._waiting]
-            held = held if self._empty else self._held[0].state.mean[:N_PAYLOAD]
+            payload = payload if self._empty else self._held[0].state.mean[:N_PAYLOAD]
         self._waiting = []
         return estimates[-1:]
 
@@ -365,25 +365,25 @@ class PayloadTracker:
         s, chance = self._settings, self._settings.hop / self._settings.often
         begins = (window.resting > 0.0) & (self._was_resting == 0.0)
         self._was_resting = window.resting
-        held = [replace(x, state=self._predicted(x.state, window, begins),
+        states = [replace(x, state=self._predicted(x.state, window, begins),
                         weight=x.weight + math.log1p(-chance)) for x in self._held]
         self._count += 1
         if self._count % s.spawn == 0 and self._count > s.settle:
-            held.append(_Held(self._reopened(held[0].state), math.log(s.spawn * chance),
+            states.append(_Held(self._reopened(states[0].state), math.log(s.spawn * chance),
                               window.stamp_ns, self._count))
-        error = window.y - self._columns_at(held[0].state, window) @ held[0].state.mean
-        self._held = self._thinned(self._weighed(held, window))
+        error = window.y - self._columns_at(states[0].state, window) @ states[0].state.mean
+        self._held = self._thinned(self._weighed(states, window))
         self._measure_noise(error)
         return self._estimate(window)
 
     def _weighed(self, held: Sequence[_Held], window: _Window) -> list[_Held]:
         """Return the filters after a window, the likeliest one first, the weights normalised."""
-        after = []
+        weighted = []
         for x in held:
             state, likelihood = self._corrected(x.state, window)
-            after.append(replace(x, state=state, weight=x.weight + likelihood))
-        total = float(logsumexp([x.weight for x in after]))
-        return sorted((replace(x, weight=x.weight - total) for x in after),
+            weighted.append(replace(x, state=state, weight=x.weight + likelihood))
+        total = float(logsumexp([x.weight for x in weighted]))
+        return sorted((replace(x, weight=x.weight - total) for x in weighted),
                       key=lambda x: -x.weight)
 
     def _thinned(self, held: list[_Held]) -> list[_Held]:
@@ -392,12 +392,12 @@ class PayloadTracker:
             return held
         ages = {id(x): self._count - x.since + 1 for x in held}
         by_age = sorted(held, key=lambda x: ages[id(x)])
-        closest, least = by_age[0], math.inf
+        closest, distance = by_age[0], math.inf
         for young, old in zip(by_age, by_age[1:]):
-            worse = young if young.weight < old.weight else old
+            lighter = young if young.weight < old.weight else old
             ratio = ages[id(old)] / ages[id(young)]
-            if worse is not held[0] and ratio < least:
-                closest, least = worse, ratio
+            if lighter is not held[0] and ratio < distance:
+                closest, distance = lighter, ratio
         return [x for x in held if x is not closest]
 
     def _predicted(self, state: _State, window: _Window, begins: Flags) -> _State:
@@ -409,10 +409,10 @@ class PayloadTracker:
         covariance[at, at] += self._wander
         covariance[:N_PAYLOAD, :N_PAYLOAD] += self._open() * (2.0 * s.walk) ** 2 * s.hop
         factor = np.where(begins, 0.0, math.exp(-s.hop / s.rest))
-        rest = slice(N_PAYLOAD + k, None)
-        mean[rest] *= factor
-        covariance[rest] *= factor[:, None]
-        covariance[:, rest] *= factor
+        tail = slice(N_PAYLOAD + k, None)
+        mean[tail] *= factor
+        covariance[tail] *= factor[:, None]
+        covariance[:, tail] *= factor
         at = np.arange(N_PAYLOAD + k, len(mean))
         covariance[at, at] += (1.0 - factor ** 2) * self._coulomb(state, window) ** 2
         return _State(mean, covariance)
@@ -438,9 +438,9 @@ class PayloadTracker:
         s, h = self._settings, self._columns_at(state, window)
         error, likeliest, new = window.y - h @ state.mean, -math.inf, state
         for chance, factor in ((1.0 - s.push, 1.0), (s.push, s.loud ** 2)):
-            after, logarithm = _updated(state, h, error, factor * self._noise_of_means)
+            corrected, logarithm = _updated(state, h, error, factor * self._noise_of_means)
             if math.log(chance) + logarithm > likeliest:
-                likeliest, new = math.log(chance) + logarithm, after
+                likeliest, new = math.log(chance) + logarithm, corrected
         return new, likeliest
 
     def _reopened(self, state: _State) -> _State:

@@ -82,13 +82,13 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
     """
     for joint in joints:
         if joint not in raw.position or joint not in raw.input:
-            what = 'position' if joint not in raw.position else raw.kind
+            kind = 'position' if joint not in raw.position else raw.kind
             raise InputError(
-                f'{raw.name}: joint {joint}: no {what}, expected all joints of the model; the log '
+                f'{raw.name}: joint {joint}: no {kind}, expected all joints of the model; the log '
                 f'has {", ".join(raw.position) or "none"} (--recorded NAME=LOGNAME maps a name)')
-        for what, column in (('position', raw.position[joint]), (raw.kind, raw.input[joint])):
+        for signal, column in (('position', raw.position[joint]), (raw.kind, raw.input[joint])):
             if not np.isfinite(column).any():
-                raise InputError(f'{raw.name}: joint {joint}: {what}: none of {len(column)} '
+                raise InputError(f'{raw.name}: joint {joint}: {signal}: none of {len(column)} '
                                  'samples is a number, expected numbers')
     values = np.column_stack([raw.position[j] for j in joints] + [raw.input[j] for j in joints])
     good = np.isfinite(values).all(axis=1) & np.isfinite(raw.t)

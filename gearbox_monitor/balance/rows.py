@@ -256,7 +256,7 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
             size = robot.tolerance[i] * link.mass * (1.0, reach, reach ** 2)[(p > 0) + (p > 3)]
             columns.append(NuisanceColumn(
                 f'{link.name} {p}', {j: rows.inertial[i, j][:, p] for j in chain.movers[i]}, size))
-    late = {}
+    delays = {}
     for j, name in enumerate(chain.joints):
         m, torque = rows.joints[j], float(np.std(rows.joints[j].effort)) + 1e-9
 
@@ -267,8 +267,8 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
         spread = s.armature_learnt * torque / 20.0 if robot.learnt else 0.0
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
-        late[j] = rows.tested(j, m.smooth[:, None], True)[:, 0]
-        columns.append(NuisanceColumn(f'lag {name}', {j: late[j]},
+        delays[j] = rows.tested(j, m.smooth[:, None], True)[:, 0]
+        columns.append(NuisanceColumn(f'lag {name}', {j: delays[j]},
                                       max(s.lag_joint, 0.25 * rows.motion.step)))
         slow = m.sign * np.exp(-(m.v / s.creep) ** 2)
         if not robot.learnt:
@@ -291,5 +291,5 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
             add(f'kd {name}', m.kd * m.v, gain)
             add(f'setpoint lag {name}', m.kp * m.setpoint_speed, max(0.25 * rows.motion.step,
                                                                      0.003))
-    columns.append(NuisanceColumn('lag', late, s.lag, own=True))
+    columns.append(NuisanceColumn('lag', delays, s.lag, own=True))
     return columns

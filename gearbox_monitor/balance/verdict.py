@@ -154,12 +154,12 @@ def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
     scales = scales_of(laws, free, knowledge, evidence.joints)
     if knowledge is None:
         return _search(evidence, blank, laws, free, scales)
-    seen = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
-    scales = replace(scales, dispersion=scales.dispersion / seen)
+    visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
+    scales = replace(scales, dispersion=scales.dispersion / visible)
     search = _search(evidence, blank, laws, free, scales)
     if search.fit.chosen:
         of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
-        own = scattered(evidence, search.fit, of_joints)[1] / seen
+        own = scattered(evidence, search.fit, of_joints)[1] / visible
         if any(own[j] > scales.dispersion[j] for c in search.fit.chosen for j in c.columns):
             scales = replace(scales, dispersion=np.maximum(own, scales.dispersion))
             search = _search(evidence, blank, laws, free, scales)
@@ -389,9 +389,9 @@ def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowled
                                  _rms(evidence, j, x), c.over, c.joint,
                                  figures={'evidence': round(step.worth, 3)}))
     size, times = burstiness(evidence, fit)
-    worst, several = worst_segments(evidence, fit), len(evidence.recordings) > 1
+    segments, several = worst_segments(evidence, fit), len(evidence.recordings) > 1
     for j in np.argsort(-size):
-        healthy = knowledge is not None and worst[j] < LARGER * knowledge.bursts[j]
+        healthy = knowledge is not None and segments[j] < LARGER * knowledge.bursts[j]
         usual = 1.0 if knowledge is None else float(knowledge.dispersion[j])
         if size[j] > settings.bursts * usual and not healthy and all(
                 r.joint != chain.joints[j] for r in out):
@@ -524,10 +524,10 @@ def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
 def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], settings: Settings
               ) -> tuple[tuple[str, ...], set[str | None]]:
     """Return what the references did not visit, in words, and the joints."""
-    far = [(name, variable, share) for name, of in zip(joints, shares)
+    distant = [(name, variable, share) for name, of in zip(joints, shares)
            for variable, share in of.items() if share > 1.0 - settings.visited]
     return tuple(f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
-                 for name, variable, share in far), {name for name, *_ in far}
+                 for name, variable, share in distant), {name for name, *_ in distant}
 
 
 def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:

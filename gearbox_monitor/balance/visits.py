@@ -41,8 +41,8 @@ def _hats(x: Array, spacing: float, turns: bool) -> tuple[Integers, Integers, Ar
     """Return the knots [N] below and above each value and the weight [N] of the one above."""
     u = x / spacing
     low = np.floor(u)
-    below, above = low.astype(np.int64), low.astype(np.int64) + 1
-    return (below % TURN, above % TURN, u - low) if turns else (below, above, u - low)
+    lower, upper = low.astype(np.int64), low.astype(np.int64) + 1
+    return (lower % TURN, upper % TURN, u - low) if turns else (lower, upper, u - low)
 
 
 def _turns(rows: Rows, joint: int, variable: str) -> bool:

@@ -103,8 +103,8 @@ def text(result: Adapted, summary: dict[str, Any], folder: Path) -> str:
     lines += [f'{name:22s}{start:12.4g}{now:12.4g}'
               for name, (start, now) in result.tolerances.items()]
     units = {row.name: row.unit for row in ESTIMATOR}
-    before = result.tuning.get('before_parameters', {})
-    lines += [f'{name:22s}{before.get(name, 0.0):12.5g}{value:12.5g}{"":12s}{units[name]}'
+    previous = result.tuning.get('before_parameters', {})
+    lines += [f'{name:22s}{previous.get(name, 0.0):12.5g}{value:12.5g}{"":12s}{units[name]}'
               for name, value in result.parameters.items() if not isinstance(value, str)]
     lines += [f'open: {sentence}' for sentence in result.open]
     lines += [f'note: {note}' for note in summary['notes']]

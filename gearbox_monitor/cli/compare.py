@@ -213,9 +213,9 @@ def row(result: FilterResult, results: Sequence[FilterResult],
 
 def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the comparison `data` on a drive with `axis` in one sentence."""
-    known = [r for r in data['rows'] if r['rmse'] is not None]
-    if known:
-        nearest, farthest = (choose(known, key=lambda r: r['rmse']) for choose in (min, max))
+    rated = [r for r in data['rows'] if r['rmse'] is not None]
+    if rated:
+        nearest, farthest = (choose(rated, key=lambda r: r['rmse']) for choose in (min, max))
         words = f'{nearest["filter"]} comes nearest to the torque: {nearest["rmse"]:.4g} N m rms'
         last = f'{farthest["filter"]}, the farthest: {farthest["rmse"]:.4g}'
     else:

@@ -53,7 +53,7 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
     lines += [*_gap(data), *_parameters(data, model), *_ranking(data),
               *_where(data, recordings, model)]
     lines += _nominal(data, model)
-    slow = [name for name, why in data.get('not_tried', {}).items() if 'samples/s' in why]
+    slow = [name for name, reason in data.get('not_tried', {}).items() if 'samples/s' in reason]
     if slow:
         lines += _entry('not tried', f'{", ".join(slow)}: {data["not_tried"][slow[0]]}')
     lines += _simulator(data)

@@ -60,9 +60,9 @@ def is_robot(args: Namespace) -> bool:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    for option, (attribute, usual, why) in OF_ONE_JOINT.items():
+    for option, (attribute, usual, reason) in OF_ONE_JOINT.items():
         if getattr(args, attribute) != usual:
-            raise InputError(f'--{option}: of one joint, expected --joint with it ({why})')
+            raise InputError(f'--{option}: of one joint, expected --joint with it ({reason})')
     effects = _effects(args)
     for path in (args.json, args.out):
         expect_new(path)

@@ -60,11 +60,11 @@ def add_drive_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` the model file and the joints of a drive."""
     add_model_arguments(parser)
     parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
-    for what in ('motor', 'arm'):
-        parser.add_argument(f'--recorded-{what}', metavar='NAME', default=what,
-                            dest=f'{what}_joint',
-                            help=f'name of the {what} joint, in bags (default: {what})')
-        add_renamed(parser, f'--{what}-joint', f'--recorded-{what}', f'{what}_joint')
+    for side in ('motor', 'arm'):
+        parser.add_argument(f'--recorded-{side}', metavar='NAME', default=side,
+                            dest=f'{side}_joint',
+                            help=f'name of the {side} joint, in bags (default: {side})')
+        add_renamed(parser, f'--{side}-joint', f'--recorded-{side}', f'{side}_joint')
     add_setpoint_argument(parser)
     parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
                         help='what is used of samples with one and the same stamp: the first '
@@ -183,10 +183,10 @@ def time_limit(seconds: float, option: str) -> Iterator[None]:
     if math.isinf(seconds):
         yield
         return
-    before = signal.signal(signal.SIGALRM, _expired)
+    previous = signal.signal(signal.SIGALRM, _expired)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        signal.signal(signal.SIGALRM, previous)

@@ -269,11 +269,11 @@ def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) 
                       repeated=REPEATED[0])
     recording, notes = load_recording(args.check, model, names)
     laid = overlay(recording, {'model': model})
-    after = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
+    patched = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
                      actuator.name or None if actuator else None)
     lines = [f'misfit on {args.check}, {len(laid.windows)} windows of 1 s, in standard deviations '
              'of the noise']
-    for words, one in ((f'{drive.path.name} in MuJoCo', drive), ('patched, in MuJoCo', after)):
+    for words, one in ((f'{drive.path.name} in MuJoCo', drive), ('patched, in MuJoCo', patched)):
         rig = rig_of(one, ctrl, recording.dt)
         with percent_bar(words) as bar:
             value = misfit(rig, laid, progress_of(bar))

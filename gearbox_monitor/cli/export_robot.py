@@ -48,18 +48,18 @@ def run(args: Namespace) -> int:
         raise InputError(f'--into: missing, expected the {args.to.upper()} file of the robot')
     data = load_verdict(args.model)
     path = Path(args.into)
-    before = read_file(path)
-    tag = parse_xml(before, str(path)).root.tag
+    original = read_file(path)
+    tag = parse_xml(original, str(path)).root.tag
     if tag != ROOTS[args.to]:
         raise InputError(f'{path}: <{tag}>, expected <{ROOTS[args.to]}> with --to {args.to}')
     file = read_robot(path, args.root)
-    text, left = closed_file(file, data['findings'], f'gearbox_monitor {__version__} export')
+    text, unwritten = closed_file(file, data['findings'], f'gearbox_monitor {__version__} export')
     count = len(data['findings'])
     lines = [f'{path}: {count} finding{"" if count == 1 else "s"}']
     lines += [f'  {title_of(finding)}: ' + ', '.join(
         f'{name} {value:.6g}' for name, value in finding['values'].items())
         for finding in data['findings']]
-    lines += [f'not in the file: {words}' for words in left]
+    lines += [f'not in the file: {words}' for words in unwritten]
     if data.get('model_digest') not in (None, file.digest):
         lines.append(f'note: {path} is not the file of the diagnosis ({data.get("model")}): the '
                      'changes are added to what stands in it')
@@ -69,11 +69,11 @@ def run(args: Namespace) -> int:
         write_new(args.out, text)
         lines.append(f'written {args.out}')
     elif text is not None:
-        lines += ['', *difference(args.into, before, text.encode())]
+        lines += ['', *difference(args.into, original, text.encode())]
     else:
         lines.append('nothing to write')
     print('\n'.join(lines))
-    return 1 if left or data['remainders'] else 0
+    return 1 if unwritten or data['remainders'] else 0
 
 
 def load_verdict(path: str) -> dict[str, Any]:

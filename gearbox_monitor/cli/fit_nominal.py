@@ -112,8 +112,8 @@ def summary(data: Mapping[str, Any]) -> str:
     sentences = [f'The recordings determine {"all" if len(sure) == len(values) else len(sure)} '
                  f'{"" if len(sure) == len(values) else "of "}{counted(len(values), "value")}.',
                  *largest_change(sure)]
-    before = '' if data['gap_before'] is None else f'{number(data["gap_before"])} -> '
-    return ' '.join([*sentences, f'Misfit {before}{number(data["gap_after"])}, where 1 is noise '
+    start = '' if data['gap_before'] is None else f'{number(data["gap_before"])} -> '
+    return ' '.join([*sentences, f'Misfit {start}{number(data["gap_after"])}, where 1 is noise '
                      'alone.'])
 
 

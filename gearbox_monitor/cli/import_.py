@@ -122,8 +122,8 @@ def run(args: Namespace) -> int:
         if args.bag is None:
             raise InputError(f'{path}: a bag, expected the name of a new bag behind it')
         data = import_bag(path, args.bag, args.topic, args.stamps, args.joint)
-        one = args.joint is not None or 'motor' in data['signals']
-        return _say(args, data, () if one else data['signals'])
+        single = args.joint is not None or 'motor' in data['signals']
+        return _say(args, data, () if single else data['signals'])
     if not args.map and not args.guess:
         raise InputError(f'{path}: no bag, expected --guess or --map MAP')
     if args.guess:

@@ -85,10 +85,10 @@ def parsed_whole(parser: argparse.ArgumentParser,
                  subparsers: 'argparse._SubParsersAction[Any]',
                  argv: Sequence[str]) -> argparse.Namespace:
     """Return the parsed `argv`; its subcommand refuses the first word that it does not take."""
-    args, rest = parser.parse_known_args(argv)
-    if rest:
+    args, unparsed = parser.parse_known_args(argv)
+    if unparsed:
         chosen = subparsers.choices[getattr(args, subparsers.dest)]
-        word = rest[0].partition('=')[0]
+        word = unparsed[0].partition('=')[0]
         chosen.error(f'{word}: ' + (
             f'no option of this command, {unknown(word, chosen._option_string_actions)}'
             if word.startswith('-') else 'one argument too many, expected none'))

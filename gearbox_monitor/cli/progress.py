@@ -73,10 +73,10 @@ def count_bar(name: str, total: int, initial: int = 0) -> 'tqdm[None]':
 def _screen() -> tuple[int, int] | tuple[None, None]:
     """Return a size for a terminal that does not know its own, where tqdm would draw nothing."""
     try:
-        known = all(os.get_terminal_size(sys.stderr.fileno()))
+        sized = all(os.get_terminal_size(sys.stderr.fileno()))
     except OSError:
-        known = True
-    return (None, None) if known else (80, 24)
+        sized = True
+    return (None, None) if sized else (80, 24)
 
 
 def progress_of(bar: 'tqdm[None]') -> Callable[..., None]:

@@ -104,14 +104,14 @@ class RobotDemoStatus(demo_run.DemoStatus):
 
     def raised(self, watcher: Any) -> list[str]:
         """Return the worst component of each joint that `watcher` sees, with its level."""
-        worst = []
+        highest = []
         for joint, outcomes in watcher.joints.items():
             unmeasured = COMPONENTS if _gap(outcomes) is None else ()  # a dash shows it
             level, name = max(((outcome.level, name) for name, outcome in outcomes.items()
                                if name not in unmeasured), default=(Level.OK, ''))
             if level:
-                worst.append(f'{joint} {name} {level.name}')
-        return worst
+                highest.append(f'{joint} {name} {level.name}')
+        return highest
 
 
 def _gap(outcomes: Mapping[str, Outcome]) -> str | None:

@@ -103,10 +103,10 @@ def figures(laid: Overlay) -> dict[str, Any]:
 
 def summary(data: Mapping[str, Any]) -> str:
     """Return the overlay `data` in one sentence: how far the models are from the recording."""
-    before = f'misfit {number(data["gap_before"])} in windows of 1 s, where 1 is noise alone'
+    misfit = f'misfit {number(data["gap_before"])} in windows of 1 s, where 1 is noise alone'
     if data['gap_after'] is None:
-        return f'The model leaves a {before}.'
-    return (f'The closed model closes {percent(data["closed_fraction"])} of the gap: {before}, '
+        return f'The model leaves a {misfit}.'
+    return (f'The closed model closes {percent(data["closed_fraction"])} of the gap: {misfit}, '
             f'becomes {number(data["gap_after"])}.')
 
 

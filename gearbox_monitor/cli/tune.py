@@ -130,10 +130,10 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
              and value > 0.0 and (data['before_parameters'][name] or 0.0) > 0.0}
     name = max(moved, key=lambda n: moved[n], default=None)
     if name is not None and moved[name] > 0.0:
-        value, before = data['parameters'][name], data['before_parameters'][name]
+        value, start = data['parameters'][name], data['before_parameters'][name]
         size = in_unit(sized(value), on_axis(units[name], axis))
-        sentences.append(f'{name} changes most: {size}, not {sized(before)} '
-                         f'({change(value, before)}).')
+        sentences.append(f'{name} changes most: {size}, not {sized(start)} '
+                         f'({change(value, start)}).')
     return ' '.join(sentences)
 
 

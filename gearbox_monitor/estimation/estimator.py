@@ -555,15 +555,15 @@ class Estimator:
         if self._outputs is None:
             return self._filter(stream, output)
         own = self._outputs
-        n, lost = model_bank.until_second(self._mixture, stream.stamps)
-        if lost:
+        n, diverged = model_bank.until_second(self._mixture, stream.stamps)
+        if diverged:
             self.members[-1]._restart()
         n_samples, own.n_smoothed[0] = self._filter(_part(stream, 0, n), own.of(0))
-        taken = _part(stream, 0, n_samples)
+        part = _part(stream, 0, n_samples)
         restarts = bool(n_samples) and own.codes[0, n_samples - 1] == sample_loop.START
         for i, member in enumerate(self.members, 1):
-            own.n_smoothed[i] = member._follow(taken, own.of(i), restarts)
-        model_bank.mix(self._mixture, own, taken.stamps, output)
+            own.n_smoothed[i] = member._follow(part, own.of(i), restarts)
+        model_bank.mix(self._mixture, own, part.stamps, output)
         model_bank.mix_smoothed(self._mixture, own, output)
         return n_samples, int(own.n_smoothed[0])
 

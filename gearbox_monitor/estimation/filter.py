@@ -64,15 +64,15 @@ filter_step, in_use = sample_loop.filter_step, sample_loop.in_use
 def _call(states: States, room: Array, dt: float, u: float, load: float, y1: float,
           y2: float) -> bool:
     """Step a filter: with one array, as what a call hands over costs more than a step."""
-    belief, p, scratch, record, companions, before = _split(states, N_VECTORS, N_MATRICES, room)
+    belief, p, scratch, record, companions, previous = _split(states, N_VECTORS, N_MATRICES, room)
     reading = Reading(dt, u, load, y1, y2)
     for i in range(len(states)):
-        before[i] = belief.z[i]
+        previous[i] = belief.z[i]
     if not math.isfinite(companions.s[-1]):  # the first step
         sample_loop.aim(states, belief, reading, p)
     if not filter_step(states, belief, reading, p, scratch, record):
         return False
-    return accompany(states, companions, before, reading, in_use(belief.memory, p), record)
+    return accompany(states, companions, previous, reading, in_use(belief.memory, p), record)
 
 
 @cache

@@ -114,9 +114,9 @@ def member_parameters(parameters: EstimatorParameters) -> list[EstimatorParamete
 
 def mixture(mixed: bool) -> Mixture:
     """Return a Mixture of equally likely models; it keeps past weights only if `mixed`."""
-    kept = KEPT if mixed else 0
-    return Mixture(np.full(M, 1.0 / M), np.zeros(2), np.zeros(kept, np.int64),
-                   np.zeros((kept, M)), np.zeros(3, np.int64), np.zeros(M),
+    capacity = KEPT if mixed else 0
+    return Mixture(np.full(M, 1.0 / M), np.zeros(2), np.zeros(capacity, np.int64),
+                   np.zeros((capacity, M)), np.zeros(3, np.int64), np.zeros(M),
                    np.zeros((M, N_SMOOTHED)), np.zeros(M, np.int64))
 
 
@@ -133,11 +133,11 @@ def until_second(carried: Mixture, stamps: Integers) -> tuple[int, bool]:
     """
     seconds = stamps[:CHUNK] // SECOND
     n = int(np.argmax(seconds != seconds[0])) or len(seconds)
-    lost = bool(seconds[0] != carried.alone[1] and carried.alone[0] > LOST)
+    diverged = bool(seconds[0] != carried.alone[1] and carried.alone[0] > LOST)
     carried.alone[1] = seconds[0]
-    if lost:
+    if diverged:
         carried.alone[0] = 0.0
-    return n, lost
+    return n, diverged
 
 
 def outputs(ring: int) -> Outputs:
@@ -183,22 +183,22 @@ def _weigh(carried: Mixture, members: Outputs, k: int) -> float:
     """Update prior and weights with sample `k`; return its log-likelihood under the mixture."""
     weights, prior, rows = carried.weights, carried.prior, members.rows
     stay = math.exp(-rows[0, k, E_DT] / SWITCHING_TIME)
-    total, best = 0.0, -math.inf
+    total, highest = 0.0, -math.inf
     for m in range(M):
         prior[m] = 0.0
         if members.codes[m, k] == ESTIMATE:
             prior[m] = stay * weights[m] + (1.0 - stay) / M
             total += prior[m]
-            best = max(best, rows[m, k, E_LOGLIK])
+            highest = max(highest, rows[m, k, E_LOGLIK])
     likelihood = 0.0
     for m in range(M):
         prior[m] /= total
-        weights[m] = prior[m] * math.exp(rows[m, k, E_LOGLIK] - best) if prior[m] > 0.0 else 0.0
+        weights[m] = prior[m] * math.exp(rows[m, k, E_LOGLIK] - highest) if prior[m] > 0.0 else 0.0
         likelihood += weights[m]
     for m in range(M):
         weights[m] /= likelihood
     carried.alone[0] += (weights[0] - carried.alone[0]) * min(rows[0, k, E_DT] / LOST_AFTER, 1.0)
-    return best + math.log(likelihood)
+    return highest + math.log(likelihood)
 
 
 @jit_inline

@@ -360,8 +360,8 @@ def with_another(result: Tuned, evaluate: Evaluate, name: str, guess: float) -> 
                 for x, (criterion, _) in zip(points, scores)]
 
     heights = costs(GRID)
-    best = min(max(int(np.argmin(heights)), 1), len(GRID) - 2)
-    between = minimize_scalar(lambda x: costs([x])[0], bounds=(GRID[best - 1], GRID[best + 1]),
+    lowest = min(max(int(np.argmin(heights)), 1), len(GRID) - 2)
+    between = minimize_scalar(lambda x: costs([x])[0], bounds=(GRID[lowest - 1], GRID[lowest + 1]),
                               method='bounded', options={'xatol': ACCURACY})
     return replace(result, parameters={**result.parameters, name: guess * math.exp(between.x)},
                    value=-float(between.fun), evaluations=result.evaluations + len(evaluations),

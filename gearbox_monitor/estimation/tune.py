@@ -109,14 +109,14 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
                                         speeds, progress)
         values = {**fixed, **_clipped(result.parameters)}
     most_likely = _criterion(model, parameters.replace(**values), recordings)
-    kept = reference is None and most_likely < start
-    if kept:
+    unchanged = reference is None and most_likely < start
+    if unchanged:
         values = {name: getattr(parameters, name) for name in values}
-    if smoother and 'q_std_tau_k' in values and not kept:
+    if smoother and 'q_std_tau_k' in values and not unchanged:
         values['q_std_tau_k'] /= SMOOTHER_FACTOR
     tuned_values: dict[str, Any] = {
-        name: value if kept else float(f'{value:.6g}') for name, value in values.items()}
-    if smoother and not kept and parameters.filter == 'ekf':
+        name: value if unchanged else float(f'{value:.6g}') for name, value in values.items()}
+    if smoother and not unchanged and parameters.filter == 'ekf':
         tuned_values['friction_linearisation'] = SEARCH['friction_linearisation']
     data: dict[str, Any] = {
         'filter': parameters.filter, 'tau_k_model': parameters.tau_k_model,
@@ -132,27 +132,27 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
     data['white_limit'] = WHITE_LIMIT
     data['before_parameters'] = {name: getattr(parameters, name) for name in tuned_values}
     data['before'] = asdict(run_score(model, parameters, samples))
-    after = run_score(model, parameters.replace(**tuned_values), samples)
-    data['after'] = asdict(after)
-    data['nis_band'] = _nis_band(after, motion)
-    data['autocorrelation'] = [math.sqrt(q / (LAGS * max(after.estimates, 1)))
-                               for q in after.ljung_box]
-    if data['after']['diverged'] and not kept:
+    tuned_score = run_score(model, parameters.replace(**tuned_values), samples)
+    data['after'] = asdict(tuned_score)
+    data['nis_band'] = _nis_band(tuned_score, motion)
+    data['autocorrelation'] = [math.sqrt(q / (LAGS * max(tuned_score.estimates, 1)))
+                               for q in tuned_score.ljung_box]
+    if data['after']['diverged'] and not unchanged:
         estimator = Estimator(model, parameters.replace(**tuned_values, smoother_lag=0.0))
         estimator.run(samples)
         raise InputError(f'with the best parameters found {estimator.divergence_notes()[0]}, '
                          'expected a filter that runs through')
     data['notes'] = _notes(result, free)
-    data['kept'] = kept
-    data['kept_by'] = start - most_likely if kept else 0.0
-    if kept:
+    data['kept'] = unchanged
+    data['kept_by'] = start - most_likely if unchanged else 0.0
+    if unchanged:
         data['relative_error'] = {}
         data['notes'].insert(0, f'nothing found is more likely than the parameters before '
                              f'(log-likelihood {most_likely:.1f}, {start:.1f} before): they are '
                              'kept')
-    worse = _worse_than_static(data)
-    data['worse_than_static'] = bool(worse)
-    data['notes'] = [*worse, *data['notes']]
+    inferior = _worse_than_static(data)
+    data['worse_than_static'] = bool(inferior)
+    data['notes'] = [*inferior, *data['notes']]
     return data
 
 

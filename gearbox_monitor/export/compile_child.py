@@ -147,9 +147,9 @@ def main() -> int:
     """Compile what the standard input holds."""
     head, _, text = sys.stdin.buffer.read().partition(b'\n')
     order = json.loads(head)
-    for limit, most in ((resource.RLIMIT_AS, order['memory']),
+    for limit, bound in ((resource.RLIMIT_AS, order['memory']),
                         (resource.RLIMIT_CPU, order['cpu_seconds'])):
-        resource.setrlimit(limit, (most, most))
+        resource.setrlimit(limit, (bound, bound))
     os.chdir(order['folder'])
     try:
         data = compiled(text.decode('utf-8'), Path(order['folder']), Path(order['root']))

@@ -48,8 +48,8 @@ class Splice(NamedTuple):
     @property
     def words(self) -> str:
         """The change in words: element, attribute, its text before and after."""
-        before = f'{self.before} -> ' if self.before else ''
-        return f'{self.element}: ' + f'{self.attribute} ' * bool(self.attribute) + before \
+        previous = f'{self.before} -> ' if self.before else ''
+        return f'{self.element}: ' + f'{self.attribute} ' * bool(self.attribute) + previous \
             + self.after
 
 
@@ -174,12 +174,12 @@ def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) 
         raise InputError(f'{drive.path}: joints {drive.motor.name}, {drive.arm.name}: two, '
                          'expected one joint for a model with transmission.kind: rigid')
     patch = _patch(_Draft(drive), values, exported)
-    again = _again(patch, drive)
-    if not _actuators_agree(drive, values, again):
+    compiled = _again(patch, drive)
+    if not _actuators_agree(drive, values, compiled):
         # The compiler derives gains from the inertia (dampratio): write them out.
         patch = _patch(_Draft(drive, pinned=True), values, exported)
-        again = _again(patch, drive)
-    _verify(again, drive, values)
+        compiled = _again(patch, drive)
+    _verify(compiled, drive, values)
     return patch
 
 

@@ -68,10 +68,10 @@ def rig_of(drive: MjcfDrive, ctrl: float, dt: float) -> Rig:
     if not math.isclose(ratio, n if n > 0 else -1.0 / n, rel_tol=1e-3):
         raise InputError(f'{drive.path}: timestep: {drive.timestep:g} s, expected a whole part or '
                          f'multiple of the sample time {dt:g} s')
-    late = {int(m.sensor_objid[i]): int(m.sensor_adr[i]) for i in range(m.nsensor)
+    sensors = {int(m.sensor_objid[i]): int(m.sensor_adr[i]) for i in range(m.nsensor)
             if m.sensor_delay[i] > 0.0}
     return Rig(m, (drive.motor.index, drive.arm_joint.index), ctrl,
-               int(m.actuator_ctrladr[actuator.index]), n, late)
+               int(m.actuator_ctrladr[actuator.index]), n, sensors)
 
 
 def misfit(rig: Rig, laid: Overlay, progress: Callable[[int, int], None]) -> float:
@@ -136,8 +136,8 @@ def _run(rig: Rig, data: Any, u: Array) -> Array:
         if rig.sensors:  # those of a step are from before it
             mujoco.mj_forward(m, data)
         for i, (joint, place) in enumerate(zip(rig.joints, places)):
-            late = rig.sensors.get(joint)
-            y[k, i] = data.qpos[place] if late is None else data.sensordata[late]
+            address = rig.sensors.get(joint)
+            y[k, i] = data.qpos[place] if address is None else data.sensordata[address]
         data.ctrl[rig.place] = ctrl
         mujoco.mj_step(m, data, nstep=max(1, rig.n))
     return y

@@ -99,9 +99,9 @@ def expressed_as(effect: Effect, target: str) -> str:
     if effect.location == 'controller':
         plain = plain.with_(controller={'kp': 20.0, 'kd': 0.5})
     model = plain.with_(effects=[{'id': effect.id, **example_values(effect)}])
-    before = parameter_list(plain, target)[0]
+    own = parameter_list(plain, target)[0]
     entries, lacking = parameter_list(model, target)
-    names = [entry.name for entry in entries if entry not in before]
+    names = [entry.name for entry in entries if entry not in own]
     if names:
         return ', '.join(names)
     reasons = {row.id: row.words for row in lacking}

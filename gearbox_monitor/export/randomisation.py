@@ -124,9 +124,9 @@ def _event(name: str, framework: str, function: str, arguments: Sequence[str],
 
 def _lacking(ranges: ParameterRanges, taken: Sequence[str]) -> list[str]:
     """Return a comment on the parameters for which there is no event."""
-    left = [name for name in ranges.names if name not in taken]
-    return [f'# No event: {", ".join(left)}. They stand above; set them in your code.'
-            ] if left else []
+    missing = [name for name in ranges.names if name not in taken]
+    return [f'# No event: {", ".join(missing)}. They stand above; set them in your code.'
+            ] if missing else []
 
 
 def _delay(ranges: ParameterRanges) -> list[str]:
@@ -223,8 +223,8 @@ def _isaac(ranges: ParameterRanges) -> str:
                   *([f"        joint_viscous_friction_coeff=value['{VISCOUS}'],"]
                     if viscous else []),
                   '        joint_ids=asset_cfg.joint_ids, env_ids=env_ids)']
-    together = _together(ranges, write, ()) if write else []
-    taken = [*(JOINT if friction else (ARMATURE,)), 'kp', 'kd', DELAY,
+    correlated = _together(ranges, write, ()) if write else []
+    varied = [*(JOINT if friction else (ARMATURE,)), 'kp', 'kd', DELAY,
              *((WEIGHT,) if weight else ())]
     delay = _delay(ranges)
     return '\n'.join([
@@ -234,14 +234,14 @@ def _isaac(ranges: ParameterRanges) -> str:
         "ASSET, JOINTS, BODIES = 'robot', ['joint'], ['body']  # names in your scene",
         *delay, *(['# min_delay, max_delay = DELAY_STEPS of DelayedPDActuatorCfg']
                   if delay else []),
-        *_lacking(ranges, taken), '', '', '@configclass', 'class RangeEvents:',
+        *_lacking(ranges, varied), '', '', '@configclass', 'class RangeEvents:',
         '    """Each parameter alone, without correlation."""', '', *(events or ['    pass']),
-        *together, *(['', '', '@configclass', 'class CorrelatedEvents:',
+        *correlated, *(['', '', '@configclass', 'class CorrelatedEvents:',
                       '    """Instead of friction and armature of RangeEvents."""', '',
                       '    joint = EventTermCfg(',
                       "        func=joint_together, mode='startup',",
                       "        params={'asset_cfg': SceneEntityCfg(ASSET, joint_names=JOINTS)})"]
-                     if together else []), ''])
+                     if correlated else []), ''])
 
 
 def _mjlab(ranges: ParameterRanges) -> str:
@@ -278,7 +278,7 @@ def _mjlab(ranges: ParameterRanges) -> str:
     listed = ', '.join(repr(field) for _, field in fields)
     recompute = ', recompute=RecomputeLevel.set_const_0' if any(
         name == ARMATURE for name, _ in fields) else ''
-    together = _together(ranges, write, [f'@requires_model_fields({listed}{recompute})'])
+    correlated = _together(ranges, write, [f'@requires_model_fields({listed}{recompute})'])
     body = [line[4:] if line.startswith('    ') else line for line in events]
     names = [line.split(' = ')[0] for line in body if ' = EventTermCfg(' in line]
     return '\n'.join([
@@ -289,12 +289,12 @@ def _mjlab(ranges: ParameterRanges) -> str:
         "ASSET, JOINTS, BODIES = 'robot', ('joint',), ('body',)  # names in your scene",
         *delay, *_lacking(ranges, [*JOINT, 'kp', 'kd', DELAY, *((WEIGHT,) if weight else ())]), '',
         '# Each parameter alone, without correlation.', *body,
-        f'EVENTS = {{{", ".join(f"{name!r}: {name}" for name in names)}}}', *together,
+        f'EVENTS = {{{", ".join(f"{name!r}: {name}" for name in names)}}}', *correlated,
         *(['', '', '# Instead of friction, damping and armature of EVENTS.',
            'joint = EventTermCfg(',
            "    func=joint_together, mode='startup',",
            "    params={'asset_cfg': SceneEntityCfg(ASSET, joint_names=JOINTS)})",
-           "CORRELATED_EVENTS = {'joint': joint}"] if together else []), ''])
+           "CORRELATED_EVENTS = {'joint': joint}"] if correlated else []), ''])
 
 
 WRITERS: dict[str, Callable[[ParameterRanges], str]] = {

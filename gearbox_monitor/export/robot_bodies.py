@@ -38,12 +38,12 @@ def possible(own: Array, added: Array, where: str) -> tuple[float, Array, Array]
     if not theta[0] > 0.0:
         raise InputError(f'{where}: mass {theta[0]:.3g} kg with the finding, expected more than 0')
     mass, centre, tensor = body_of(theta)
-    least, middle, largest = np.linalg.eigvalsh(tensor)
-    lacks = max(LEAST - least, (1.0 + 1e-6) * (largest - middle - least), 0.0)
-    if lacks > LEAST and lacks > BEYOND * max(largest, LEAST) and not added[0]:
-        raise InputError(f'{where}: no body has such an inertia (principal ones {least:.3g}, '
+    smallest, middle, largest = np.linalg.eigvalsh(tensor)
+    deficit = max(LEAST - smallest, (1.0 + 1e-6) * (largest - middle - smallest), 0.0)
+    if deficit > LEAST and deficit > BEYOND * max(largest, LEAST) and not added[0]:
+        raise InputError(f'{where}: no body has such an inertia (principal ones {smallest:.3g}, '
                          f'{middle:.3g}, {largest:.3g} kg m^2)')
-    return mass, centre, tensor + lacks * np.eye(3)
+    return mass, centre, tensor + deficit * np.eye(3)
 
 
 def body_with(file: ChainFile, link: str, added: Array) -> tuple[int, tuple[float, Array, Array]]:

@@ -126,14 +126,14 @@ class _Draft:
         if effect in OF_JOINT:
             place = OF_JOINT[effect]
             joint = chain.joints.index(finding['joint'])
-            attribute, before = self._attribute(joint, place)
+            attribute, nominal = self._attribute(joint, place)
             own = self._joints.get(joint, {})
             change, unsure = values[place.value], finding['deviations'][place.value] or 0.0
-            after = own.get(attribute, before) + change
-            if after < -TWO * unsure - 1e-9 * before:
-                raise InputError(f'{attribute} {before:.3g} in the file, {change:+.3g}, expected '
+            changed = own.get(attribute, nominal) + change
+            if changed < -TWO * unsure - 1e-9 * nominal:
+                raise InputError(f'{attribute} {nominal:.3g} in the file, {change:+.3g}, expected '
                                  'a sum of 0 or more')
-            self._joints[joint] = {**own, attribute: max(after, 0.0)}
+            self._joints[joint] = {**own, attribute: max(changed, 0.0)}
         elif effect in OF_LINK:
             theta = OF_LINK[effect](values) + self._links.get(finding['link'], np.zeros(PER_LINK))
             self._inertial(finding['link'], theta)
@@ -207,8 +207,8 @@ class _MjcfDraft(_Draft):
             return elements[index]
         if names[index] and names[index] in own:
             return elements[own.index(names[index])]
-        what = 'is not in this file itself' if names[index] else 'has no name, expected one'
-        raise InputError(f'{self._document.name}: {title}: {what}')
+        problem = 'is not in this file itself' if names[index] else 'has no name, expected one'
+        raise InputError(f'{self._document.name}: {title}: {problem}')
 
     def _inertial(self, link: str, theta: Array) -> list[Edit]:
         for compiler in self._document.root.all('compiler'):

@@ -76,8 +76,8 @@ def read_robot(path: str | Path, root: str | Path | None = None) -> ChainFile:
                          '<robot> of a URDF file')
     m = compiled_model(data, path, Path(root) if root else None)
     _refuse(m, path)
-    kp, kd, lacks = _servo(m)
-    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, lacks)
+    kp, kd, missing = _servo(m)
+    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, missing)
 
 
 def _refuse(m: Any, path: Path) -> None:
@@ -125,10 +125,10 @@ def _servo(m: Any) -> tuple[Array | None, Array | None, str]:
             except Unread as problem:
                 return None, None, (f'actuator {name_of(m, "actuator", i)}: {problem.attribute}: '
                                     f'{problem.words}')
-        other = next((law for law in laws if not law.setpoint or law.constant), None)
-        if other is not None or not laws:
-            what = 'no actuator' if other is None else (
-                f'actuator {name_of(m, "actuator", other.index)}')
+        odd = next((law for law in laws if not law.setpoint or law.constant), None)
+        if odd is not None or not laws:
+            what = 'no actuator' if odd is None else (
+                f'actuator {name_of(m, "actuator", odd.index)}')
             return None, None, f'joint {name}: {what}, expected a position actuator'
         kp[joint] = sum(law.spring for law in laws)
         kd[joint] = sum(law.damper for law in laws)

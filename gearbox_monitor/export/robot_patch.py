@@ -231,13 +231,13 @@ def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel,
     else:
         lever = across(frame.T @ _vector(inertial, 'origin', 'xyz', '0 0 0'), axis)
         inertia = float(axis @ tensor @ axis)
-        wanted = inertia + mass * float(lever @ lever) + change
-        if inertia <= 0.0 or mass <= 0.0 or wanted < LEAST * inertia or (
+        target = inertia + mass * float(lever @ lever) + change
+        if inertia <= 0.0 or mass <= 0.0 or target < LEAST * inertia or (
                 not heavier and inertia + change < LEAST * inertia):
             raise InputError(f'link {link}: {inertia:.6g} {unit} itself, a change of {change:+.6g}'
                              ', expected a sum above 0')
         moment = mass * lever + frame.T @ weight.moment(heavier) if heavier else None
-        mass, moved_by, tensor = balanced((mass, lever, tensor), axis, wanted, moment)
+        mass, moved_by, tensor = balanced((mass, lever, tensor), axis, target, moment)
     title = f'link "{link}" '
     if moved_by.any():
         _move_centre(draft, own, title, moved_by)

@@ -52,15 +52,15 @@ def rollouts(file: ChainFile, verdict: RobotVerdict) -> dict[str, Any]:
         those that are not in the runs}.
     """
     rows = verdict.evidence.recordings[0]
-    before, _ = _runs(file, verdict, False)
-    after, without = _runs(file, verdict, True)
+    nominal, _ = _runs(file, verdict, False)
+    closed, without = _runs(file, verdict, True)
     joints = {name: {'before': float(b), 'after': float(a)}
-              for name, b, a in zip(rows.robot.chain.joints, before, after)}
+              for name, b, a in zip(rows.robot.chain.joints, nominal, closed)}
     spread = np.std(rows.motion.q, axis=0) + 1e-9
     vetoed = []
     for c in verdict.fit.chosen:
         own = list(c.columns) if c.joint is None else [rows.robot.chain.joints.index(c.joint)]
-        size = [math.hypot(*(x / spread)[own]) for x in (before, after)]
+        size = [math.hypot(*(x / spread)[own]) for x in (nominal, closed)]
         name = finding_title(c.effect, c.place)
         if not c.free and name not in without and not size[1] < FARTHER * size[0]:
             vetoed.append(name)

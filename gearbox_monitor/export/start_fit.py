@@ -3,13 +3,15 @@
 
 """Where runs of another simulator start: positions and speeds that fit a window best."""
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
+from gearbox_monitor.kernels.types import Array, Integers
 
 STEPS = (1e-4, 1e-3)   # rad and rad/s: differences that make a slope
-DAMPINGS = (0.0, 0.1, 0.3, 1.0, 5.0)  # of a step, over its slopes, until it helps
+RULE = Damping(0.0, 3.0, 0.1, lowered=0.0, attempts=5, relative=1e-12)
 ITERATIONS = 8
 GAIN = 1e-3            # least relative gain of an iteration worth another
 
@@ -44,18 +46,24 @@ def fitted_start(residual_of: Callable[[Array], Array], start: Array, steps: Arr
     Returns:
         (start [n], residual).
     """
-    residual = residual_of(start)
-    for _ in range(ITERATIONS):
-        columns = slopes(residual_of, start, steps)
-        size = np.sqrt(np.sum(columns * columns, axis=0))
-        before = float(residual @ residual)
-        for damping in DAMPINGS:
-            change = np.linalg.lstsq(np.vstack([columns, np.diag(damping * size)]),
-                                     np.append(-residual, 0.0 * start), rcond=None)[0]
-            trial = residual_of(start + change)
-            if trial @ trial < float(residual @ residual):
-                start, residual = start + change, trial
-                break
-        if float(residual @ residual) > (1.0 - GAIN) * before:
-            break
+    (start,), (residual,), _ = minimise(_Window(residual_of, steps), start[None], RULE, GAIN,
+                                        RULE.attempts * ITERATIONS, ITERATIONS)
     return start, residual
+
+
+@dataclass(frozen=True, eq=False)
+class _Window:
+    """The start of one window as a problem, see fitted_start."""
+
+    residual_of: Callable[[Array], Array]
+    steps: Array
+
+    def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta` of the problems `index`."""
+        residual = self.residual_of(theta[0])[None]
+        return residual, (residual ** 2).sum(axis=1)
+
+    def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta`, `residual` of the problems `index`."""
+        columns = slopes(self.residual_of, theta[0], self.steps)
+        return (columns.T @ columns)[None], -residual @ columns

@@ -84,16 +84,16 @@ def _tensor(inertial: ElementTree.Element, title: str) -> list[str]:
         raise InputError(f'{title}: inertial: {dict(element.attrib)}, expected finite numbers')
     values = np.linalg.eigvalsh(tensor)
     allowed = PRINCIPAL * float(np.abs(tensor).max()) + PRINCIPAL * size * 1e-3
-    lacks = max(0.0, -float(values[0]))
+    deficit = max(0.0, -float(values[0]))
     beyond = max(0.0, float(values[2] - values[1] - values[0]))
-    if lacks > allowed or beyond > TRIANGLE * float(values[2]) + allowed:
+    if deficit > allowed or beyond > TRIANGLE * float(values[2]) + allowed:
         return []  # MuJoCo says what is wrong
-    if not lacks and not beyond:
+    if not deficit and not beyond:
         return []
-    rounded: Array = tensor + (lacks + beyond) * np.eye(3)
+    rounded: Array = tensor + (deficit + beyond) * np.eye(3)
     for key, value in zip(TENSOR, (*np.diag(rounded), ixy, ixz, iyz)):
         element.set(key, repr(float(value)))
-    return [f'{title}: inertial: a principal inertia is {lacks + beyond:.3g} kg m^2 off what a '
+    return [f'{title}: inertial: a principal inertia is {deficit + beyond:.3g} kg m^2 off what a '
             'body can have: taken for rounding']
 
 

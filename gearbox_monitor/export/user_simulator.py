@@ -28,6 +28,7 @@ from gearbox_monitor.export.start_fit import fitted_start, slopes, STEPS
 from gearbox_monitor.identification.closed_model import closed_of, gap_of
 from gearbox_monitor.identification.model_overlay import ModelRun, Overlay, overlay
 from gearbox_monitor.identification.shooting import Simulator
+from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import arm_side, EFFECTS, library
@@ -145,11 +146,11 @@ def user_simulator(name: str) -> UserSimulator:
     expected = f'expected ({", ".join(FIXED)}, names among {", ".join(PARAMETERS)})'
     if len(parameters) < len(FIXED):
         raise InputError(f'{where}: takes {len(parameters)} arguments, {expected}')
-    named = parameters[len(FIXED):]
-    wrong = [str(p) for p in named if p.name not in PARAMETERS and p.default is p.empty]
+    names = parameters[len(FIXED):]
+    wrong = [str(p) for p in names if p.name not in PARAMETERS and p.default is p.empty]
     if wrong:
         raise InputError(f'{where}: argument {wrong[0]}, {expected}')
-    return UserSimulator(name, run, tuple(p.name for p in named if p.name in PARAMETERS))
+    return UserSimulator(name, run, tuple(p.name for p in names if p.name in PARAMETERS))
 
 
 def value_of(model: DriveModel, name: str) -> float:
@@ -242,10 +243,10 @@ def confirmation(simulator: UserSimulator, recording: UniformRecording,
             progress(k * len(windows) + len(fits), 2 * len(windows))
         gaps.append(gap_of(np.array([r @ r for _, r in fits]), size))
         ours.append(gap_of(run.chi2[windows], size))
-    figures, here = ({'gap_before': g[0], 'gap_after': g[1], 'closed_fraction': closed_of(*g)}
+    figures, own = ({'gap_before': g[0], 'gap_after': g[1], 'closed_fraction': closed_of(*g)}
                      for g in (gaps, ours))
     return {'name': simulator.name, 'passed': passed(*models, simulator.takes), **figures,
-            'here': here, 'values': _values(simulator, laid, windows, models, fits)}
+            'here': own, 'values': _values(simulator, laid, windows, models, fits)}
 
 
 def _values(simulator: UserSimulator, laid: Overlay, windows: Integers,
@@ -266,9 +267,10 @@ def _values(simulator: UserSimulator, laid: Overlay, windows: Integers,
             - r for i, name in free]) / SHARE if free else np.zeros((len(r), 0))
         columns -= span @ (span.T @ columns)  # the start is free
         normal, pull = normal + columns.T @ columns, pull + columns.T @ r
-    change = -np.linalg.pinv(normal) @ pull
+    errors = covariance(normal)
+    change = -errors @ pull
     chi2 = max(1.0, sum(float(r @ r) for _, r in fits) / sum(len(r) for _, r in fits))
-    deviation = np.sqrt(chi2 * np.diag(np.linalg.pinv(normal)))
+    deviation = np.sqrt(chi2 * np.diag(errors))
     values: dict[str, dict[str, list[float]]] = {}
     for (i, name), x, d in zip(free, change, deviation):
         effect = closed.effects[i]

@@ -72,13 +72,13 @@ def lines_of(path: str | Path, encoding: str) -> Iterator[str]:
     """Yield the lines of the text file `path` in `encoding`, unpacked. Raises InputError."""
     source = open_unpacked(path)
     packed = isinstance(source, BoundedGzip)
-    longest, most = (LONGEST_LINE, MAX_ROWS) if packed else (-1, sys.maxsize)
+    longest, rows = (LONGEST_LINE, MAX_ROWS) if packed else (-1, sys.maxsize)
     with io.TextIOWrapper(source, encoding=encoding, newline=None) as stream:
         for number in count():
             if not (line := stream.readline(longest)):
                 return
-            if len(line) == longest or number == most:
-                raise InputError(f'{path}: more than {most} lines, or one of more than {longest} '
+            if len(line) == longest or number == rows:
+                raise InputError(f'{path}: more than {rows} lines, or one of more than {longest} '
                                  'characters, in a compressed file, expected less, or the file '
                                  'unpacked: gunzip')
             yield line

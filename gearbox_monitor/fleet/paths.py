@@ -159,12 +159,12 @@ def _url(fs: AbstractFileSystem, path: str, word: str) -> str:
     """Return the URL that opens `path` of `fs`, which was found behind `word`."""
     if isinstance(fs, LocalFileSystem):
         return path
-    first, chain, rest = word.partition('::')
+    first, chain, tail = word.partition('::')
     url: str = fs.unstrip_protocol(path)
     if not chain:
         return url
     # In zip://*.mcap::file.zip the path is that in the archive, in simplecache::s3://... the last.
-    return f'{url}::{rest}' if '://' in first else f'{first}::{url}'
+    return f'{url}::{tail}' if '://' in first else f'{first}::{url}'
 
 
 # ---------------------------------------------------------------------- content

@@ -123,8 +123,8 @@ def _change(start: Integers, value: Array, std: Array, limit: float) -> dict[str
                       line=[float(old) * (1.0 + g) for g in (past, trend.growth)])
         # The forecast starts at the measured growth, not at the end of the line. The scatter that
         # the slope is judged by comes from few bags: Student's t instead of the normal law.
-        least = stats.t.isf(stats.norm.sf(LIMITS.trend_deviations), int(usual.sum()) - 2)
-        if trend.slope > least * trend.slope_std:
+        quantile = stats.t.isf(stats.norm.sf(LIMITS.trend_deviations), int(usual.sum()) - 2)
+        if trend.slope > quantile * trend.slope_std:
             newest = Trend(trend.stamp_ns, growth, change['growth_std'], trend.slope,
                            trend.slope_std)
             change['reach'] = newest.reach(limit)
@@ -157,12 +157,12 @@ def _excursion(start: Integers, value: Array, variance: Array) -> tuple[int, int
     while size <= count - 2:
         first = np.arange(1, count - size)
         last = first + size
-        inside = total[last] - total[first]
-        mean = (moment[last] - moment[first]) / inside
+        step = total[last] - total[first]
+        mean = (moment[last] - moment[first]) / step
         score = np.full(len(first), np.inf)
         for w, m in ((total[first], moment[first]),
                      (total[-1] - total[last], moment[-1] - moment[last])):
-            score = np.minimum(score, (mean - m / w) / np.sqrt(1.0 / inside + 1.0 / w))
+            score = np.minimum(score, (mean - m / w) / np.sqrt(1.0 / step + 1.0 / w))
         stretches += [(float(z), int(i), int(i) + size) for z, i in zip(score, first)]
         size *= 2
     score_max, begin, end = max(stretches)

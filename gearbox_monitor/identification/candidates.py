@@ -314,10 +314,10 @@ def with_law(candidate: CandidateModel, timestep: float) -> CandidateModel | Non
     ids = {*candidate.ids, *(e['id'] for e in model.effects)}
     if not (model.coulomb_friction > 0.0 or ids & {MOTOR_COULOMB.id, ARM_COULOMB.id}):
         return None
-    other = (replace(model, friction_law=FrictionLaw()) if model.friction_law.constraint
+    variant = (replace(model, friction_law=FrictionLaw()) if model.friction_law.constraint
              else replace(model, friction_law=FrictionLaw('mujoco'),
                           timestep=model.timestep or timestep))
-    return replace(candidate, nominal=other)
+    return replace(candidate, nominal=variant)
 
 
 def replaced_value(model: DriveModel, name: str) -> float | None:
@@ -357,12 +357,12 @@ class Starts:
             recordings = (recordings,)
         self.model = model
         self.effects = library()
-        every = [_scales(model, recording) for recording in recordings]
+        scales = [_scales(model, recording) for recording in recordings]
         self.scales = replace(
-            every[0], torque=max(s.torque for s in every), peak=max(s.peak for s in every),
-            friction=max(s.friction for s in every), speed=max(s.speed for s in every),
-            twist=max(s.twist for s in every), angle=max(s.angle for s in every),
-            reach=max(s.reach for s in every))
+            scales[0], torque=max(s.torque for s in scales), peak=max(s.peak for s in scales),
+            friction=max(s.friction for s in scales), speed=max(s.speed for s in scales),
+            twist=max(s.twist for s in scales), angle=max(s.angle for s in scales),
+            reach=max(s.reach for s in scales))
         travel = max(float(np.ptp(r.positions[:, r.channels[0]])) for r in recordings)
         # A wave of which less than a period is seen may be anything.
         self.orders = [order for order in ORDERS if order * travel >= 2.0 * math.pi]

@@ -27,6 +27,7 @@ from gearbox_monitor.identification.torque_between_stamps import is_open, likeli
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import (
     Explained, LATTICES, location_of, report, Verdict)
+from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
@@ -241,10 +242,10 @@ def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[s
     out, evidence, closed = [], decision.evidence, decision.closed
     for number, fit in otherwise.items():
         recording = evidence.recordings[number]
-        here = evidence.whole.parts[number].run(
+        nominal_run = evidence.whole.parts[number].run(
             closed.candidate.model(closed.z), closed.torque).deviance
         text = '' if recording.doubt is None else recording.doubt.text
-        if fit.deviance < here:
+        if fit.deviance < nominal_run:
             raise InputError(f'{recording.name}: {text}')
         out.append(f'{text}; but the verdict explains the recording better than that')
     return out
@@ -292,7 +293,7 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
         published = tuple(replace(run, data=other.data, candidate=plain, point=other.data.evaluate(
             plain, run.point)) for run, other in zip(published, none_runs))
     orders = {name: rows[0] for name, rows in decision.orders}
-    apart = separations(evidence, fit, decision.fits, orders)
+    separated = separations(evidence, fit, decision.fits, orders)
     errors, condition = standard_errors(evidence, decision.closed)
     at_none = evaluated(evidence.fine, none.candidate, none.z, none.torque)
     space = InnovationSpace(evidence.fine, at_none, evidence.starts, orders)
@@ -312,8 +313,8 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
         evidence.recordings, evidence.model, evidence.sigma, evidence.colour, quantum,
         fit.candidate, fit.z, float(fit.torque[0]), decision.closed.candidate, decision.closed.z,
         published, none_runs, closed_runs if decision.closed is fit else runs, closed_runs,
-        errors, condition, gains, d, apart,
-        confusable(evidence, fit, decision.fits, apart) if fit.candidate.ids else [],
+        errors, condition, gains, d, separated,
+        confusable(evidence, fit, decision.fits, separated) if fit.candidate.ids else [],
         partial(matrix, space), adequacy.excess, adequacy.structure,
         adequacy.noise_gain, dependence, decision.remains,
         () if bursts is None else bursts.bursts, lattices)
@@ -338,12 +339,10 @@ def standard_errors(evidence: Evidence,
     J = coordinate_columns(evidence.fine, at)
     S = J.T @ J + np.diag(candidate.prior(z)[1])
     scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))
-    scaled = S * scale[:, None] * scale
     misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))
-    covariance = misfit * scale[:, None] * scale * np.linalg.pinv(scaled, rcond=1e-13)
     jacobian = candidate.wave_jacobian(z)
-    errors = np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))
-    return candidate.named_errors(z, errors), float(np.linalg.cond(scaled))
+    errors = np.sqrt(np.maximum(misfit * np.diag(jacobian @ covariance(S) @ jacobian.T), 0.0))
+    return candidate.named_errors(z, errors), float(np.linalg.cond(S * np.outer(scale, scale)))
 
 
 def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:

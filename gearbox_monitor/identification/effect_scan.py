@@ -129,10 +129,10 @@ def _started(name: str, free: Sequence[Coordinate], step: Array) -> Array:
     values, first = [c.start for c in free], free[0]
     if first.start == 0.0:
         at = float(np.clip(step[0], -first.scale, first.scale))
-        least = BEGUN * first.scale  # a memory that is off has no derivative
-        at = math.copysign(max(abs(at), least), at)
+        smallest = BEGUN * first.scale  # a memory that is off has no derivative
+        at = math.copysign(max(abs(at), smallest), at)
         if not first.low <= at <= first.high:
-            at = least if first.high > 0.0 else -least
+            at = smallest if first.high > 0.0 else -smallest
         values[0] = at
     return np.array([math.log(v) if c.log else v for c, v in zip(free, values)])
 

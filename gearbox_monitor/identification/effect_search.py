@@ -175,5 +175,5 @@ class EffectSearch:
             return self.alone(fit, 1 - i)
         candidate = self.starts.none()
         z = np.array([v for c, v in zip(fit.candidate.coordinates, fit.z) if c.owner < 0])
-        begun = candidate.start() if len(z) != len(candidate.coordinates) else z
-        return fitted(self.likelihood, InnovationFit(candidate, begun, fit.torque), 4)
+        start = candidate.start() if len(z) != len(candidate.coordinates) else z
+        return fitted(self.likelihood, InnovationFit(candidate, start, fit.torque), 4)

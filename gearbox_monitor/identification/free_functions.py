@@ -123,8 +123,8 @@ def knots_over(x: Array, variable: str) -> list[float]:
         knots = np.percentile(np.abs(x), 100.0 - TAIL) * np.sign(share) * np.abs(share) ** BEND
     else:
         knots = np.percentile(x, np.linspace(TAIL, 100.0 - TAIL, KNOTS))
-    far = np.concatenate([[True], np.diff(knots) > 1e-6 * max(float(np.ptp(knots)), 1e-12)])
-    return [float(k) for k in knots[far]]
+    distinct = np.concatenate([[True], np.diff(knots) > 1e-6 * max(float(np.ptp(knots)), 1e-12)])
+    return [float(k) for k in knots[distinct]]
 
 
 def map_of(table: Values, values: Array) -> Values:
@@ -166,8 +166,8 @@ def mapped(likelihood: JointLikelihood, fit: InnovationFit, places: Sequence[str
     fits = []
     for dependence in dependences(likelihood, at, places)[:FITTED]:
         candidate = with_map(fit.candidate, dependence.table, scale)
-        begun = InnovationFit(candidate, np.concatenate([fit.z, dependence.values]), fit.torque)
-        fits.append(fitted(likelihood, begun, ITERATIONS))
+        start = InnovationFit(candidate, np.concatenate([fit.z, dependence.values]), fit.torque)
+        fits.append(fitted(likelihood, start, ITERATIONS))
     closest = min(fits, key=lambda f: f.deviance + f.candidate.n_effect * cost, default=None)
     if closest is None or fit.deviance - closest.deviance < cost * (
             closest.candidate.n_effect - fit.candidate.n_effect):

@@ -10,15 +10,20 @@ they are eliminated from the normal equations by a Schur complement, as in varia
 """
 from collections.abc import Container
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.likelihood import (
-    damped_solve, FitPoint, normal_equations, objective, sensitivity, squares, updated,
-    uses_memory, weights, WindowData)
+    FitPoint, normal_equations, objective, sensitivity, squares, updated, uses_memory, weights,
+    WindowData)
 from gearbox_monitor.identification.position import multiscale
 from gearbox_monitor.identification.window_states import hand_over
+from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
+from gearbox_monitor.kernels.types import Array
+
+RULE = Damping(1e-6, 100.0, 1e-3, smallest=1e-9, attempts=4)
 
 
 def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations: int = 4,
@@ -43,7 +48,7 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
         point = data.evaluate(candidate, point)
     if data.simulator.nonsmooth:
         return multiscale.fit(data, candidate, point, iterations, robust, tolerance)
-    damping, s = 1e-6, None
+    damping, s = RULE.start, None
     for k in range(iterations):
         weight = weights(data, point.chi2, robust)
         objective_before = objective(candidate, point, weight)
@@ -51,27 +56,16 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
             s = sensitivity(data, candidate, point)
         S, g, X, x = normal_equations(s, point.residual, weight)
         pull, prior = candidate.prior(point.z)
-        S = S + np.diag(prior)
-        g = g - pull
-        improved = False
-        for _ in range(4):
-            dz = damped_solve(S, g, damping) if len(g) else np.zeros(0)
-            z = candidate.bounded(point.z + dz)
-            dz = z - point.z
-            trial = data.evaluate(candidate, FitPoint(
-                z, point.states + x - np.einsum('wij,j->wi', X, dz), point.memory))
-            trial = _keep_states(data, candidate, point, trial)
-            if objective(candidate, trial, weight) < objective_before:
-                improved = True
-                break
-            damping = max(damping * 100.0, 1e-3)
-        if not improved:
+        step = damped_step(
+            S + np.diag(prior), g - pull, partial(_moved, data, candidate, point, (X, x)),
+            partial(_gain, candidate, weight, objective_before), damping, RULE)
+        if step is None:
             if k in refresh:
                 break
-            s, damping = None, 1e-6
+            s, damping = None, RULE.start
             continue
-        damping = max(damping * 0.1, 1e-9)
-        gain = objective_before - objective(candidate, trial, weight)
+        trial, damping = step
+        gain = _gain(candidate, weight, objective_before, trial)
         point = hand_over(data, candidate, trial) if uses_memory(candidate) else trial
         if gain < tolerance:
             break
@@ -91,6 +85,18 @@ def robust_then_plain(data: WindowData, candidate: CandidateModel, point: FitPoi
     """
     point = fit(data, candidate, point, iterations[0], robust=True)
     return fit(data, candidate, point, iterations[1])
+
+
+def _moved(data: WindowData, candidate: CandidateModel, point: FitPoint,
+           reduced: tuple[Array, Array], dz: Array) -> FitPoint:
+    """Return `point` after the step `dz` [P], its states by X and x of normal_equations."""
+    z, (X, x) = candidate.bounded(point.z + dz), reduced
+    return _keep_states(data, candidate, point, data.evaluate(candidate, FitPoint(
+        z, point.states + x - np.einsum('wij,j->wi', X, z - point.z), point.memory)))
+
+
+def _gain(candidate: CandidateModel, weight: Array, at_start: float, trial: FitPoint) -> float:
+    return at_start - objective(candidate, trial, weight)
 
 
 def _keep_states(data: WindowData, candidate: CandidateModel, point: FitPoint,

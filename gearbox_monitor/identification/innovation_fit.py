@@ -16,7 +16,7 @@ import numpy as np
 
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovations import Likelihood
-from gearbox_monitor.identification.likelihood import damped_solve
+from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
 from gearbox_monitor.kernels.types import Array
 
 FAR = 2.0                    # change of the logarithm of the noise in a step
@@ -25,7 +25,9 @@ COORDINATE_STEP = 0.1        # of the steps of a candidate: a single sample is n
 REACH = 3.0                  # a step is not longer than so many times value or scale
 LOG_REACH = 1.5              # the same of coordinates that are logarithms
 FACTORS = (16.0, 4.0, 1.5)   # by which the noise is tried
-ATTEMPTS = 5                 # dampings that a step tries
+ENOUGH = 1e-3                # gain in -2 log L of a step that is taken
+RULE = Damping(1e-4, 20.0, 1e-3, smallest=1e-9, attempts=5)
+UNHELPFUL = 1e-2             # damping after steps that did not help
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ def evaluated(likelihood: Likelihood, candidate: CandidateModel, z: Array,
 def annealed(likelihood: Likelihood, fit: FilteredFit) -> Array:
     """Return the torque noise [2] that is likeliest at `fit`, by tangents of `likelihood`."""
     torque, deviance = fit.torque, fit.run.deviance
-    least, most = likelihood.least_noise, likelihood.most_noise
+    smallest, largest = likelihood.least_noise, likelihood.most_noise
     for sides in ([0, 1], [0], [1]):
         for factor in FACTORS:
             for sign in (-1.0, 1.0):
@@ -86,7 +88,7 @@ def annealed(likelihood: Likelihood, fit: FilteredFit) -> Array:
                 while improved:
                     trial = torque.copy()
                     trial[sides] = np.clip(
-                            trial[sides] * factor ** sign, least[sides], most)
+                            trial[sides] * factor ** sign, smallest[sides], largest)
                     value = np.inf if (trial == torque).all() else likelihood.with_noise(
                         fit.run, trial)[0]
                     improved = value < deviance - 0.02
@@ -138,7 +140,7 @@ def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
         iterations: at most so many.
         tolerance: gain in -2 log L below which it stops.
     """
-    damping = 1e-4
+    damping = RULE.start
     at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
     for _ in range(iterations):
         torque = annealed(likelihood, at)
@@ -167,21 +169,23 @@ def _step(likelihood: Likelihood, fit: FilteredFit,
     g = J.T @ residual
     g[count:] += 0.5 * spreads.T @ (read - residual ** 2)
     g[:count] += pull
-    least, most = likelihood.least_noise, likelihood.most_noise
-    at_least = (fit.torque <= least * 1.001) & (g[count:] > 0.0)
+    smallest, largest = likelihood.least_noise, likelihood.most_noise
+    at_least = (fit.torque <= smallest * 1.001) & (g[count:] > 0.0)
     free = np.array([*range(count), *(count + np.flatnonzero(~at_least))], int)
     if not len(free):
         return fit, damping
     log = np.array([c.log for c in candidate.coordinates], bool)
     scale = np.array([c.scale for c in candidate.coordinates])
-    for _ in range(ATTEMPTS):
+    reach = np.where(log, LOG_REACH, REACH * np.maximum(np.abs(fit.z), scale))
+
+    def trial_of(change: Array) -> FilteredFit:
         step = np.zeros(count + 2)
-        step[free] = -damped_solve(H[np.ix_(free, free)], g[free], damping)
-        reach = np.where(log, LOG_REACH, REACH * np.maximum(np.abs(fit.z), scale))
+        step[free] = -change
         z = candidate.bounded(fit.z + np.clip(step[:count], -reach, reach))
-        torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), least, most)
-        trial = evaluated(likelihood, candidate, z, torque)
-        if trial.deviance < fit.deviance - 1e-3:
-            return trial, max(0.1 * damping, 1e-9)
-        damping = max(20.0 * damping, 1e-3)
-    return fit, 1e-2
+        torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), smallest, largest)
+        return evaluated(likelihood, candidate, z, torque)
+
+    def gain_of(trial: FilteredFit) -> float:
+        return fit.deviance - ENOUGH - trial.deviance
+    return damped_step(H[np.ix_(free, free)], g[free], trial_of, gain_of, damping, RULE) or (
+        fit, UNHELPFUL)

@@ -227,9 +227,9 @@ class InnovationLikelihood:
         if t.kind in ('play', 'passive_play') and t.hysteresis_width > 0.0:
             sizes[4] = t.hysteresis_width * (t.stiffness if t.kind == 'play' else 1.0)
         if servo is not None:
-            late = servo.delay + (1.0 / servo.rate if servo.rate else 0.0)
+            delay = servo.delay + (1.0 / servo.rate if servo.rate else 0.0)
             sizes.update({4 + place: self._torque for place, value in (
-                (INTEGRAL, servo.ki), (LATE_A, late), (LATE_B, late), (LATE_C, late)) if value})
+                (INTEGRAL, servo.ki), (LATE_A, delay), (LATE_B, delay), (LATE_C, delay)) if value})
         for place, size in list(sizes.items())[:MOST_STATES - 4]:  # no lane for more
             places.append(place)
             moves.append(MEMORY_MOVE * size)

@@ -15,6 +15,7 @@ import numpy as np
 
 from gearbox_monitor.identification import likelihood
 from gearbox_monitor.identification.shooting import ShootingWindows
+from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -22,6 +23,7 @@ SPACING = 0.04      # s between the peaks of the triangles
 QUARTERS = 4        # short windows in a long one
 ITERATIONS = 4
 LEAST_GAIN = 1e-3   # of the cost of a window, for another iteration
+RULE = Damping(1e-6, 30.0, 1e-4, attempts=4, absolute=1e-9)
 SIDE_BY_SIDE = 64   # runs, which bounds the memory
 TORQUES = ('motor_side', 'arm_side', 'transmission')   # in the order of Simulator.run's extra
 SENSORS = ('motor_sensor', 'arm_sensor')
@@ -105,8 +107,8 @@ class InputEstimator:
             rows = windows.begin[:, None] + np.arange(len(self.basis))
             extra = data.simulator.extra
             self.extra = extra[np.minimum(rows, len(extra) - 1)]
-            late = (self.lead - windows.first + windows.begin)[:, None]
-            self.at = np.minimum(np.arange(len(self.basis)) + late, len(self.basis) - 1)
+            shift = (self.lead - windows.first + windows.begin)[:, None]
+            self.at = np.minimum(np.arange(len(self.basis)) + shift, len(self.basis) - 1)
             self.scale = max(float(np.std(data.recording.torque)), 1e-9)
         else:
             self.scale = max(float(np.std(data.recording.y[:, SENSORS.index(place)])), 1e-9)
@@ -185,42 +187,11 @@ class InputEstimator:
             free[:, :count] = ~fixed
         ridge = np.zeros(count + 4)
         ridge[:count] = self.scale ** -2  # weak: for values that the readings say nothing of
-        index = np.arange(windows)
-
-        def evaluated(both: Array, index: Integers) -> tuple[Array, Array]:
-            """Return the residual of the windows `index`, and chi2 with the ridge."""
-            residual = self.residual(both[:, :count], both[:, count:], index)
-            return residual, likelihood.squares(residual) + both ** 2 @ ridge
-        residual, cost = evaluated(both, index)
-        damping = np.full(windows, 1e-6)
-        A = np.empty((windows, count + 4, count + 4))
-        diagonal = np.arange(count + 4)
-        for _ in range(iterations):
-            J = self.sensitivity(both[index, :count], both[index, count:], residual[index], index)
-            J *= free[index, None]
-            gram = _gram(J)
-            A[index] = gram + np.diag(ridge)
-            g = np.einsum('wl,wlj->wj', residual[index], J) - ridge * both[index] * free[index]
-            begin, todo = cost[index], np.arange(len(index))
-            for _ in range(4):
-                own = index[todo]
-                damped = A[own]
-                damped[:, diagonal, diagonal] += (
-                    damping[own, None] * gram[todo][:, diagonal, diagonal] + 1e-9)
-                moved = both[own] + np.linalg.solve(damped, g[todo, :, None])[:, :, 0]
-                trial, trial_cost = evaluated(moved, own)
-                improved = trial_cost < cost[own]
-                better = own[improved]
-                both[better], residual[better] = moved[improved], trial[improved]
-                cost[better] = trial_cost[improved]
-                damping[own] = np.where(improved, 0.1 * damping[own],
-                                        np.maximum(30.0 * damping[own], 1e-4))
-                todo = todo[~improved]
-                if not len(todo):
-                    break
-            index = index[begin - cost[index] > LEAST_GAIN * cost[index]]
-            if not len(index):
-                break
+        gram = np.empty((windows, count + 4, count + 4))
+        problems = _Inputs(self, free, gram)
+        both, residual, _ = minimise(problems, both, RULE, LEAST_GAIN, RULE.attempts * iterations,
+                                     iterations, ridge * free)
+        A = gram + np.diag(ridge)
         own, cross, inner = A[:, :count, :count], A[:, :count, count:], A[:, count:, count:]
         precision = own - np.diag(ridge[:count]) - cross @ np.linalg.solve(
             inner + 1e-9 * np.eye(4), cross.transpose(0, 2, 1))
@@ -229,6 +200,27 @@ class InputEstimator:
         unknowns = 4.0 + np.einsum('wii->w', share)
         return InputEstimate(self.place, both[:, :count], precision, residual,
                              likelihood.squares(residual), unknowns, both[:, count:])
+
+
+@dataclass(frozen=True, eq=False)
+class _Inputs:
+    """Signal and states of windows as problems; free [W, P]: 1 or 0; gram [W, P, P]: written."""
+
+    estimator: InputEstimator
+    free: Array
+    gram: Array
+
+    def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta` of the problems `index`."""
+        residual = self.estimator.residual(theta[:, :-4], theta[:, -4:], index)
+        return residual, likelihood.squares(residual)
+
+    def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta`, `residual` of the problems `index`."""
+        J = self.estimator.sensitivity(theta[:, :-4], theta[:, -4:], residual, index)
+        J *= self.free[index, None]
+        self.gram[index] = _gram(J)
+        return self.gram[index], np.einsum('wl,wlj->wj', residual, J)
 
 
 def taken_over(windows: ShootingWindows, states: Array, targets: ShootingWindows,

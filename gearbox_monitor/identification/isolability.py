@@ -136,8 +136,8 @@ def evidence_for(evidence: Evidence, fit: InnovationFit, fits: Sequence[Innovati
         fits: all that were scored; the best of those without the effect is what it is against.
         owner: index of the effect in the candidate.
     """
-    kept = {name for i, name in enumerate(fit.candidate.ids) if i != owner}
-    without = min((f for f in fits if set(f.candidate.ids) <= kept), key=evidence.score)
+    remaining = {name for i, name in enumerate(fit.candidate.ids) if i != owner}
+    without = min((f for f in fits if set(f.candidate.ids) <= remaining), key=evidence.score)
     return float(without.deviance - fit.deviance)
 
 
@@ -166,8 +166,8 @@ def separations(evidence: Evidence, fit: InnovationFit, fits: Sequence[Innovatio
     signatures = {name: space.signature(name) for name in names}
     out = {}
     for owner in owners:
-        others = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
-        nuisances, weight = space.own[:, others], prior[others]
+        foreign = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
+        nuisances, weight = space.own[:, foreign], prior[foreign]
         a = remove(direction(candidate, fit.z, owner, space.own), nuisances, weight)
         table = {name: share_left(a, remove(columns, nuisances, weight))
                  for name, columns in signatures.items()}

@@ -20,6 +20,7 @@ from gearbox_monitor.identification.candidates import CandidateModel, with_effec
 from gearbox_monitor.identification.noise_model import prewhitened
 from gearbox_monitor.identification.position.model_error import Weighing
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows, Simulator
+from gearbox_monitor.kernels.levenberg_marquardt import damped_solve as damped_solve
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MEMORIES
@@ -373,21 +374,6 @@ def normal_equations(s: Sensitivity, residual: Array, weight: Array,
     full = np.einsum('wli,wlj->wij', Jz, Jz) - np.einsum('wki,wkj->wij', B, X)
     g = np.einsum('wli,wl->wi', Jz, r) - np.einsum('wki,wk->wi', B, x)
     return np.einsum('w,wij->ij', weight, full), weight @ g, X, x
-
-
-def damped_solve(S: Array, g: Array, damping: float) -> Array:
-    """
-    Solve S dz = g, scaled by its diagonal, Levenberg-Marquardt damping on it.
-
-    Args:
-        S: reduced normal matrix [P, P].
-        g: reduced gradient [P].
-        damping: Levenberg-Marquardt damping, relative to the diagonal.
-    """
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-12 * max(np.diag(S).max(initial=0.0), 1e-30)))
-    scaled = S * scale[:, None] * scale
-    scaled[np.diag_indices_from(scaled)] += damping
-    return scale * np.linalg.solve(scaled, scale * g)
 
 
 def gained(S: Array, g: Array, base: int) -> float:

@@ -22,6 +22,7 @@ from gearbox_monitor.identification.input_estimation import (
 from gearbox_monitor.identification.shooting import N_MEMORY
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.windows import WindowRuns
+from gearbox_monitor.kernels.linear_least_squares import solution
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 THIRDS = ('low', 'mid', 'high')
@@ -132,17 +133,17 @@ def labels(runs: Sequence[WindowRuns]
     Args:
         runs: without effects, of each recording.
     """
-    every = [_motion(run) for run in runs]
+    motions = [_motion(run) for run in runs]
     out: dict[str, tuple[tuple[str, ...], list[Integers]]] = {}
     for name in ('speed', 'angle', 'load', 'time'):
-        limits = np.quantile(np.concatenate([moved[name].ravel() for moved, _ in every]),
+        limits = np.quantile(np.concatenate([moved[name].ravel() for moved, _ in motions]),
                              [1 / 3, 2 / 3])
-        out[name] = (THIRDS, [np.searchsorted(limits, moved[name]) for moved, _ in every])
-    out['reversal'] = (('away', 'near'), [near.astype(int) for _, near in every])
+        out[name] = (THIRDS, [np.searchsorted(limits, moved[name]) for moved, _ in motions])
+    out['reversal'] = (('away', 'near'), [closeness.astype(int) for _, closeness in motions])
     b = runs[0].model.transmission.half_gap
     out['twist'] = (('gap', 'upper_flank', 'lower_flank'), [
         np.where(moved['twist'] > b, 1, np.where(moved['twist'] < -b, 2, 0))
-        for moved, _ in every])
+        for moved, _ in motions])
     return out
 
 
@@ -240,14 +241,11 @@ def command_or_motion(runs: Sequence[WindowRuns],
         for name, columns in (('command', (u[at], rate[at])), ('motion', (speed[at], s[at])),
                               ('constant', (np.ones(at.shape),))):
             gram, pull = _products(free, np.stack(columns, axis=2))
-            before = sums.get(name, (0.0, 0.0))
-            sums[name] = gram + before[0], pull + before[1]
+            previous = sums.get(name, (0.0, 0.0))
+            sums[name] = gram + previous[0], pull + previous[1]
     out = {}
     for name, (gram, pull) in sums.items():
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
-        step = scale * np.linalg.lstsq(gram * scale[:, None] * scale, pull * scale,
-                                       rcond=1e-12)[0]
-        out[name] = float(np.clip(step @ pull / max(total, 1e-300), 0.0, 1.0))
+        out[name] = float(np.clip(solution(gram, pull) @ pull / max(total, 1e-300), 0.0, 1.0))
     return out
 
 
@@ -306,8 +304,8 @@ def places(runs: Sequence[WindowRuns], jobs: int = 1, illustrates: bool = False)
         jobs: number of threads.
         illustrates: whether the place is known otherwise: fewer windows do, from one start.
     """
-    most = ILLUSTRATING if illustrates else max(DECIDING // len(runs), ILLUSTRATING)
-    runs = [some_windows(run, most) for run in runs]
+    limit = ILLUSTRATING if illustrates else max(DECIDING // len(runs), ILLUSTRATING)
+    runs = [some_windows(run, limit) for run in runs]
     visible = [place for place in PLACES if all(place in visible_places(run) for run in runs)]
     estimates = [free_forms(run, jobs, visible, not illustrates) for run in runs]
     chi2_before = sum(float(run.chi2.sum()) for run in runs)

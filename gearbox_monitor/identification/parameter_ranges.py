@@ -135,9 +135,9 @@ class ParameterRanges(Shown, Saved):
         Raises:
             InputError: count or seed is no such number.
         """
-        for name, value, least in (('count', count, 1), ('seed', seed, 0)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise InputError(f'{name}: {value!r}, expected a whole number >= {least}')
+        for name, value, lowest in (('count', count, 1), ('seed', seed, 0)):
+            if isinstance(value, bool) or not isinstance(value, int) or value < lowest:
+                raise InputError(f'{name}: {value!r}, expected a whole number >= {lowest}')
         normal = np.random.default_rng(seed).standard_normal((count, len(self.names)))
         level = ndtr(normal @ self.factor.T)
         drawn = {}
@@ -206,8 +206,8 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     unknown = spread > THRESHOLDS.determined ** 2
     along, variance = directions[:, unknown], spread[unknown]
     across = np.eye(len(names)) - along @ along.T
-    inside = np.einsum('ij,njk,kl->nil', across, covariances, across)
-    beside, apart = np.zeros((len(names), 1)), np.zeros(len(names))
+    rotated = np.einsum('ij,njk,kl->nil', across, covariances, across)
+    beside, single = np.zeros((len(names), 1)), np.zeros(len(names))
     open_covariance = np.zeros((len(names), len(names)))
     for direction, error in zip(along.T, variance):
         _, differences, _, scatter = _mixture(
@@ -215,15 +215,15 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
         beside = beside + direction[:, None] ** 2 * (
             error + differences * (1.0 + 1.0 / len(estimates)))
         scatter = np.nan_to_num(scatter)
-        apart += (direction * scatter) ** 2
+        single += (direction * scatter) ** 2
         open_covariance += np.outer(direction, direction) * (error + scatter ** 2)
     centre = y.mean(axis=0) @ (along @ along.T)
-    known = y @ across
+    turned = y @ across
     quantiles = np.empty((len(LEVELS), len(names)))
     between = np.full(len(names), math.nan)
     deviation = np.empty(len(names))
     for j in range(len(names)):
-        means, differences, errors_left, between[j] = _mixture(known[:, j], inside[:, j, j])
+        means, differences, errors_left, between[j] = _mixture(turned[:, j], rotated[:, j, j])
         variances = differences + errors_left
         quantiles[:, j] = centre[j] + _quantiles(means, variances + beside[j], LEVELS)
         low, high = _quantiles(means, variances, np.array([0.05, 0.95]))
@@ -232,8 +232,8 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
         correlation = _normalised(covariances[0])
     else:
         # Of the difference between drives, and of the error of their mean.
-        determined = _normalised(_between_correlation(known, inside) * np.outer(between, between)
-                              + inside.mean(axis=0) / len(estimates))
+        determined = _normalised(_between_correlation(turned, rotated) * np.outer(between, between)
+                              + rotated.mean(axis=0) / len(estimates))
         correlation = _normalised(determined * np.outer(deviation, deviation) + open_covariance)
     quantiles *= size
     cut = positive & ~logarithmic
@@ -241,7 +241,7 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     low, middle, high = (_at(quantiles, level, logarithmic) for level in (0.05, 0.5, 0.95))
     return ParameterRanges(
         tuple(names), tuple(units), tuple(bool(v) for v in logarithmic), middle, low, high,
-        np.sqrt(between ** 2 + apart) * size, correlation, _combinations(names, along, variance),
+        np.sqrt(between ** 2 + single) * size, correlation, _combinations(names, along, variance),
         tuple(e.name for e in estimates), tuple(remarks), quantiles)
 
 
@@ -281,9 +281,9 @@ def _check(estimate: UnitEstimate) -> None:
             raise InputError(f'{where}: {value:g} +- {math.sqrt(covariance[i, i]):g}, expected an '
                              f'error of at most {LARGEST:g} times the value')
     size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    near = 1e-6 * np.outer(size, size)
-    if ((np.diag(covariance) < 0.0).any() or (np.abs(covariance - covariance.T) > near).any()
-            or (np.abs(covariance) > np.outer(size, size) + near).any()):
+    tolerance = 1e-6 * np.outer(size, size)
+    if ((np.diag(covariance) < 0.0).any() or (np.abs(covariance - covariance.T) > tolerance).any()
+            or (np.abs(covariance) > np.outer(size, size) + tolerance).any()):
         raise InputError(f'{estimate.name}: covariance: neither symmetric nor positive, expected '
                          'that of the errors')
 
@@ -343,11 +343,11 @@ def _mixture(y: Array, variance: Array) -> tuple[Array, Array, Array, float]:
     high = np.full(len(target), float(((y - y.mean()) ** 2).sum()) + floor) / target
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        more = scatter(middle)[0] > target
-        low, high = np.where(more, middle, low), np.where(more, high, middle)
+        excessive = scatter(middle)[0] > target
+        low, high = np.where(excessive, middle, low), np.where(excessive, high, middle)
     high[none] = 0.0
-    _, mean, least = scatter(high)
-    return mean[:-1], high[:-1], least[:-1], math.sqrt(high[-1])
+    _, mean, spread_at_high = scatter(high)
+    return mean[:-1], high[:-1], spread_at_high[:-1], math.sqrt(high[-1])
 
 
 def _quantiles(means: Array, variances: Array, levels: Array) -> Array:
@@ -357,8 +357,8 @@ def _quantiles(means: Array, variances: Array, levels: Array) -> Array:
     high = np.full(len(levels), float((means + 10.0 * deviations).max()))
     for _ in range(HALVINGS // 2):
         middle = 0.5 * (low + high)
-        below = ndtr((middle[:, None] - means) / deviations).mean(axis=1) < levels
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
+        lower = ndtr((middle[:, None] - means) / deviations).mean(axis=1) < levels
+        low, high = np.where(lower, middle, low), np.where(lower, high, middle)
     return 0.5 * (low + high)
 
 
@@ -379,8 +379,8 @@ def _between_correlation(y: Array, covariances: Array) -> Array:
     r = _normalised((vectors * np.maximum(values, 0.0)) @ vectors.T)
     off = ~np.eye(len(r), dtype=bool)
     chance = float(off.sum()) / (count - 1)
-    seen = float((r[off] ** 2).sum())
-    share = 1.0 if seen <= 0.0 else max(0.0, 1.0 - chance / seen)
+    power = float((r[off] ** 2).sum())
+    share = 1.0 if power <= 0.0 else max(0.0, 1.0 - chance / power)
     return np.where(off, share * r, 1.0)
 
 

@@ -21,6 +21,7 @@ from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, COORDINATE_STEP, evaluated, fitted, InnovationFit)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
+from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.quality.recording import UniformRecording
 
@@ -62,11 +63,11 @@ def pooled(values: Sequence[float], errors: Sequence[float]) -> RandomEffect:
         weight = 1.0 / (variance + between)
         mean = float(weight @ y / weight.sum())
         return mean, 1.0 / float(weight.sum()), float(weight @ (y - mean) ** 2) / (count - 1)
-    most = float(np.var(y)) * count + 1e-300
+    bound = float(np.var(y)) * count + 1e-300
     between = 0.0 if spread(0.0)[2] <= 1.0 else float(
-        brentq(lambda v: spread(v)[2] - 1.0, 0.0, most))
-    mean, least, scatter = spread(between)
-    reach = float(student.ppf(0.5 + 0.5 * CONFIDENCE, count - 1)) * math.sqrt(least * scatter)
+        brentq(lambda v: spread(v)[2] - 1.0, 0.0, bound))
+    mean, of_mean, scatter = spread(between)
+    reach = float(student.ppf(0.5 + 0.5 * CONFIDENCE, count - 1)) * math.sqrt(of_mean * scatter)
     return RandomEffect(mean, mean - reach, mean + reach, math.sqrt(between), y.tolist(),
                         [float(e) for e in errors])
 
@@ -94,14 +95,13 @@ def between_recordings(recordings: Sequence[UniformRecording], candidate: Candid
         likeliest = fitted(likelihood, InnovationFit(candidate, z, likelihood.first_noise))
         fit = evaluated(likelihood, candidate, likeliest.z, likeliest.torque)
         columns = coordinate_columns(likelihood, fit)
-        covariance = np.linalg.pinv(
-            columns.T @ columns + np.diag(candidate.prior(fit.z)[1]), 1e-12, hermitian=True)
+        inverse = covariance(columns.T @ columns + np.diag(candidate.prior(fit.z)[1]))
         steps = COORDINATE_STEP * candidate.steps()
         moved = [_numbers(candidate, fit.z + step) for step in np.diag(steps)]
         for key, value in _numbers(candidate, fit.z).items():
             slope = np.array([(other[key] - value) / step for other, step in zip(moved, steps)])
             measured.setdefault(key, []).append(
-                (value, math.sqrt(max(float(slope @ covariance @ slope), 0.0))))
+                (value, math.sqrt(max(float(slope @ inverse @ slope), 0.0))))
     out: dict[str, dict[str, RandomEffect]] = {}
     for (name, parameter), pairs in measured.items():
         values, errors = zip(*pairs)

@@ -111,10 +111,6 @@ class Search:
         out.long, out._fitted = long, dict(fitted)
         return out
 
-    def trained_on(self, train: Flags, fitted: Mapping[str, CandidateFit]) -> 'Search':
-        """Return the Search with `fitted` where the windows of the mask `train` [W] are fitted."""
-        return self.with_data(replace(self.long, train=train), fitted)
-
     def map(self, function: Callable[[Item], Outcome], items: Sequence[Item],
             text: str) -> list[Outcome]:
         """
@@ -143,10 +139,6 @@ class Search:
         self._total += 1
         self._done += 1
         self._progress(self._done, self._total, text)
-
-    def use_orders(self, orders: dict[str, list[int]]) -> None:
-        """Take over {id: orders N, best first} of periodic effects."""
-        self._orders.update(orders)
 
     @property
     def half_gap(self) -> float:

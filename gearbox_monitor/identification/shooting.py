@@ -151,12 +151,12 @@ class Simulator:
         key = tuple(e[COMMAND_PLACES])
         torque = self._acting.get(key)
         if torque is None:
-            held = self.dt / self._parts
+            substep = self.dt / self._parts
             torque = np.empty((len(self.u) * self._parts, self.n // self._parts))
             u = self._padded.copy()
             for part in np.split(u, self._joints):  # from one recording to the next nothing moves
-                lead(part, np.array([part[0], part[0], 0.0]), held, e)
-            actuator(u, self._keep * self._parts, steady_command(self.u[0], e), held, e, torque)
+                lead(part, np.array([part[0], part[0], 0.0]), substep, e)
+            actuator(u, self._keep * self._parts, steady_command(self.u[0], e), substep, e, torque)
             torque = torque.reshape(len(self.u), self.n)
             if len(self._acting) > 4:
                 self._acting.clear()

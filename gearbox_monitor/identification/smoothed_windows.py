@@ -52,15 +52,6 @@ def training_spans(search: Search) -> list[slice]:
         search.recording.cuts, search.last, search.spans) if n]
 
 
-def unseen_spans(search: Search) -> list[slice]:
-    """Return the parts of the recording of `search` that are held out."""
-    recording = search.recording
-    if search.long.train.all():
-        return []
-    return [slice(cut + n, span.stop) for cut, n, span in zip(
-        recording.cuts, search.last, recording.segments) if cut + n < span.stop]
-
-
 def on_windows(search: Search, fit: InnovationFit, filter_: InnovationLikelihood,
                score: float) -> CandidateFit:
     """
@@ -98,12 +89,3 @@ def on_windows(search: Search, fit: InnovationFit, filter_: InnovationLikelihood
                 break
             point = gauss_newton.fit(data, candidate, rescued, 6, robust=True)
     return search.as_fitted(candidate, point, smooth)
-
-
-def fit_none(search: Search) -> CandidateFit:
-    """Fit the model without effects to a recording driven by torque, for `search` to keep."""
-    candidate = search.starts.none()
-    whole = InnovationLikelihood(search.recording, search.model, search.long.sigma,
-                                 search.spans)
-    fit = likeliest(search, candidate, [candidate.start()])
-    return search.keep(on_windows(search, fit, whole, fit.deviance))

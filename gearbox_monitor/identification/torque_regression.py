@@ -141,13 +141,13 @@ def _rows(recording: UniformRecording, model: DriveModel) -> _Rows:
         kernels = np.array(smooth.kernels)  # of position, speed, acceleration
         # Of the other encoder, where there is one: of its copy, no less.
         own = kernels @ kernels.T
-        here = np.zeros((6, 6))
+        own_noise = np.zeros((6, 6))
         for channel in (0, 1):
             index = np.array([P1, V1, A1]) + channel
-            here[np.ix_(index, index)] = sigma[channel] ** 2 * own
+            own_noise[np.ix_(index, index)] = sigma[channel] ** 2 * own
         if len(recording.channels) == 1:
-            here[:] = np.kron(sigma[recording.channels[0]] ** 2 * own, np.ones((2, 2)))
-        noise += here / len(recording.cuts)
+            own_noise[:] = np.kron(sigma[recording.channels[0]] ** 2 * own, np.ones((2, 2)))
+        noise += own_noise / len(recording.cuts)
     return _Rows(np.concatenate(times), np.concatenate(motion), noise, parts,
                  np.concatenate(block), max(WIDTH * smooth.half_width for _, smooth in parts),
                  np.concatenate([np.column_stack([smooth.filtered(c) for c in simulator.extra.T])
@@ -171,8 +171,8 @@ def torque_regression(recording: UniformRecording,
         return None
     rows = _rows(recording, model)
     z = candidate.start()
-    before = rows.imbalance(candidate.model(z))
-    weight: Array = np.ones(len(before))
+    at_start = rows.imbalance(candidate.model(z))
+    weight: Array = np.ones(len(at_start))
     result: Array = np.zeros((len(z), len(z)))
     for _ in range(STEPS):
         step = _step(rows, candidate, z, weight)
@@ -185,9 +185,9 @@ def torque_regression(recording: UniformRecording,
         result = covariance
         if (np.abs(change) <= SETTLED * np.sqrt(np.diag(covariance))).all():
             break
-    after = rows.imbalance(candidate.model(z))
+    at_end = rows.imbalance(candidate.model(z))
     return TorqueRegression(z, result, *(
-        float(np.sqrt(np.average(r * r, weights=weight))) for r in (before, after)))
+        float(np.sqrt(np.average(r * r, weights=weight))) for r in (at_start, at_end)))
 
 
 def _step(rows: _Rows, candidate: CandidateModel, z: Array,

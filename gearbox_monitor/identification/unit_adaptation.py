@@ -95,10 +95,10 @@ def adapt(recordings: Sequence[UniformRecording], model: DriveModel,
     try:
         while fit is None:
             fit = fit_nominal(recordings, model, free, jobs=jobs, progress=fitting_at)
-            held = [v.name for v in fit.values if not v.determined]
+            undetermined = [v.name for v in fit.values if not v.determined]
             free = [v.name for v in fit.values if v.determined]
-            remarks += [f'{name}: not identified, as in the model file' for name in held]
-            if held:  # what was not determined has moved, too
+            remarks += [f'{name}: not identified, as in the model file' for name in undetermined]
+            if undetermined:  # what was not determined has moved, too
                 fit = None
             if not free:
                 raise Undecided('no value is identified')

@@ -3,7 +3,7 @@
 
 """States where the windows start: fitted by Levenberg-Marquardt, and freed from wrong contacts."""
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.likelihood import (
     carried, FitPoint, shortened, squares, state_sensitivity, updated, WindowData)
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
@@ -19,6 +20,8 @@ RIVAL = 6.0  # chi2 by which another fit of a window is better, from which on it
 ROUGH, KEPT_STARTS = 2, 3  # iterations from all starts; how many go on
 SHARES = (0.1, 0.2, 0.4, 0.7, 1.0)  # of the windows, on which states are found step by step
 SPEED = 1.5    # rad/s by which an arm may be faster or slower than its motor, in the gap
+RULE = Damping(1e-3, 20.0, largest=1e6, hopeless=1.0, absolute=1e-9)
+TOLERANCE = 1e-3  # of chi2, for another step
 STUCK = 1.15   # times the median chi2: windows above are tried from elsewhere
 
 
@@ -37,38 +40,33 @@ def solve_states(data: WindowData, model: DriveModel, states: Array, memory: Arr
         index: numbers of the windows [M]; repeats are allowed.
         iterations: largest number of iterations.
     """
-    states, index = states.copy(), np.asarray(index)
-    residual, _ = data.residual(model, states, memory, index)
-    chi2 = squares(residual)
+    index = np.asarray(index)
     if data.begins_known:
-        return states, chi2
-    damping = np.full(len(states), 1e-3)
-    A, g = np.empty((len(states), 4, 4)), np.empty((len(states), 4))
-    moved = active = np.arange(len(states))
-    for _ in range(iterations):
-        if len(moved):
-            J = state_sensitivity(data, model, states[moved], memory[moved], residual[moved],
-                                  index[moved])
-            A[moved] = np.einsum('wli,wlj->wij', J, J)
-            g[moved] = np.einsum('wli,wl->wi', J, residual[moved])
-        damped = A[active]
-        diagonal = np.einsum('wii->wi', damped)
-        damped[:, range(4), range(4)] += diagonal * damping[active, None] + 1e-9
-        trial = states[active] + np.linalg.solve(damped, g[active, :, None])[:, :, 0]
-        r, _ = data.residual(model, trial, memory[active], index[active])
-        trial_chi2 = squares(r)
-        gain = chi2[active] - trial_chi2
-        improved = gain > 0.0
-        damping[active] = np.where(improved, damping[active] * 0.1,
-                                   np.minimum(damping[active] * 20.0, 1e6))
-        arrived = np.where(improved, gain < 1e-3 * chi2[active], damping[active] > 1.0)
-        moved = active[improved]
-        states[moved], residual[moved] = trial[improved], r[improved]
-        chi2[moved] = trial_chi2[improved]
-        moved, active = active[improved & ~arrived], active[~arrived]
-        if not len(active):
-            break
+        return states.copy(), squares(data.residual(model, states, memory, index)[0])
+    states, _, chi2 = minimise(_States(data, model, memory, index), states, RULE, TOLERANCE,
+                               iterations)
     return states, chi2
+
+
+@dataclass(frozen=True)
+class _States:
+    """States of windows as problems side by side, see solve_states."""
+
+    data: WindowData
+    model: DriveModel
+    memory: Array
+    index: Integers
+
+    def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta` of the problems `index`."""
+        residual, _ = self.data.residual(self.model, theta, self.memory[index], self.index[index])
+        return residual, squares(residual)
+
+    def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta`, `residual` of the problems `index`."""
+        J = state_sensitivity(self.data, self.model, theta, self.memory[index], residual,
+                              self.index[index])
+        return np.einsum('wli,wlj->wij', J, J), np.einsum('wli,wl->wi', J, residual)
 
 
 def solved(data: WindowData, candidate: CandidateModel, point: FitPoint) -> FitPoint:

@@ -94,12 +94,12 @@ def segment_of(recording: UniformRecording, model: DriveModel, sigma: Array,
     """
     windows = shooting_windows(recording, SECONDS, settling)
     train = np.ones(len(windows), bool)
-    held = round(HELD_OUT * len(windows))
+    held_out = round(HELD_OUT * len(windows))
     stop = len(recording.u)
     unseen = stop
-    if held:
-        train[-held:] = False
-        unseen = int(windows.first[-held])
+    if held_out:
+        train[-held_out:] = False
+        unseen = int(windows.first[-held_out])
     data = WindowData(recording, Simulator(recording, model, finer=finer), windows,
                       np.asarray(sigma, float), train, None, colour)
     return Segment(data, slice(int(windows.begin[0]), stop), unseen)

@@ -76,11 +76,11 @@ def _(estimates: Estimates) -> Figure:
 @picture.register
 def _(windows: BacklashWindows) -> Figure:
     sketch = Figure(figsize=(9, 4), layout='constrained')
-    shown = [one for one in windows.fits if isinstance(one, Backlash)]
+    fits = [one for one in windows.fits if isinstance(one, Backlash)]
     axes = sketch.subplots()
-    if shown:
+    if fits:
         length = float(np.median(np.diff(windows.ends, prepend=0.0)))
-        plots.draw_backlash(axes, _curve(shown, int(windows.recording.stamp_ns.min()), length),
+        plots.draw_backlash(axes, _curve(fits, int(windows.recording.stamp_ns.min()), length),
                             windows.recording.name)
     else:
         axes.set_title(f'{windows.recording.name}: {windows.reason}', fontsize=10, loc='left')

@@ -378,9 +378,9 @@ def _within_limits(readings: Readings, limits: FileLimits, model: DriveModel) ->
                          'taken as its ends, as MuJoCo does')
     low, high = limits.travel
     with np.errstate(invalid='ignore'):
-        outside = int(np.count_nonzero(((readings.y < low) | (readings.y > high)).any(axis=1)))
-    if outside:
-        notes.append(f'{outside} samples lie beyond the range of the joint ({low:g} to {high:g} '
+        stray = int(np.count_nonzero(((readings.y < low) | (readings.y > high)).any(axis=1)))
+    if stray:
+        notes.append(f'{stray} samples lie beyond the range of the joint ({low:g} to {high:g} '
                      'rad): its end stops are no part of the model, leave them out')
     return readings._replace(u=u, notes=[*notes, *readings.notes])
 

@@ -243,9 +243,9 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
             finding['confirmed'] = None if name in runs['without'] else name not in runs['vetoed']
         data['cautions'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
                              for name in runs['vetoed']]
-    text, left = closed_file(file, data['findings'], f'gearbox_monitor {__version__} diagnose')
+    text, refused = closed_file(file, data['findings'], f'gearbox_monitor {__version__} diagnose')
     return RobotDiagnosis(verdict, robot, {'summary': robot_headline(data), **data}, text,
-                          tuple(left))
+                          tuple(refused))
 
 
 def robot_effects() -> set[str]:

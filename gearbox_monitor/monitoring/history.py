@@ -91,10 +91,10 @@ class RowHistory:
         if self._end and stamps[0] < self._stamps[self._end - 1]:
             self.clear()
         if self._end + n > len(self._stamps):
-            kept = slice(int(np.searchsorted(self.stamps, keep_ns)), self._end)
-            count = kept.stop - kept.start
+            rows_in_memory = slice(int(np.searchsorted(self.stamps, keep_ns)), self._end)
+            count = rows_in_memory.stop - rows_in_memory.start
             size = max(round(ROOM * (count + n)), BLOCK)
-            old = self._stamps[kept], self._rows[kept]
+            old = self._stamps[rows_in_memory], self._rows[rows_in_memory]
             self._stamps, self._rows = np.empty(size, np.int64), np.empty((size, rows.shape[1]))
             if count:
                 self._stamps[:count], self._rows[:count] = old

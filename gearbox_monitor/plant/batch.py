@@ -201,13 +201,13 @@ IN_SERVO, OF_SERVO = YM + LANES * INTEGRAL, M + LANES * INTEGRAL  # rows in a st
 def _memory_loops(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
     _effect_memories(s, x3, x4, h, p, e)
     if e[SERVO_KI] > 0.0 or e[SERVO_LATE] > 0.0:
-        late = late_fade(h, e)
+        fade = late_fade(h, e)
         for i in range(len(s) // PARTS):
             (s[IN_SERVO + i], s[IN_SERVO + LANES + i], s[IN_SERVO + 2 * LANES + i],
              s[IN_SERVO + 3 * LANES + i]) = advanced_servo(
                 (s[OF_SERVO + i], s[OF_SERVO + LANES + i], s[OF_SERVO + 2 * LANES + i],
                  s[OF_SERVO + 3 * LANES + i]),
-                (s[U + i], s[X1 + i], s[X3 + i]), s[x3 + i], h, late, e)
+                (s[U + i], s[X1 + i], s[X3 + i]), s[x3 + i], h, fade, e)
 
 
 @jit

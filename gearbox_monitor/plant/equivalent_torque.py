@@ -36,10 +36,10 @@ def torque_difference(t: float, state: Array, u: float, extra: Three,
     """
     closed, expressed = drives
     x, m = (state[0], state[1], state[2], state[3]), stored_memories(state)
-    wanted = derivative(t, x, m, (u, extra, closed))
+    target = derivative(t, x, m, (u, extra, closed))
     own = derivative(t, x, m, (u, extra, expressed))
-    return ((wanted[2] - own[2]) / expressed.p[INVERSE_M1],
-            (wanted[3] - own[3]) / expressed.p[INVERSE_M2])
+    return ((target[2] - own[2]) / expressed.p[INVERSE_M1],
+            (target[3] - own[3]) / expressed.p[INVERSE_M2])
 
 
 @jit

@@ -369,11 +369,11 @@ def _changes_within(model: DriveModel, e: Array) -> bool:
         model: the drive.
         e: its packed effects.
     """
-    late = any(e[place] > 0.0 for place in (LAG, DELAY, SERVO_LAG, SERVO_DELAY))
+    delayed = any(e[place] > 0.0 for place in (LAG, DELAY, SERVO_LAG, SERVO_DELAY))
     hysteretic = any(
         e[PLACES[effect.id]] != 0.0 for slot in ('elastic', 'twist') for effect in in_slot(slot)
         if effect.id in MEMORIES)
-    return late or hysteretic or model.transmission.kind in ('play', 'passive_play')
+    return delayed or hysteretic or model.transmission.kind in ('play', 'passive_play')
 
 
 class Plant:

@@ -64,11 +64,11 @@ def likelihoods(smooth: SmoothedMotion, model: DriveModel) -> tuple[dict[str, fl
             [a[:, 0], v[:, 0], side, curve, np.ones(len(y)), *more]), y, (means, std), scale)
             for curve in curves)
 
-    far = FACTORS[np.abs(np.log(FACTORS)) > math.log(LIMITS.effort_near)]
-    currents = [best(factor, []) for factor in far]
+    distant = FACTORS[np.abs(np.log(FACTORS)) > math.log(LIMITS.effort_near)]
+    currents = [best(factor, []) for factor in distant]
     k = int(np.argmax(currents))
-    return {TORQUE: best(1.0, []), CURRENT: currents[k] - math.log(len(far)),
-            COMPENSATED: best(1.0, weight)}, float(far[k])
+    return {TORQUE: best(1.0, []), CURRENT: currents[k] - math.log(len(distant)),
+            COMPENSATED: best(1.0, weight)}, float(distant[k])
 
 
 def _likelihood(columns: Array, y: Array, prior: tuple[Array, Array], scale: float) -> float:

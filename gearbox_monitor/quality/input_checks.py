@@ -138,14 +138,15 @@ def _wrong(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
             smooth, kinds = SmoothedMotion(recording, sigma, width), kinds[:3]
         recorded, reading, fit = wiring.better(smooth, model, kinds)
         if reading is not None and fit is not None:
-            before, after = (f'{100 * np.sqrt(f.unexplained):.3g} % of the torque and '
-                             f'{100 * np.sqrt(f.untransmitted):.3g} % of what is transmitted'
-                             for f in (recorded, fit))
+            as_is, changed = (
+                f'{100 * np.sqrt(f.unexplained):.3g} % of the torque and '
+                f'{100 * np.sqrt(f.untransmitted):.3g} % of what is transmitted'
+                for f in (recorded, fit))
             code = {'signs': 'sign', 'swapped': 'swapped'}.get(reading.kind, 'units')
             text = _unit_text(model, reading) if code == 'units' else _wiring_text(reading)
-            return [_finding(code, f'{text}: with that changed, {after} stay unexplained instead '
-                             f'of {before}', swap=float(reading.swap), motor=reading.scale[0],
-                             arm=reading.scale[1], torque=reading.torque)]
+            return [_finding(code, f'{text}: with that changed, {changed} stay unexplained '
+                             f'instead of {as_is}', swap=float(reading.swap),
+                             motor=reading.scale[0], arm=reading.scale[1], torque=reading.torque)]
         if recorded.unexplained < LIMITS.strange:
             return []
     share = recorded.unexplained

@@ -138,8 +138,8 @@ def held_rate(model: DriveModel | None) -> float:
     Args:
         model: of the drive, None if unknown. The setpoint of a servo is slow, its torque is not.
     """
-    held = model is None or model.controller is None
-    return LIMITS.held_rate if held else LIMITS.diagnosis_slowest
+    torque_driven = model is None or model.controller is None
+    return LIMITS.held_rate if torque_driven else LIMITS.diagnosis_slowest
 
 
 def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,

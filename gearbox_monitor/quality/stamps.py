@@ -138,7 +138,7 @@ def _order(stamps: Integers, clock: StampClock, max_gap: float) -> DataFinding:
     zero, repeated, backward, jumps = (int((codes == code).sum()) for code in (
         ZERO_STAMP, DUPLICATE, BACKWARD, JUMP))
     refused, restarts = zero + repeated + backward + jumps, len(clock.restarts)
-    late = backward - (CONFIRM - 1) * restarts
+    swapped = backward - (CONFIRM - 1) * restarts
     values = {'samples': len(stamps), 'zero': zero, 'repeated': repeated, 'backward': backward,
               'refused': refused, 'restarts': restarts}
     counts = [f'{n} {word}' for n, word in (
@@ -151,11 +151,11 @@ def _order(stamps: Integers, clock: StampClock, max_gap: float) -> DataFinding:
     share = refused / len(stamps)
     grade = BAD if share > LIMITS.refused else WARN
     advice = 'let one publisher stamp each message with the time of its measurement'
-    if restarts and not (zero or repeated or late > 0):
+    if restarts and not (zero or repeated or swapped > 0):
         advice = 'record each run of a simulation by itself; diagnose uses the longest one'
     return DataFinding(
         _GROUP, 'order', f'{", ".join(counts)}; {refused} of {len(stamps)} samples are refused',
-        advice, hurts(grade, grade, BAD if zero or late > 0 or share > LIMITS.max_repaired
+        advice, hurts(grade, grade, BAD if zero or swapped > 0 or share > LIMITS.max_repaired
                       else grade),
         values)
 

@@ -85,10 +85,10 @@ def in_simulators(effect: Effect, mujoco: bool = True) -> tuple[str, ...]:
     words = {'MuJoCo': f'{mjcf.words}{WAYS[mjcf.kind]}' if mjcf else
              'an effect of a plug-in: add its torque in your code'} if mujoco else {}
     words |= {title: expressed_as(effect, target) for target, title in SIMULATORS.items()}
-    alike: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     for title, text in words.items():
-        alike.setdefault(text, []).append(title)
-    return tuple(f'{", ".join(titles)}: {text}' for text, titles in alike.items())
+        groups.setdefault(text, []).append(title)
+    return tuple(f'{", ".join(titles)}: {text}' for text, titles in groups.items())
 
 
 def explained_effect(effect: Effect) -> Explanation:

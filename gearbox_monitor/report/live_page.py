@@ -96,8 +96,8 @@ class LiveSummary(Section):
         if not raised:
             return cls('good', 'The estimates are trusted, no wear detected so far.')
         level, component, message, name = raised[0]
-        more = f' ({len(raised) - 1} more)' if raised[1:] else ''
-        return cls(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{more}')
+        suffix = f' ({len(raised) - 1} more)' if raised[1:] else ''
+        return cls(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{suffix}')
 
 
 def title(gearbox: GearboxHistory) -> str:

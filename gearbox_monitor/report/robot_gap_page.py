@@ -56,11 +56,11 @@ class RobotGapSummary(Section):
     @classmethod
     def of(cls, data: VerdictData) -> 'RobotGapSummary':
         """Return it for a verdict's data."""
-        worst = data['ranked'][0]
-        unit = on_axis('N m', axes_of(data)[worst['joint']])
-        facts = [('verdict', data['verdict']), ('worst joint', worst['joint']),
-                 ('its gap before', f'{worst["before"]:.3g} {unit} rms'),
-                 ('after', f'{worst["after"]:.3g} {unit} rms'),
+        highest = data['ranked'][0]
+        unit = on_axis('N m', axes_of(data)[highest['joint']])
+        facts = [('verdict', data['verdict']), ('worst joint', highest['joint']),
+                 ('its gap before', f'{highest["before"]:.3g} {unit} rms'),
+                 ('after', f'{highest["after"]:.3g} {unit} rms'),
                  ('compared with', ', '.join(data['references']) or data['model'])]
         return cls(ROLES[data['verdict']], data['summary'], facts,
                    [f'{x}.' for x in (*data['cautions'], *data['warnings'])])
@@ -106,13 +106,13 @@ class RobotPicture(Section):
         place_of = {link.joint: i for i, link in enumerate(chain.links)}
         joint_of = {link.name: link.joint for link in chain.links}
         hit = {f.get('joint') or joint_of.get(f.get('link') or '', '') for f in data['findings']}
-        lost = {r['joint'] for r in data['remainders']}
-        most = max((g['before'] / (g['effort'] + 1e-9) for g in data['ranked']), default=1.0)
+        gaps = {r['joint'] for r in data['remainders']}
+        highest = max((g['before'] / (g['effort'] + 1e-9) for g in data['ranked']), default=1.0)
         dots, axes = [], axes_of(data)
         for rank, gap in enumerate(data['ranked'], 1):
             x, y = xy[place_of[gap['joint']] + 1]
-            share = gap['before'] / (gap['effort'] + 1e-9) / max(most, 1e-9)
-            role = 'hit' if gap['joint'] in hit else 'lost' if gap['joint'] in lost else 'calm'
+            share = gap['before'] / (gap['effort'] + 1e-9) / max(highest, 1e-9)
+            role = 'hit' if gap['joint'] in hit else 'lost' if gap['joint'] in gaps else 'calm'
             dots.append(Dot(float(x), float(y), 4.0 + 7.0 * share, role, gap['joint'],
                             f'{gap["before"]:.2g} {on_axis("N m", axes[gap["joint"]])}', rank,
                             bool(x > 0.6 * WIDTH)))

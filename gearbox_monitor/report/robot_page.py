@@ -151,13 +151,13 @@ class RobotSummary(Section):
     def of(cls, joints: Mapping[str, tuple[Timeline, RecordingFacts]], rows: Sequence[JointRow]
            ) -> 'RobotSummary':
         """Return the summary of `joints`, whose `rows` begin with the worst."""
-        worst, raised = rows[0], sum(row.level > 0 for row in rows)
-        text = 'Nothing is raised.' if worst.kind else worst.message
+        highest, raised = rows[0], sum(row.level > 0 for row in rows)
+        text = 'Nothing is raised.' if highest.kind else highest.message
         if raised:
-            text = f'{worst.name}: {worst.message}' + f' ({raised - 1} more)' * (raised > 1)
+            text = f'{highest.name}: {highest.message}' + f' ({raised - 1} more)' * (raised > 1)
         timelines = [timeline for timeline, _ in joints.values()]
         return cls(
-            worst.kind, text,
+            highest.kind, text,
             [('from', when(timelines[0].first_ns or 0)),
              ('duration', f'{max(t.last for t in timelines):.4g} s'),
              ('joints', str(len(joints))),
@@ -190,8 +190,8 @@ def robot_page(joints: Mapping[str, tuple[Timeline, RecordingFacts]], links: Map
     table = JointTable.of([recorded_row(timeline, joint, links[joint])
                            for joint, (timeline, _) in joints.items()])
     summary = RobotSummary.of(joints, table.rows)
-    worst = table.rows[0].name
-    timeline, facts = joints[worst]
-    steps = NextSteps([f'{worst}: {step}' for step in next_steps(timeline, bags[worst])])
+    highest = table.rows[0].name
+    timeline, facts = joints[highest]
+    steps = NextSteps([f'{highest}: {step}' for step in next_steps(timeline, bags[highest])])
     return RobotPage(render_page(Page(
         f'Robot {name}', summary, (steps, table), facts.model.axis)), summary.headline)

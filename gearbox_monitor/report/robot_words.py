@@ -62,11 +62,11 @@ def finding_words(finding: Mapping[str, Any], axes: Mapping[str, str] = ALL_ROTA
     if effect == 'payload':
         reach = math.sqrt(sum(values[c] ** 2 for c in ('cx', 'cy', 'cz')))
         size = rounded(abs(values['m']), deviations['m'])
-        more = 'more' if values['m'] >= 0.0 else 'less'
+        comparison = 'more' if values['m'] >= 0.0 else 'less'
         place = (f'centre {100 * reach:.0f} cm out'
                  if None not in (deviations['cx'], deviations['cy'], deviations['cz'])
                  else 'this motion does not say where')
-        return f'{size} kg {more} at {where}, {place}'
+        return f'{size} kg {comparison} at {where}, {place}'
     if effect == 'base_tilt':
         angle = math.degrees(math.hypot(values['ax'], values['ay']))
         return f'the base is tilted by {angle:.2f}° against the model'
@@ -122,10 +122,10 @@ def robot_headline(data: Mapping[str, Any]) -> str:
     findings, remainders, axes = data['findings'], data['remainders'], axes_of(data)
     against = 'the references' if data.get('references') else 'the model file'
     if data['verdict'] == 'none':
-        worst = max(data['ranked'], key=lambda g: g['before'])
+        gap = max(data['ranked'], key=lambda g: g['before'])
         return (f'The robot is as {against} say{"s" * ("file" in against)}: no joint differs by '
-                f'more than noise ({worst["joint"]}, the largest: {worst["before"]:.2g} '
-                f'{on_axis("N m", axes[worst["joint"]])} rms).')
+                f'more than noise ({gap["joint"]}, the largest: {gap["before"]:.2g} '
+                f'{on_axis("N m", axes[gap["joint"]])} rms).')
     if data['verdict'] == 'unknown':
         return (f'The robot differs from {against}, and no known effect explains it: '
                 f'{remainder_words(remainders[0], axes)}.')

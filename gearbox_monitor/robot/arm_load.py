@@ -129,9 +129,9 @@ def write_loads(robot: RobotArrays, motion: MotionState, joint: int, time: float
         for i in range(joints.shape[1]):
             acting[2, i] = joints[SMOOTHED, i] if i != joint else 0.0
         move(robot, acting)
-        late = torque_on(robot, joint)[0] - out[k, LOAD]
+        lag = torque_on(robot, joint)[0] - out[k, LOAD]
         out[k, DEVIATION] = math.sqrt(variance)
-        out[k, NOISE] = 2.0 * late * late / (LAG * time)
+        out[k, NOISE] = 2.0 * lag * lag / (LAG * time)
 
 
 class ArmLoad:

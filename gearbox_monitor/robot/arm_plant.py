@@ -185,10 +185,10 @@ def pick_and_place(rng: np.random.Generator, limits: tuple[Array, Array, Array],
         s = np.arange(1, round(length / dt) + 1)[:, None] * dt / length
         way = position + (target - position) * s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
         rate = (target - position) / length * 30.0 * s ** 2 * (1.0 - s) ** 2
-        rest = round(rng.uniform(0.2, 0.5) / dt)
-        parts.append(np.stack([np.vstack([way, np.tile(target, (rest, 1))]),
-                               np.vstack([rate, np.zeros((rest, len(low)))])], axis=1))
+        pause = round(rng.uniform(0.2, 0.5) / dt)
+        parts.append(np.stack([np.vstack([way, np.tile(target, (pause, 1))]),
+                               np.vstack([rate, np.zeros((pause, len(low)))])], axis=1))
         next_mass = rng.uniform(*payloads) if k % 2 == 0 else 0.0
-        masses += [np.full(len(s) + rest // 2, mass), np.full(rest - rest // 2, next_mass)]
+        masses += [np.full(len(s) + pause // 2, mass), np.full(pause - pause // 2, next_mass)]
         position, mass = target, next_mass
     return np.concatenate(parts), np.concatenate(masses)

@@ -479,7 +479,7 @@ class _Moved:
 
     def __init__(self, m: Any, joints: Sequence[int], state: Any) -> None:
         self.m, self.joints = m, tuple(joints)
-        self.mujoco, self.dofs = mujoco_module(), [int(m.jnt_dofadr[j]) for j in joints]
+        self.mujoco = mujoco_module()
         self.bodies = np.array([moved_by(m, j) for j in joints]).reshape(-1, m.nbody)
         self.tendons = _tendon_rows(m, state)
 

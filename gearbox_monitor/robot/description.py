@@ -160,10 +160,10 @@ class _Parser:
             self._number(element, name, where, None if name[1] == name[2] else 0.0)
             for name in ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz'))
         inertia = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-        least = float(np.linalg.eigvalsh(inertia)[0])
+        lowest = float(np.linalg.eigvalsh(inertia)[0])
         # A mass has a size of about a millimetre at least: less than that is rounding, too.
-        if mass < 0.0 or least < -PRINCIPAL * (float(np.abs(inertia).max()) + 1e-3 * mass):
-            self._fail(where, f'mass {mass:g} kg, smallest principal inertia {least:.3g} kg m^2',
+        if mass < 0.0 or lowest < -PRINCIPAL * (float(np.abs(inertia).max()) + 1e-3 * mass):
+            self._fail(where, f'mass {mass:g} kg, smallest principal inertia {lowest:.3g} kg m^2',
                        'none below 0')
         if mass == 0.0 and not inertia.any():
             return

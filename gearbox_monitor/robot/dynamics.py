@@ -158,10 +158,10 @@ def move(robot: RobotArrays, motion: Array) -> None:
         base = (0.0, 0.0, 0.0)
         acceleration = (-robot.gravity[0], -robot.gravity[1], -robot.gravity[2])
         if parent >= 0:
-            above = frames[parent]
-            at, base = _turned(above, at), _at(above, ORIGIN)
-            omega, alpha = _at(above, OMEGA), _at(above, ALPHA)
-            acceleration = _at(above, ACCELERATION)
+            parent_frame = frames[parent]
+            at, base = _turned(parent_frame, at), _at(parent_frame, ORIGIN)
+            omega, alpha = _at(parent_frame, OMEGA), _at(parent_frame, ALPHA)
+            acceleration = _at(parent_frame, ACCELERATION)
         s = _turned(frame, axis)
         if slides:
             at = (at[0] + s[0] * q, at[1] + s[1] * q, at[2] + s[2] * q)

@@ -105,11 +105,11 @@ class EstimatorNode(TableNode):
             estimate = gearbox.step(sample, raw)
             if estimate is not None:
                 estimates.append((gearbox, estimate))
-        named = [(gearbox.names, estimate) for gearbox, estimate in estimates]
-        convert = serialised if len(named) > 1 else to_joint_states
+        pairs = [(gearbox.names, estimate) for gearbox, estimate in estimates]
+        convert = serialised if len(pairs) > 1 else to_joint_states
         for signal, publisher in self._outputs:
             if publisher.get_subscription_count():
-                for message in convert(signal, named):
+                for message in convert(signal, pairs):
                     publisher.publish(message)
         for gearbox, estimate in estimates:
             gearbox.published(estimate)

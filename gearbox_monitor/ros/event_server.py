@@ -143,7 +143,7 @@ class PageRequest(BaseHTTPRequestHandler):
         """Send what changes until the client or the server ends."""
         self._head(200, 'text/event-stream')
         self.end_headers()
-        shown: Mapping[str, str] = {}
+        sent: Mapping[str, str] = {}
         number = 0
         while not self.server.ended:
             parts, newest = self.server.news(number)
@@ -151,8 +151,8 @@ class PageRequest(BaseHTTPRequestHandler):
                 self.wfile.write(b': still there\n\n')
                 continue
             number = newest
-            changed = {name: html for name, html in parts.items() if shown.get(name) != html}
-            shown = parts
+            changed = {name: html for name, html in parts.items() if sent.get(name) != html}
+            sent = parts
             if changed:
                 self.wfile.write(f'data: {json.dumps(changed)}\n\n'.encode())
 

@@ -195,10 +195,10 @@ class GearboxInput:
         """Return (which publisher's QoS does not fit ours, the cure), or None."""
         node, ours = self._node, (self._node.get_name(), self._node.get_namespace())
         for topic in filter(None, (self.motor_topic, self.arm_topic)):
-            asked = [info.qos_profile for info in node.get_subscriptions_info_by_topic(topic)
+            profiles = [info.qos_profile for info in node.get_subscriptions_info_by_topic(topic)
                      if (info.node_name, info.node_namespace) == ours]
             for info in node.get_publishers_info_by_topic(topic):
-                for qos in asked:
+                for qos in profiles:
                     fits, reason = qos_check_compatible(info.qos_profile, qos)
                     if fits == QoSCompatibility.ERROR:
                         return (f'the QoS of {info.node_name} on {topic} does not fit ours '

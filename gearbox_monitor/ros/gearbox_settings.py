@@ -60,9 +60,9 @@ def declare_gearboxes(node: TableNode) -> list[GearboxSettings]:
     if names == RobotParameters.gearboxes:
         return [_declared(node, '', {}, robots)]
     source = f'node {node.get_name()}: gearboxes'
-    taken = {row.name for row in SETTINGS + ROBOT} | {'use_sim_time', 'qos_overrides'}
+    used = {row.name for row in SETTINGS + ROBOT} | {'use_sim_time', 'qos_overrides'}
     for k, name in enumerate(names):
-        if not re.fullmatch(r'[A-Za-z][A-Za-z0-9_]*', name) or name in taken or name in names[:k]:
+        if not re.fullmatch(r'[A-Za-z][A-Za-z0-9_]*', name) or name in used or name in names[:k]:
             raise InputError(f'{source}: {name!r}, expected different names of letters, digits '
                              'and _ that are no parameters')
     common = declare(node, [replace(row, change=FIXED) for row in ESTIMATOR])

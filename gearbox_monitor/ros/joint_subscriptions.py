@@ -58,8 +58,8 @@ class JointSubscriptions:
         """Take what waits and what comes soon: waking the executor costs more than a step."""
         begin = time.monotonic()
         self._take_waiting(begin + TURN)
-        while (alone(self._node) and (rest := begin + STAY - time.monotonic()) > 0.0
-               and self._arrivals.wait(rest)):
+        while (alone(self._node) and (pause := begin + STAY - time.monotonic()) > 0.0
+               and self._arrivals.wait(pause)):
             self._take_waiting(begin + TURN)
 
     def _take_waiting(self, end: float) -> None:

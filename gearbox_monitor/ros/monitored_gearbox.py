@@ -419,9 +419,9 @@ def warm_up(model: DriveModel, parameters: EstimatorParameters,
     """
     window = 0.5 if parameters.arm_joint else 4.0  # the shortest that is fitted
     monitor = Monitor(model, parameters.replace(drift_window=window), robot=robot)
-    rest = tuple(0.0 for _ in monitor.estimator.robot_joints)
+    zeros = tuple(0.0 for _ in monitor.estimator.robot_joints)
     if parameters.arm_joint:  # the fit of a window, which this motion does not excite
         shape.warm_up()
     for k in range(2200):  # 4.4 s: trust is judged from the third second on
         angle = 0.5 * math.sin(0.02 * k)
-        monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, -angle), rest))
+        monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, -angle), zeros))

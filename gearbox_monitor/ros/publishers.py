@@ -189,8 +189,8 @@ class Publishers:
         followed = self._followed
         if followed is None or not self._stamps_tell(time_ns, stamp_ns):
             return None
-        others = [source for source in self._sources if source is not followed]
-        exact = [source for source in others if source.last == number - 1]
+        candidates = [source for source in self._sources if source is not followed]
+        exact = [source for source in candidates if source.last == number - 1]
         miss = followed.misses(number, stamp_ns)
         if miss <= 1.0 and not any(source.messages >= STEADY
                                    and source.misses(number, stamp_ns) < miss for source in exact):
@@ -199,7 +199,7 @@ class Publishers:
             source = exact[0]
         else:
             ahead = 0 < number - followed.last <= REACH
-            source = _nearest(others, number) or self._new(number, time_ns)
+            source = _nearest(candidates, number) or self._new(number, time_ns)
             source.continues |= ahead and not source.messages and source.born == time_ns
         if source is not followed and source.continues:
             silent = time_ns - followed.heard

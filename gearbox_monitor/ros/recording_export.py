@@ -107,9 +107,9 @@ def _expect_room(parent: Path, size: int, keep_space: int) -> None:
     Raises:
         InputError: keep_space or the disk has no room for it.
     """
-    kept = sum(file.stat().st_size for file in parent.glob('kept_*/**/*') if file.is_file())
-    if kept + size > keep_space * MB:
-        raise InputError(f'{parent}: {kept / MB:.0f} MB are kept, and {size / MB:.1f} MB more '
+    stored = sum(file.stat().st_size for file in parent.glob('kept_*/**/*') if file.is_file())
+    if stored + size > keep_space * MB:
+        raise InputError(f'{parent}: {stored / MB:.0f} MB are kept, and {size / MB:.1f} MB more '
                          f'exceed keep_space: {keep_space} MB; remove or move kept_* folders')
     free = shutil.disk_usage(parent).free
     if size > free - SPARE:

@@ -104,10 +104,10 @@ def read_any(path: str | Path, mapping: ImportMapping) -> ImportedRecording | Ro
 def _signals(path: str | Path, mapping: ImportMapping, notices: list[str]
              ) -> tuple[Integers, dict[str, Array]]:
     """Return (stamps [N], {signal: values [N]}) of a recording, all on its first clock."""
-    first, *others = _signals_by_clock(path, mapping, notices)
+    first, *further = _signals_by_clock(path, mapping, notices)
     require_plausible(path, first.stamp_ns, '' if mapping.time.rate else mapping.time.unit)
     values = dict(first.values)
-    for part in others:
+    for part in further:
         values.update(_on_stamps(path, first.stamp_ns, part, notices))
     if mapping.second_file:
         values.update(_of_second_file(path, mapping, ClockSignals(first.stamp_ns, values),
@@ -242,19 +242,19 @@ def _of_second_file(path: str | Path, mapping: ImportMapping, first: ClockSignal
     second = mapping.second_file
     assert second is not None
     stem = Path(path).name.partition('.')[0]
-    other = Path(path).parent / second.path.replace('{stem}', stem)
-    for part in _signals_by_clock(other, second.mapping, notices):
-        require_plausible(other, part.stamp_ns, second.mapping.time.unit)
+    beside = Path(path).parent / second.path.replace('{stem}', stem)
+    for part in _signals_by_clock(beside, second.mapping, notices):
+        require_plausible(beside, part.stamp_ns, second.mapping.time.unit)
         lag = second.lag
         if isinstance(lag, str):
             origin = int(first.stamp_ns[0])
             estimate = estimated_lag(*_aligned_pair(mapping.source, first, part, origin),
                                      f'{mapping.source}: second_file.lag')
             lag = estimate.lag
-            notices.append(f'{other.name}: its clock is {lag:+.6g} s off, which explains '
+            notices.append(f'{beside.name}: its clock is {lag:+.6g} s off, which explains '
                            f'{estimate.explained:.2%} of its variance')
         shifted = part.stamp_ns + round(lag * 1e9)
-        yield from _on_stamps(other, first.stamp_ns, ClockSignals(shifted, part.values), notices)
+        yield from _on_stamps(beside, first.stamp_ns, ClockSignals(shifted, part.values), notices)
 
 
 def _aligned_pair(source: str, first: ClockSignals, second: ClockSignals, origin: int

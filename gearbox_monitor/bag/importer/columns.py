@@ -163,9 +163,9 @@ def _field(path: str | Path, tree: Any, signal: Place, where: str) -> Any:
     value = tree
     parts = _parts(signal)
     for k, part in enumerate(parts):
-        rest = '.'.join(parts[k:])
-        if isinstance(value, Mapping) and rest in value:  # a name with dots
-            return value[rest]
+        suffix = '.'.join(parts[k:])
+        if isinstance(value, Mapping) and suffix in value:  # a name with dots
+            return value[suffix]
         value = _step(path, value, part, where)
     return value
 

@@ -64,9 +64,9 @@ def _filtered(x: Array, y: Array) -> bool:
     """
     n = len(y)
     past = [y[ORDER - k:n - k] for k in range(1, ORDER + 1)]
-    now = [x[ORDER - k:n - k] for k in range(ORDER + 1)]
+    inputs = [x[ORDER - k:n - k] for k in range(ORDER + 1)]
     target = y[ORDER:]
-    alone = _left(target, past)
-    if alone <= _rounding(y):  # smooth to its last digit: nothing tells what it is made of
+    unexplained = _left(target, past)
+    if unexplained <= _rounding(y):  # smooth to its last digit: nothing tells what it is made of
         return False
-    return _left(target, [*past, *now]) < INNOVATION * alone
+    return _left(target, [*past, *inputs]) < INNOVATION * unexplained

@@ -87,8 +87,8 @@ def relate_encoders(data: dict[str, Any], blocks: dict[str, dict[str, Any]],
     elif scale[0] is not None and scale[1] is not None:
         ratio = abs(slope) * scale[0] / scale[1]
         if abs(ratio - 1.0) > GEARED:
-            near = round(ratio)
-            data['gear_ratio'] = float(near) if near and abs(ratio / near - 1.0) < 0.01 else \
+            whole = round(ratio)
+            data['gear_ratio'] = float(whole) if whole and abs(ratio / whole - 1.0) < 0.01 else \
                 float(f'{ratio:.6g}')
             assumptions.append(f'Gear ratio {data["gear_ratio"]:g}: the motor turns {ratio:.5g} '
                                'times as much as the arm.')

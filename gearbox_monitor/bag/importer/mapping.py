@@ -491,8 +491,8 @@ def _place(block: Mapping[str, Any], where: str, source: str, kind: str) -> None
 
 def _column(column: Any, where: str, source: str, has_names: bool) -> None:
     """Check the `column` that the key `where` names; has_names: a name will do, too."""
-    named = isinstance(column, str) and column and (has_names or not where.endswith('.column'))
-    if isinstance(column, bool) or not (named or (isinstance(column, int) and column >= 1)):
+    by_name = isinstance(column, str) and column and (has_names or not where.endswith('.column'))
+    if isinstance(column, bool) or not (by_name or (isinstance(column, int) and column >= 1)):
         raise InputError(f'{source}: {where}: {column!r}, expected a number from 1'
                          + (' or a name of the header row' if has_names else ''))
 

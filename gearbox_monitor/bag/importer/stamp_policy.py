@@ -94,9 +94,9 @@ def absolute_ns(path: str | Path, raw: AnyArray, time: TimeMapping,
         raise InputError(f'{path}: {place(int(bad[0]))} value {raw[bad[0]]}: expected a finite '
                          'number')
     factor = time.scale * TIME[time.unit]
-    outside = np.flatnonzero(np.abs(raw.astype(float)) * factor >= LAST)
-    if len(outside):
-        row = int(outside[0])
+    implausible = np.flatnonzero(np.abs(raw.astype(float)) * factor >= LAST)
+    if len(implausible):
+        row = int(implausible[0])
         _refuse_range(path, place(row), f'{raw[row]:.12g}', float(raw[row]) * factor)
     if raw.dtype.kind == 'i' and time.scale == 1.0:
         return raw * np.int64(TIME[time.unit])
@@ -151,20 +151,20 @@ def ordered(path: str | Path, stamp_ns: Integers, time: TimeMapping,
     """
     rows: Integers = np.arange(len(stamp_ns))
     notices = []
-    late = np.flatnonzero(stamp_ns < np.maximum.accumulate(stamp_ns))
+    backward = np.flatnonzero(stamp_ns < np.maximum.accumulate(stamp_ns))
     step = np.diff(stamp_ns)
-    if len(late) and time.unordered == 'error' or \
+    if len(backward) and time.unordered == 'error' or \
             np.any(step == 0) and time.repeated == 'error':
         row = int(np.flatnonzero(step <= 0)[0]) + 1
         cure = 'unordered: sort or drop' if step[row - 1] < 0 else \
             'repeated: first, average or drop'
         raise InputError(f'{path}: {place(row)} after {place(row - 1).rpartition(" value ")[2]}: '
                          f'expected strictly increasing time (or time.{cure})')
-    if len(late):
-        notices.append(f'time: {len(late)} of {len(rows)} samples with an earlier stamp than the '
-                       f'one before {"dropped" if time.unordered == "drop" else "sorted in"}')
+    if len(backward):
+        notices.append(f'time: {len(backward)} of {len(rows)} samples with an earlier stamp than '
+                       f'the one before {"dropped" if time.unordered == "drop" else "sorted in"}')
         rows = np.argsort(stamp_ns, kind='stable') if time.unordered == 'sort' else \
-            np.delete(rows, late)
+            np.delete(rows, backward)
     stamp_ns = stamp_ns[rows]
     starts: Integers = np.flatnonzero(np.diff(stamp_ns, prepend=stamp_ns[0] - 1))
     counts = np.diff(starts, append=len(stamp_ns))

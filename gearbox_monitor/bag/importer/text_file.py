@@ -175,11 +175,11 @@ def list_columns(names: Sequence[Sequence[str]], places: Places) -> dict[str, tu
 
 def numbers_of_list(cell: str) -> list[float] | None:
     """Return the numbers of a cell such as '[1.0, 2.0]', None if it is none."""
-    inside = re.fullmatch(r'\s*[\[(](.*)[\])]\s*', cell, re.DOTALL)
-    if inside is None:
+    brackets = re.fullmatch(r'\s*[\[(](.*)[\])]\s*', cell, re.DOTALL)
+    if brackets is None:
         return None
     try:
-        return [float(part) for part in inside[1].replace(',', ' ').split()]
+        return [float(part) for part in brackets[1].replace(',', ' ').split()]
     except ValueError:
         return None
 

@@ -89,8 +89,8 @@ def unit_of_label(label: str) -> str:
     """Return the unit that a name of a column states, 'q [deg]' or 'q_deg'; '' if none."""
     bracketed = re.search(r'[\[(<{]([^\[\](){}<>]+)[\])>}]\s*$', label)
     if bracketed:
-        inside = bracketed[1].strip()
-        return '' if inside.isdigit() else standard_unit(inside.rstrip('?'))
+        unit = bracketed[1].strip()
+        return '' if unit.isdigit() else standard_unit(unit.rstrip('?'))
     # Single letters after an underscore are indices more often than units.
     ending = re.search(r'[_ /-]([A-Za-z%°]{2,})$', label)
     return standard_unit(ending[1]) if ending else ''

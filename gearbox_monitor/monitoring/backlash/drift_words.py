@@ -69,8 +69,8 @@ NOUN = {GAP: 'backlash', LOST_MOTION: 'lost motion', FRICTION: 'friction'}
 def _stale(tracker: Tracker, column: int, reason: str) -> str:
     """Return the words for a feature that is not compared any more, '' for one that is."""
     compared = tracker.wear[column].compared_ns
-    late = tracker.stamp_ns - compared > LIMITS.grace * tracker.settings.window * 1e9
-    if compared == tracker.stamp_ns or compared and not late:
+    overdue = tracker.stamp_ns - compared > LIMITS.grace * tracker.settings.window * 1e9
+    if compared == tracker.stamp_ns or compared and not overdue:
         return ''
     if not reason:
         reason = 'the estimates are not trusted, see the other indicators' \
@@ -101,8 +101,8 @@ def _healthy(tracker: Tracker, column: int, window: Backlash | Friction | None) 
     if isinstance(window, Backlash) and column != FRICTION:
         size = f' {window.gap if column == GAP else window.lost_motion:.4g} rad,'
     growth, std = tracker.growth(column)
-    count, wanted = tracker.point_windows(), tracker.settings.baseline_windows
-    learnt = f' ({count} of {wanted} baseline windows)' if count < wanted else ''
+    count, needed = tracker.point_windows(), tracker.settings.baseline_windows
+    learnt = f' ({count} of {needed} baseline windows)' if count < needed else ''
     if not std < LIMITS.unknown_growth:
         return f'{NOUN[column]}{size.rstrip(",")}: learning the baseline{learnt}'
     return (f'{NOUN[column]}{size} {_percent(growth, std)} against the baseline: '

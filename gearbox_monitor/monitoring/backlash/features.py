@@ -16,6 +16,7 @@ import numpy as np
 from gearbox_monitor.estimation.rts_smoother import (
     S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3,
     S_X4)
+from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.shape import (
@@ -464,11 +465,8 @@ def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals
 def _slopes(normal: Array, to_gap: Array) -> Array:
     """Return the change of the best gap when one of COMMON is held off its best value."""
     at = np.flatnonzero(np.diag(normal) > 0.0)
-    scale = np.zeros(N_SHAPE)
-    scale[at] = 1.0 / np.sqrt(np.diag(normal)[at])
-    inverse = np.outer(scale, scale)
-    part = np.ix_(at, at)
-    inverse[part] *= np.linalg.pinv(normal[part] * inverse[part], 1e-12)
+    inverse, part = np.zeros((N_SHAPE, N_SHAPE)), np.ix_(at, at)
+    inverse[part] = covariance_of(normal[part])
     fitted = [i for i in COMMON if i in at]
     result = dict.fromkeys(COMMON, 0.0)
     if fitted:

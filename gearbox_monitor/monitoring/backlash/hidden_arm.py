@@ -22,6 +22,7 @@ from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit)
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.noise_model import noise_floor
+from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
@@ -59,11 +60,11 @@ class HiddenArm:
     def __init__(self, model: DriveModel, state: Sequence[float] | None = None) -> None:
         shape = model.transmission
         play = shape.hysteresis_width if shape.kind == 'play' else 0.0
-        behind = [e for e in model.effects  # the servo, whose torque is measured
+        servo = [e for e in model.effects  # the servo, whose torque is measured
                   if e['id'] not in EFFECTS or EFFECTS[e['id']].location != 'controller']
         self.model = model.with_(kind='dead_zone', half_gap=shape.half_gap + play,
                                  hysteresis_width=0.0, controller=None, arm_load='none',
-                                 effects=behind)
+                                 effects=servo)
         self._state = None if state is None else np.array(state, float)
 
     def to_list(self) -> list[float] | None:
@@ -167,11 +168,11 @@ def _recording(stamps: Integers, rows: Array) -> UniformRecording:
     u = np.append(rows[1:, TORQUE], rows[-1, TORQUE])  # that acts from now on
     y = np.column_stack([rows[:, READING], np.full(len(rows), np.nan)])
     recording, _ = prepare(stamps, u, y, kind=RecordingKind(one_encoder=True))
-    every = max(1, math.floor(STEP / recording.dt + 0.01))
-    count = len(recording.u) // every
-    u = recording.u[:count * every].reshape(count, every).mean(axis=1)
-    return UniformRecording(recording.t[:count * every:every], u,
-                            recording.y[:count * every:every], every * recording.dt,
+    stride = max(1, math.floor(STEP / recording.dt + 0.01))
+    count = len(recording.u) // stride
+    u = recording.u[:count * stride].reshape(count, stride).mean(axis=1)
+    return UniformRecording(recording.t[:count * stride:stride], u,
+                            recording.y[:count * stride:stride], stride * recording.dt,
                             channels=(0,))
 
 
@@ -203,7 +204,7 @@ def _covariance(likelihood: InnovationLikelihood, fit: FilteredFit) -> Array:
     """
     columns = coordinate_columns(likelihood, fit)
     _, weight = fit.candidate.prior(fit.z)
-    inverse = np.linalg.pinv(columns.T @ columns + np.diag(weight), 1e-12, hermitian=True)
+    inverse = covariance(columns.T @ columns + np.diag(weight))
     scores = columns * fit.run.residual.ravel()[:, None]
     at = np.arange(len(scores)) * BLOCKS // len(scores)
     blocks = np.stack([np.bincount(at, scores[:, i], BLOCKS) for i in range(scores.shape[1])],

@@ -16,12 +16,18 @@ do to tau_K cannot pass for a gap then, nor the reverse. Torque and model are av
 over pairs of neighbouring groups of samples before they are compared: the noise of a smoothed
 torque is high-frequency. Each group belongs to two pairs, so that nothing is lost between them.
 """
+from dataclasses import dataclass
+
 import numpy as np
 
 from gearbox_monitor.kernels.jit import jit_allocating
-from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
+from gearbox_monitor.kernels.linear_least_squares import covariance
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 STIFFNESS, HALF_GAP, WIDTH, ZERO, VISCOUS, COULOMB, GAIN, HEIGHT, N_SHAPE = range(9)
+RULE = Damping(1e-3, 10.0, 1e-3, hopeless=1e5, relative=1e-12)  # they differ by 1e10
+TOLERANCE = 1e-7  # of the cost, for another step
 
 
 @jit_allocating
@@ -172,36 +178,13 @@ class Regression:
             The cost at the minimum, whose parameters stand in `theta` of this object.
 
         """
-        theta, at, damping = theta.copy(), np.flatnonzero(free), 1e-3
-        cost, normal, right = self.evaluate(theta, free, passive)
-        for _ in range(iterations):
-            part = normal[np.ix_(at, at)]
-            diagonal = np.diag(part)
-            # In units of each parameter: they differ by ten orders of magnitude.
-            part = part + np.diag(np.where(diagonal > 0.0, (damping + 1e-12) * diagonal, 1.0))
-            new = theta.copy()
-            new[at] += np.linalg.solve(part, right[at])
-            self._bound(new, passive)
-            tried = self.evaluate(new, free, passive)
-            if tried[0] <= cost:
-                settled = cost - tried[0] <= 1e-7 * cost
-                theta, (cost, normal, right), damping = new, tried, 0.1 * damping
-                if settled:
-                    break
-            else:
-                damping = 10.0 * max(damping, 1e-4)
-                if damping > 1e5:
-                    break
+        problem = _Free(self, theta, free, passive)
+        solved, _, _ = minimise(problem, theta[None, free], RULE, TOLERANCE, iterations)
+        theta = problem.whole(solved[0])
         # The scores and residuals at hand may be those of a step that was not taken.
         cost, self.normal, _ = self.evaluate(theta, free, passive)
         self.theta, self.free = theta, free
         return cost
-
-    def _bound(self, theta: Array, passive: bool) -> None:
-        theta[STIFFNESS] = max(theta[STIFFNESS], 0.0)
-        theta[HALF_GAP] = min(max(theta[HALF_GAP], 0.0), self.span)
-        low = 1e-3 * self.span if passive else -0.5 * self.span
-        theta[WIDTH] = min(max(theta[WIDTH], low), 0.5 * self.span)
 
     def covariance(self, variance: float) -> Array:
         """
@@ -215,16 +198,45 @@ class Regression:
         scores = self.scores[np.ix_(used, at)]
         middle = scores.T @ scores * (len(used) / max(len(used) - len(at), 1))
         middle = middle + np.diag(self.prior[at] * variance)
-        diagonal = np.diag(self.normal)[at]
-        scale = np.where(diagonal > 1e-100, 1.0 / np.sqrt(np.maximum(diagonal, 1e-100)), 0.0)
-        inverse = np.linalg.pinv(self.normal[np.ix_(at, at)] * np.outer(scale, scale), 1e-12)
-        inverse = inverse * np.outer(scale, scale)
+        inverse = covariance(self.normal[np.ix_(at, at)])
         result = np.zeros((N_SHAPE, N_SHAPE))
         result[np.ix_(at, at)] = inverse @ middle @ inverse
         return result
 
 
+@dataclass(frozen=True, eq=False)
+class _Free:
+    """A Regression as a problem in those parameters of `start` that are free."""
+
+    regression: Regression
+    start: Array
+    free: Flags
+    passive: bool
+
+    def whole(self, part: Array) -> Array:
+        """Return all parameters [N_SHAPE] within their bounds, the free ones from `part`."""
+        theta, span = self.start.copy(), self.regression.span
+        theta[self.free] = part
+        theta[STIFFNESS] = max(theta[STIFFNESS], 0.0)
+        theta[HALF_GAP] = min(max(theta[HALF_GAP], 0.0), span)
+        low = 1e-3 * span if self.passive else -0.5 * span
+        theta[WIDTH] = min(max(theta[WIDTH], low), 0.5 * span)
+        return theta
+
+    def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta` of the problems `index`."""
+        whole = self.whole(theta[0])
+        theta[0] = whole[self.free]
+        cost, normal, right = self.regression.evaluate(whole, self.free, self.passive)
+        return np.append(normal[self.free][:, self.free], right[self.free])[None], np.array([cost])
+
+    def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
+        """See Problems: `theta`, `residual` of the problems `index`."""
+        count = theta.shape[1]
+        return residual[:, :-count].reshape(1, count, count), residual[:, -count:]
+
+
 def warm_up() -> None:
     """Compile normal_equations, or load it."""
-    every, zeros = np.ones(N_SHAPE, bool), np.zeros(N_SHAPE)
-    Regression(np.zeros((2, 5)), 1, np.ones(2), 1, zeros, 1.0).evaluate(zeros, every, False)
+    free, zeros = np.ones(N_SHAPE, bool), np.zeros(N_SHAPE)
+    Regression(np.zeros((2, 5)), 1, np.ones(2), 1, zeros, 1.0).evaluate(zeros, free, False)

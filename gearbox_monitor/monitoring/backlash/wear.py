@@ -147,9 +147,9 @@ def wear_columns(age: Array, course: Course, has_slope: bool, walk: float
             variances.append(LIMITS.slope_std ** 2)
     if walk > 0.0 and course.steps:
         knots = [k for k in KNOTS if k < course.steps[0]]
-        for near, knot in zip((0, *knots), knots):
+        for start, knot in zip((0, *knots), knots):
             columns.append((age < knot).astype(float))
-            variances.append(walk ** 2 * (knot - near))
+            variances.append(walk ** 2 * (knot - start))
     if not columns:
         return np.zeros((len(age), 0)), np.zeros(0), -1
     return np.column_stack(columns), np.array(variances), slope
@@ -257,8 +257,8 @@ def scan(observations: Observations, posterior: Fit) -> Scan:
         excess = np.maximum(first - second - LIMITS.loner, 0.0)
         limited = sign * pull - excess * unit * safe / np.maximum(total, 1e-300)
         scores.append(np.where(judged, limited / np.sqrt(safe), 0.0))
-    alone = _from_end((weight > 0.0).astype(float)) < 2
-    up, down = (np.where(alone, np.minimum(score, LIMITS.loner), score) for score in scores)
+    single = _from_end((weight > 0.0).astype(float)) < 2
+    up, down = (np.where(single, np.minimum(score, LIMITS.loner), score) for score in scores)
     return Scan(size, np.where(judged, 1.0 / np.sqrt(safe), np.nan), up, down,
                 np.where(judged, safe / np.maximum(total, 1e-300), 1.0), float(deviations[-1]))
 

@@ -189,8 +189,8 @@ class WearData:
             sums = np.array([finite.astype(float), y, kelvin, kelvin * self.kelvin[0],
                              y * self.kelvin[0]])
             moving = bool(marks) and marks[0] < stamp
-            held = self.blocks[0].cells.get(key) if self.blocks else None
-            full = held is not None and held[COUNT].max() >= limit
+            cell = self.blocks[0].cells.get(key) if self.blocks else None
+            full = cell is not None and cell[COUNT].max() >= limit
             if moving or not self.blocks:
                 self.blocks.append(WearBlock(stamp, stamp))
             if moving or not full:

@@ -93,8 +93,8 @@ def outcome_of(broken: Sequence[Condition], fine: str, values: Values) -> Outcom
 
 def joined(outcomes: Sequence[Outcome]) -> Outcome:
     """Return one Outcome at the highest level of `outcomes`, the first one's words last."""
-    first, *others = outcomes
-    raised = [outcome for outcome in others if outcome.level > Level.OK]
+    first, *further = outcomes
+    raised = [outcome for outcome in further if outcome.level > Level.OK]
     texts = [outcome.message for outcome in raised]
     if not raised or first.level > Level.OK:
         texts.append(first.message)

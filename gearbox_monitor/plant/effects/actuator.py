@@ -99,8 +99,8 @@ def limits_reached(m: JointMotion) -> list[float]:
     size, levels = np.abs(m.effort), []
     shares = (0.45, 0.6, 0.75, 0.82, 0.88, 0.92, 0.95, 0.97, 0.985)
     for level in np.quantile(size, shares).tolist():
-        above = size[size > level] - level
-        if len(above) and math.sqrt(float(np.mean(above ** 2))) > 3.0 * m.noise:
+        excess = size[size > level] - level
+        if len(excess) and math.sqrt(float(np.mean(excess ** 2))) > 3.0 * m.noise:
             levels.append(level)
     return levels
 

@@ -16,7 +16,6 @@ import numpy as np
 from gearbox_monitor.kernels.types import Array
 
 ANY, COMMAND, TORQUE, SETPOINT = 'any', 'command', 'torque', 'setpoint'
-WAVE = 'wave'
 
 
 @dataclass(frozen=True, eq=False)
