@@ -358,7 +358,7 @@ class RobotEvidence:
 
     def sandwich(self, fit: RobotFit) -> Array:
         """
-        Return the covariance [E, E] of the chosen candidates' values, from segments' scores.
+        Return the covariance [E, E] of the values chosen in `fit`, from segments' scores.
 
         It holds where the residual is no white noise (White, 1980; segments as clusters), and is
         not below that of the likelihood.

@@ -79,7 +79,7 @@ def shape_of(name: str) -> Shape:
 
 
 def group_of(name: str) -> str:
-    """Return DRY or VISCOUS of a shape of friction, '' of another one."""
+    """Return DRY or VISCOUS of the shape `name` of friction, '' of another one."""
     if any(word in name for word in ('direction', 'slow', 'root')):
         return DRY
     return VISCOUS if 'speed' in name else ''

@@ -87,7 +87,7 @@ def list_text(listed: dict[str, list[str]]) -> str:
 
 
 def text(explanation: Explanation) -> str:
-    """Return an Explanation as lines of at most 80 columns."""
+    """Return an `explanation` as lines of at most 80 columns."""
     lines = _wrapped(explanation.title, '')
     for heading, words in explanation.parts.items():
         lines += ['', heading]

@@ -82,7 +82,7 @@ class _Draft:
     def put(self, element: XmlElement | None, values: Mapping[str, str | None], tag: str = '',
             title: str = '') -> None:
         """
-        Give an element attributes, None removes one, and another tag where it is not ''.
+        Give an element attributes `values`, None removes one, and another tag where it is not ''.
 
         Raises InputError if there are any and the element, called `title`, is in another file.
         """

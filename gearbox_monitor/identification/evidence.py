@@ -21,7 +21,7 @@ from gearbox_monitor.quality.recording import UniformRecording
 
 
 def silent(text: str) -> None:
-    """Report nothing."""
+    """Report nothing of `text`."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,7 +78,7 @@ class Judge:
         self._adequacies: dict[tuple[object, ...], Adequacy] = {}
 
     def polished(self, fit: InnovationFit, iterations: int = POLISH) -> InnovationFit:
-        """Return `fit` on short steps, refitted."""
+        """Return `fit` on short steps, refitted in so many `iterations`."""
         return fitted(self.evidence.fine, fit, iterations)
 
     def cooled(self, fit: InnovationFit) -> InnovationFit:

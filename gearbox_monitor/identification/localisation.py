@@ -250,7 +250,7 @@ def command_or_motion(runs: Sequence[WindowRuns],
 
 
 def visible_places(runs: WindowRuns) -> tuple[str, ...]:
-    """Return the places that the drive and the encoders of a recording tell apart."""
+    """Return the places that drive and encoders of the recording of `runs` tell apart."""
     recording = runs.recording
     # A motion that is put in takes no offset; one encoder alone takes whatever is asked of it.
     sensors = SENSORS if recording.motor is None else SENSORS[1:]

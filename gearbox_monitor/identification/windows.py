@@ -235,6 +235,6 @@ def misfit_of(runs: Sequence[WindowRuns], held_out: bool = False) -> float:
 
 
 def typical_misfit(runs: Sequence[WindowRuns]) -> float:
-    """Return the median misfit of a window, in sigmas: a burst or a bad start counts less."""
+    """Return the median misfit of windows of `runs`, sigmas: a burst or bad start counts less."""
     return math.sqrt(float(np.median(np.concatenate([
         run.chi2 / run.data.size for run in runs]))))

@@ -70,7 +70,7 @@ def measured_samples(samples: Samples, name: str) -> tuple[Samples, list[str]]:
 
 
 def unstamped(count: int) -> str:
-    """Return what to say of so many messages without a header stamp."""
+    """Return what to say of `count` messages without a header stamp."""
     return (f'all {count} header stamps are 0: the driver does not stamp its messages, expected '
             'times of measurement; gearbox_monitor import BAG --stamps received NEW takes the '
             'times of receipt')

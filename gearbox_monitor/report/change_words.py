@@ -27,7 +27,7 @@ def sentence(verdict: Mapping[str, Any]) -> str:
 
 
 def model_words(verdict: Mapping[str, Any]) -> str:
-    """Return whether the model file holds, in words."""
+    """Return whether the model file holds by `verdict`, in words."""
     if verdict['model_holds']:
         return 'the model file holds'
     if verdict['model_held']:

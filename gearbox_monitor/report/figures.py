@@ -517,7 +517,7 @@ def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: s
         for k in (0, 1))
 
     def path(x: Array, y: Array, dots: bool) -> str:
-        """Return the d of a cloud or a line."""
+        """Return the d of a line through `x`, `y`, or of a cloud of `dots`."""
         return _drawn(_right(x_axis, x), _down(y_axis, y), dots)
     views = [SliceView(
         k / max(len(slices) - 1, 1), s.name, path(*s.cloud, dots=True),

@@ -46,7 +46,7 @@ class HeardPublisher:
     continues: bool = False    # its first number may be the next one of the followed
 
     def add_stamp(self, stamp_ns: int, numbers: int) -> None:
-        """Take the stamp of a message whose number is `numbers` after the last one."""
+        """Take the stamp `stamp_ns` of a message whose number is `numbers` after the last one."""
         elapsed = (stamp_ns - self.stamp) / max(numbers, 1)
         if self.stamp and stamp_ns:
             weight = 1.0 / min(self.messages + 1, STEADY)

@@ -184,7 +184,7 @@ _KEYS = ('format', 'description', 'kind', 'gear_ratio', 'time', 'signals', 'join
 
 
 def signal_kind(name: str) -> SignalKind:
-    """Return the SignalKind of a signal, 'JOINT:QUANTITY' of a robot."""
+    """Return the SignalKind of the signal `name`, 'JOINT:QUANTITY' of a robot."""
     return JOINT_SIGNALS[name.rpartition(':')[2]] if ':' in name else SIGNALS[name]
 
 

@@ -37,6 +37,6 @@ def label_of(name: str) -> str:
 
 
 def names_of(value: object) -> str:
-    """Return the names in a mapping, for messages."""
+    """Return the names in `value`, a mapping, for messages."""
     return ', '.join(sorted(map(str, value))) if isinstance(value, Mapping) and value else \
         'no fields'
