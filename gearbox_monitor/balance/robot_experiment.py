@@ -266,7 +266,8 @@ def design(robot: RobotModel, limits: RobotLimits, targets: Sequence[Target], li
     Args:
         robot: its model.
         limits: of its joints.
-        targets: (effect, None): seen at all; (effect, rival): beside a rival that is free at its place.
+        targets: (effect, None): seen at all; (effect, rival): beside a rival that is free at
+            its place.
         link: that a payload is at.
         seconds: length of the motion.
         touches: whether a path [N, J] collides.

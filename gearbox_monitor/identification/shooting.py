@@ -185,7 +185,7 @@ class Simulator:
         result = RunResult(np.empty((w, windows.length, 2)), np.empty((w, N_STATE)))
         self._fill(
             RunSpans(windows.begin, windows.first, windows.length, windows.carry_at, extra_at),
-            # Contiguous: kernels are compiled anew for each layout of what they take.
+            # Contiguous: kernels are compiled for each layout of what they take.
             Begin(*map(np.ascontiguousarray, (self._begun(windows, model, states), memory))),
             Driving(self.acting(e), extra.reshape(-1, 3), self.dt),
             PackedDrive(model.pack(), e, theta),
