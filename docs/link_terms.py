@@ -15,7 +15,7 @@ TERMS = {
     'operating-point': r'operating points?', 'lost-motion': r'lost motion',
     'ljung-box': r'Ljung-Box', 'likelihood': r'(?:log[- ])?likelihoods?',
     'innovation': r'innovations?', 'tau_k': r'tau_K', 'flank': r'flanks?',
-    'play': r'(?:passive )?play', 'nis': r'(?-i:NIS)', 'white': r'white', 'folded': r'folded',
+    'play': r'(?:passive )?play', 'nis': r'(?-i:NIS)', 'white': r'white',
     'misfit': r'misfits?', 'dropout': r'dropouts?', 'backlash': r'backlash'}
 NO_PROSE = (r'^```.*?^```', r'^ {4}[^\n]*$', r'^#[^\n]*$', r'`[^`\n]*`', r'!?\[[^\]]*\]\([^)]*\)')
 
