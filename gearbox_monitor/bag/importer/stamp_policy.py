@@ -161,8 +161,9 @@ def ordered(path: str | Path, stamp_ns: Integers, time: TimeMapping,
         raise InputError(f'{path}: {place(row)} after {place(row - 1).rpartition(" value ")[2]}: '
                          f'expected strictly increasing time (or time.{cure})')
     if len(backward):
-        notices.append(f'time: {len(backward)} of {len(rows)} samples with an earlier stamp than the '
-                       f'previous one {"dropped" if time.unordered == "drop" else "sorted in"}')
+        notices.append(f'time: {len(backward)} of {len(rows)} samples with an earlier stamp than '
+                       'the previous one '
+                       f'{"dropped" if time.unordered == "drop" else "sorted in"}')
         rows = np.argsort(stamp_ns, kind='stable') if time.unordered == 'sort' else \
             np.delete(rows, backward)
     stamp_ns = stamp_ns[rows]
