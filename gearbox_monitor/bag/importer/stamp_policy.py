@@ -162,7 +162,8 @@ def ordered(path: str | Path, stamp_ns: Integers, time: TimeMapping,
                          f'expected strictly increasing time (or time.{cure})')
     if len(backward):
         notices.append(f'time: {len(backward)} of {len(rows)} samples with an earlier stamp than '
-                       f'the one before {"dropped" if time.unordered == "drop" else "sorted in"}')
+                       'the previous one '
+                       f'{"dropped" if time.unordered == "drop" else "sorted in"}')
         rows = np.argsort(stamp_ns, kind='stable') if time.unordered == 'sort' else \
             np.delete(rows, backward)
     stamp_ns = stamp_ns[rows]
