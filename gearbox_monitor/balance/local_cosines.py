@@ -14,6 +14,7 @@ import numpy as np
 
 from gearbox_monitor.balance.motion import RobotMotion
 from gearbox_monitor.balance.settings import Settings
+from gearbox_monitor.kernels.cosine_basis import cosine_basis, motion_mask
 from gearbox_monitor.kernels.types import Array, Integers
 
 COVERED = 0.3  # share of a segment in motion from which its energy counts
@@ -72,19 +73,13 @@ def local_cosines(motion: RobotMotion, highest: float, settings: Settings) -> Te
     """Return the test functions of `motion` up to `highest` Hz, of the length in `settings`."""
     step = motion.step
     hop = int(round(settings.hop / step))
-    n, count = np.arange(2 * hop) + 0.5, int(min(highest, 0.4 / step) * 2 * hop * step)
-    order = np.arange(count) + 0.5
-    phase = np.pi / hop * np.outer(n + hop / 2.0, order)
-    window, fall = np.sin(np.pi * n / (2 * hop)), np.cos(np.pi * n / (2 * hop))
-    scale, rate = np.sqrt(2.0 / hop), np.pi / hop / step
-    value = scale * window[:, None] * np.cos(phase)
-    slope = scale * rate * (0.5 * fall[:, None] * np.cos(phase)
-                            - window[:, None] * order * np.sin(phase))
+    count = int(min(highest, 0.4 / step) * 2 * hop * step)
+    value, slope = cosine_basis(hop, count)
     starts = np.concatenate([np.arange(s.start, s.stop - 2 * hop + 1, hop)
                              for s in motion.sections])
-    frequency = np.tile(order / (2 * hop * step), len(starts))
+    frequency = np.tile((np.arange(count) + 0.5) / (2 * hop * step), len(starts))
     mask, mask_slope = _masks(motion, settings)
-    return TestFunctions(value, slope, starts, frequency,
+    return TestFunctions(value, slope / step, starts, frequency,
                         np.digitize(frequency, settings.bands) - 1, mask, mask_slope)
 
 
@@ -97,12 +92,9 @@ def _masks(motion: RobotMotion, settings: Settings) -> tuple[Array, Array]:
     """
     slow = np.maximum(3.0 * motion.sigma_v, settings.slow)
     width = max(1, int(round(settings.ramp / motion.step)))
-    ones, bell = np.ones(2 * width + 1), np.hanning(2 * width + 3)[1:-1]
     mask, slope = np.empty_like(motion.v), np.empty_like(motion.v)
     for section in motion.sections:
         for j in range(motion.v.shape[1]):
-            still = np.abs(motion.v[section, j]) < slow[j]
-            wide = np.convolve(still, ones, 'same') > 0.5
-            mask[section, j] = np.clip(1.0 - np.convolve(wide, bell / bell.sum(), 'same'), 0, 1)
+            mask[section, j] = motion_mask(np.abs(motion.v[section, j]) < slow[j], width)
         slope[section] = np.gradient(mask[section], motion.step, axis=0)
     return mask, slope

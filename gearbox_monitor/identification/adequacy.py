@@ -75,6 +75,12 @@ def adequacy_of(evidence: Evidence, fit: InnovationFit) -> Adequacy:
     whole = evidence.whole
     at = evaluated(whole, fit.candidate, fit.z, fit.torque)
     model = fit.candidate.model(fit.z)
+    if evidence.balances:
+        # No model of a real drive explains everything: the share that is left tells.
+        left = np.sqrt(np.mean([run.left ** 2 for run in at.run.runs], axis=0))
+        return Adequacy(0.0, 0.0, -math.inf, THRESHOLDS.structure, None,
+                        float((left / evidence.scales).max()), THRESHOLDS.lasting_torque,
+                        runs_of(evidence, at))
     allowed = np.minimum(at.torque, evidence.allowed_noise)
     noise_gain = 0.0
     if (allowed < at.torque).any():

@@ -15,12 +15,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.identification import likelihood, window_states
-from gearbox_monitor.identification.candidates import CandidateModel
+from gearbox_monitor.identification.balance_likelihood import BalanceLikelihood
+from gearbox_monitor.identification.candidates import CandidateModel, Starts
 from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
-from gearbox_monitor.identification.position.position_search import PositionSearch
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
@@ -187,9 +187,13 @@ def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
     plain = replace(model, tolerance=0.0, process_torque_time=0.0,
                     controller=model.controller and replace(model.controller, tolerance=0.0))
     if recording.motor is not None:
-        by_position = PositionSearch(recording, plain, sigma, [])
-        none = by_position.none()
-        return WindowRuns(by_position.long, none.candidate, none.point)
+        # No state of a window holds the zero of the encoders, which nobody knows.
+        data, candidate = segment_of(recording, plain, sigma, settling=settling).data, Starts(
+            plain, recording).none()
+        balance = BalanceLikelihood(recording, plain, sigma, recording.segments)
+        at = fitted(balance, InnovationFit(candidate, candidate.start(), balance.first_noise))
+        return WindowRuns(data, candidate, data.evaluate(candidate, likelihood.fresh(
+            data, candidate).at(at.z)))
     segment = segment_of(recording, plain, sigma, settling=settling)
     filter_ = InnovationLikelihood(recording, plain, sigma, [segment.span])
     candidate = CandidateModel(plain, (), ())

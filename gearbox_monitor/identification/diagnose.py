@@ -20,7 +20,6 @@ from gearbox_monitor.identification.isolability import (
     confusable, evidence_for, InnovationSpace, matrix, separations)
 from gearbox_monitor.identification.judge import decide, Decision
 from gearbox_monitor.identification.noise_model import MOTION, noise_floor
-from gearbox_monitor.identification.position import diagnose as by_position
 from gearbox_monitor.identification.random_effects import between_recordings
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_between_stamps import is_open, likeliest
@@ -74,9 +73,6 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     if not ids:
         raise InputError('effects: none remains that is visible on this drive and its encoders, '
                          'expected at least one')
-    if recordings[0].motor is not None:
-        return replace(by_position.diagnose(recordings, model, ids, exclude, validate, seed,
-                                            Reporter(progress), jobs), not_tried=reasons)
     evidence, quantum = evidence_of(recordings, model, ids, jobs, Reporter(progress))
     otherwise = read_as_doubted(evidence)
     decision = decided_between(evidence, quantum)
@@ -160,7 +156,8 @@ def decided(evidence: Evidence, quantum: Array) -> Decision:
         quantum: quantisation steps of the encoders [2], rad.
     """
     decision = decide(evidence)
-    if decision.remains and (quantum <= THRESHOLDS.lattice * evidence.sigma).all():
+    if decision.remains and not evidence.balances and (
+            quantum <= THRESHOLDS.lattice * evidence.sigma).all():
         # Where one effect leaves white noise, it is white.
         for lowest in (MOTION, coloured_noise.FITTED):
             noise = coloured_noise.measure(decision, lowest)
@@ -212,7 +209,7 @@ def read_as_doubted(evidence: Evidence) -> dict[int, InnovationFit]:
     out = {}
     for number, recording in enumerate(evidence.recordings):
         doubt = recording.doubt
-        if doubt is None:
+        if doubt is None or recording.motor is not None:
             continue
         sigma = np.abs(evidence.sigma[::-1] if doubt.swap else evidence.sigma) * np.abs(
             np.array(doubt.scale))
@@ -290,8 +287,10 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
         plain = CandidateModel(evidence.model, (), ())
         published = with_starts_of([
             open_loop(r, evidence.model, evidence.sigma) for r in evidence.recordings], none_runs)
-        published = tuple(replace(run, data=other.data, candidate=plain, point=other.data.evaluate(
-            plain, run.point)) for run, other in zip(published, none_runs))
+        if not evidence.balances:
+            published = tuple(replace(run, data=other.data, candidate=plain, point=(
+                other.data.evaluate(plain, run.point))) for run, other in zip(
+                    published, none_runs))
     orders = {name: rows[0] for name, rows in decision.orders}
     separated = separations(evidence, fit, decision.fits, orders)
     errors, condition = standard_errors(evidence, decision.closed)

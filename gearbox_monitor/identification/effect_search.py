@@ -164,6 +164,13 @@ class EffectSearch:
                 break
         return self._halved(fits, ((3, 15),))
 
+    def third(self, pair: InnovationFit) -> list[InnovationFit]:
+        """Return fits of `pair` with one more effect, best first."""
+        proposals = self._chosen(scan(self.likelihood, self.starts, pair, self.ids),
+                                 EFFORT.grown, False)
+        return self._halved(self._map(lambda p: self.begun(pair, p), proposals), (
+            *EFFORT.growing, (3, 15)))
+
     def alone(self, pair: InnovationFit, i: int) -> InnovationFit:
         """Return the effect number `i` of `pair`, fitted alone from where the pair stands."""
         single, z = self.starts.alone(pair.candidate, pair.z, i)

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from gearbox_monitor.identification.balance_likelihood import likelihood_of
 from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.innovation_fit import InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood, JointLikelihood
@@ -72,9 +73,9 @@ class Evidence:
         parts = []
         for recording, span in zip(self.recordings, spans):
             if span.stop > span.start:
-                part = InnovationLikelihood(recording, self.model, sigma, [span], coarse,
-                                            1 if coarse else self.finer)
-                if self.hides(recording):
+                part = likelihood_of(recording, self.model, sigma, [span], coarse,
+                                     1 if coarse else self.finer)
+                if self.hides(recording) and isinstance(part, InnovationLikelihood):
                     fit = self.reference
                     candidate = self.starts.none() if fit is None else fit.candidate
                     part = hidden_begins(part, candidate, candidate.start() if fit is None
@@ -118,6 +119,11 @@ class Evidence:
         return self.model.process_torque_time > 0.0
 
     @property
+    def balances(self) -> bool:
+        """Whether the motion is put in, so that the balance of torques is the evidence."""
+        return self.recordings[0].motor is not None
+
+    @property
     def noisy(self) -> bool:
         """Whether the model file says that values or the torque are not exact."""
         model = self.model
@@ -127,6 +133,12 @@ class Evidence:
     def torque(self) -> float:
         """Standard deviation of the torque, N m."""
         return max(float(np.std(np.concatenate([r.torque for r in self.recordings]))), 1e-9)
+
+    @property
+    def scales(self) -> Array:
+        """Size [2] of torque, N m, and twist, rad."""
+        return np.array([self.torque, max(float(np.std(r.positions[:, 0] - r.positions[:, 1]))
+                                          for r in self.recordings) + 1e-12])
 
     @property
     def allowed_noise(self) -> Array:

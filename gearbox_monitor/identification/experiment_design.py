@@ -22,7 +22,6 @@ from gearbox_monitor.identification import isolability, likelihood
 from gearbox_monitor.identification.candidates import (
     CandidateModel, NOT_FITTED, PERIODIC, PHASED, sine_and_cosine)
 from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.position import window_isolability
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
@@ -110,6 +109,40 @@ def sized(search: Search, name: str, values: Values | None = None) -> CandidateM
     return replace(candidate, coordinates=tuple(coordinates))
 
 
+class WindowSpace:
+    """Scalar products of changes of the training windows, free unknowns taken out."""
+
+    def __init__(self, search: Search, fitted: CandidateFit) -> None:
+        self.search, self.fitted = search, fitted
+        data, point = search.long, fitted.point
+        self.model = fitted.candidate.model(point.z)
+        s = likelihood.sensitivity(data, fitted.candidate, point)
+        train = data.train
+        Jx = s.Jx[train]
+        # Orthonormal in each window: the states' part is then a plain product.
+        Jx = Jx / np.maximum(np.linalg.norm(Jx, axis=1, keepdims=True), 1e-30)
+        self._basis, _ = np.linalg.qr(Jx)
+        self.own = self.clean(s.Jz)  # [M, P]
+
+    def clean(self, columns: Array) -> Array:
+        """Return columns [W, 2L, C] as [M, C], window states taken out."""
+        columns = columns[self.search.long.train]
+        columns = columns - self._basis @ (self._basis.transpose(0, 2, 1) @ columns)
+        return columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
+
+    def signature(self, name: str, order: int | None = None) -> Array:
+        """
+        Return the changes [M, C] by a little of effect `name`, one column per way.
+
+        Args:
+            name: id of an effect.
+            order: order N of a periodic effect, None for the others.
+        """
+        effects = [effect for probe in self.search.probes(name, order) for effect in probe]
+        return self.clean(likelihood.effect_columns(
+            self.search.long, self.model, self.fitted.point, effects))
+
+
 def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Array, sigma: Array,
                 pairs: Sequence[Pair]) -> tuple[dict[Pair, float], Limits] | tuple[None, None]:
     """
@@ -130,7 +163,7 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
         return None, None
     probe = UniformRecording(plain.t, u, plain.y, DT)
     for a in dict.fromkeys(a for a, _ in pairs):
-        start = Search(probe, model, sigma, [a])
+        start = Search(probe, model, sigma)
         candidate = sized(start, a, effects.get(a))
         drive = candidate.model(candidate.start())
         run = simulate(drive, u, DT)
@@ -140,10 +173,10 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
                          max(reached.speed, float(np.abs(run.x[:, 2:]).max())),
                          max(reached.travel, float(np.abs(run.x[:, :2]).max())))
         rivals = [b for effect, b in pairs if effect == a]
-        search = Search(replace(probe, y=run.y), model, sigma, rivals)
+        search = Search(replace(probe, y=run.y), model, sigma)
         fitted = CandidateFit(candidate, search.long.evaluate(candidate, likelihood.fresh(
             search.long, candidate, run.x[search.long.windows.begin])))
-        space = window_isolability.Space(search, fitted)
+        space = WindowSpace(search, fitted)
         signature = isolability.direction(fitted.candidate, fitted.point.z, 0, space.own)
         _, prior = candidate.prior(candidate.start())
         other_coordinates = [k for k, c in enumerate(candidate.coordinates) if c.owner != 0]

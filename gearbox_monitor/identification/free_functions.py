@@ -20,8 +20,7 @@ from gearbox_monitor.identification.candidates import (
 from gearbox_monitor.identification.effect_scan import score_test
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit)
-from gearbox_monitor.identification.innovations import (
-    Filtered, InnovationLikelihood, JointLikelihood)
+from gearbox_monitor.identification.innovations import JointLikelihood
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.effects.torque_map import QUANTITIES, TORQUE_MAP
@@ -70,19 +69,8 @@ def motion_of(likelihood: JointLikelihood, at: FilteredFit) -> dict[str, Array]:
         likelihood: of the recordings.
         at: fit whose filter was run.
     """
-    rows = [_motion(part, own) for part, own in zip(likelihood.parts, at.run.runs)]
+    rows = [part.motion(own) for part, own in zip(likelihood.parts, at.run.runs)]
     return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
-
-
-def _motion(likelihood: InnovationLikelihood, run: Filtered) -> dict[str, Array]:
-    """Return {quantity: values} of one recording."""
-    index = np.concatenate([np.arange(begin, end - 1)
-                            for begin, end in zip(likelihood.begin, likelihood.end)])
-    x1, x2, x3, x4 = run.trace.begin[index, 0, :4].T
-    recording = likelihood.recording
-    return {'speed of the motor': x3, 'speed of the arm': x4, 'angle of the motor': x1,
-            'angle of the arm': x2, 'twist': x1 - x2, 'torque': recording.torque[index],
-            'time': index * recording.dt}
 
 
 def dependences(likelihood: JointLikelihood, at: FilteredFit,

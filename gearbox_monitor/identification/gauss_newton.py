@@ -18,7 +18,6 @@ from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.likelihood import (
     FitPoint, normal_equations, objective, sensitivity, squares, updated, uses_memory, weights,
     WindowData)
-from gearbox_monitor.identification.position import multiscale
 from gearbox_monitor.identification.window_states import hand_over
 from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
 from gearbox_monitor.kernels.types import Array
@@ -33,7 +32,7 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
     Return `point` improved (z, states, memory) by damped Gauss-Newton.
 
     Window states are eliminated by a Schur complement (`likelihood.normal_equations`); steps are
-    damped as by Levenberg and Marquardt. Objectives that are not smooth go to `multiscale.fit`.
+    damped as by Levenberg and Marquardt.
 
     Args:
         data: windows of readings and how residuals are weighted.
@@ -46,8 +45,6 @@ def fit(data: WindowData, candidate: CandidateModel, point: FitPoint, iterations
     """
     if point.residual is None:
         point = data.evaluate(candidate, point)
-    if data.simulator.nonsmooth:
-        return multiscale.fit(data, candidate, point, iterations, robust, tolerance)
     damping, s = RULE.start, None
     for k in range(iterations):
         weight = weights(data, point.chi2, robust)

@@ -297,6 +297,15 @@ class InnovationLikelihood:
             run.start, run.trace, np.zeros((2 * n + 3, n)), change, variance)
         return deviance, run.trace.innovation + change, variance
 
+    def motion(self, run: Filtered) -> dict[str, Array]:
+        """Return {quantity: values} of the motion as the filter of `run` has it."""
+        index = np.concatenate([np.arange(begin, end - 1)
+                                for begin, end in zip(self.begin, self.end)])
+        x1, x2, x3, x4 = run.trace.begin[index, 0, :4].T
+        return {'speed of the motor': x3, 'speed of the arm': x4, 'angle of the motor': x1,
+                'angle of the arm': x2, 'twist': x1 - x2, 'torque': self.recording.torque[index],
+                'time': index * self.recording.dt}
+
     def smoothed(self, run: Filtered) -> Array:
         """Return the smoothed states [N, N_STATE] of `run`, NaN outside of its parts."""
         states = np.full((len(self.y), N_FILTER), np.nan)
@@ -344,7 +353,7 @@ class JointLikelihood:
     parts: likelihood of each recording.
     """
 
-    def __init__(self, parts: Sequence[InnovationLikelihood]) -> None:
+    def __init__(self, parts: Sequence[Any]) -> None:
         self.parts = tuple(parts)
 
     @property

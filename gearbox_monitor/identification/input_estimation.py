@@ -95,8 +95,7 @@ class InputEstimator:
 
     def __init__(self, data: likelihood.WindowData, model: DriveModel, place: str,
                  start: likelihood.FitPoint) -> None:
-        self.data, self.model, self.place = data.plain(), model, place
-        data = self.data
+        self.data, self.model, self.place = data, model, place
         self.memory = start.memory
         windows = data.windows
         self.lead = int((windows.first - windows.begin).max(initial=0))

@@ -215,9 +215,14 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
             if judge.worth(pair, chosen) and (lacking or judge.adequacy(pair).adequate):
                 chosen, fits = pair, [*fits, pair]
                 break
+    if evidence.balances and len(chosen.candidate.ids) == 2:
+        thirds = _finished(judge, judge.search.third(chosen), PAIRS)
+        fits += thirds
+        chosen = next((third for third in thirds if judge.worth(third, chosen)
+                       and judge.holds(third, chosen)), chosen)
     adequacy = judge.adequacy(chosen)
     bursts = None
-    if not adequacy.adequate and DISTURBANCE.id in evidence.ids:
+    if not (adequacy.adequate or evidence.balances) and DISTURBANCE.id in evidence.ids:
         bursts = _bursts(judge, chosen, none)
         if bursts is not None:
             chosen = bursts.fit

@@ -18,9 +18,7 @@ import numpy as np
 
 from gearbox_monitor.identification.candidates import CandidateModel, with_effects
 from gearbox_monitor.identification.noise_model import prewhitened
-from gearbox_monitor.identification.position.model_error import Weighing
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows, Simulator
-from gearbox_monitor.kernels.levenberg_marquardt import damped_solve as damped_solve
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MEMORIES
@@ -61,8 +59,8 @@ class WindowData:
     """
     Readings of `windows` in units of sigma [2], and how they count.
 
-    train [W]: windows that may move the coordinates; weighing: see model_error; colour [2]: see
-    coloured_noise; fixed_states: whether the states where windows begin stay as they are.
+    train [W]: windows that may move the coordinates; colour [2]: see coloured_noise;
+    fixed_states: whether the states where windows begin stay as they are.
     """
 
     recording: UniformRecording
@@ -70,7 +68,6 @@ class WindowData:
     windows: ShootingWindows
     sigma: Array
     train: Flags
-    weighing: Weighing | None = None
     colour: Array | None = None
     fixed_states: bool = False
 
@@ -93,11 +90,8 @@ class WindowData:
 
     @property
     def n_train(self) -> int:
-        """Number of readings in the windows that count, as many as they count for."""
-        n = int(self.train.sum()) * self.size
-        if self.weighing is None:
-            return n
-        return max(1, round(n * self.weighing.shares[self.channels].mean()))
+        """Number of readings in the windows that count."""
+        return int(self.train.sum()) * self.size
 
     @property
     def size(self) -> int:
@@ -127,8 +121,6 @@ class WindowData:
         r: Array = (measured - y[:, :, self.channels]) / self.sigma[self.channels]
         # A run that diverges is as bad as can be, and still a number.
         r = self.white(np.clip(np.nan_to_num(r, nan=WORST), -WORST, WORST), self.channels)
-        if self.weighing is not None:
-            r = self.weighing(r, self.sigma, self.channels)
         return r.reshape(len(y), -1), carry
 
     def positions(self, model: DriveModel, point: 'FitPoint') -> Array:
@@ -151,13 +143,9 @@ class WindowData:
         """Return `residual` [W, L, C], in sigmas of the encoders `channels`, with white noise."""
         return residual if self.colour is None else prewhitened(residual, self.colour[channels])
 
-    def plain(self) -> 'WindowData':
-        """Return the WindowData whose residuals count in standard deviations of the noise."""
-        return self if self.weighing is None else replace(self, weighing=None)
-
     def uncoloured(self) -> 'WindowData':
         """Return the WindowData whose residuals are the distances of the readings, in sigmas."""
-        return replace(self, weighing=None, colour=None)
+        return replace(self, colour=None)
 
     def evaluate(self, candidate: CandidateModel, point: FitPoint) -> FitPoint:
         """
@@ -189,8 +177,7 @@ class CandidateFit:
     A candidate where its fit ended, on the long windows.
 
     s: torque noise on the motor, N m rms per sample; white: residual [W, 2L] with that noise taken
-    out; persistent [2]: what lasts unexplained, N m and rad, see model_error; smooth [N, N_STATE]:
-    smoothed states of the filter in which its windows began.
+    out; smooth [N, N_STATE]: smoothed states of the filter in which its windows began.
     """
 
     candidate: CandidateModel
@@ -198,7 +185,6 @@ class CandidateFit:
     score: float = math.inf
     s: float = 0.0
     white: Array | None = None
-    persistent: Array | None = None
     smooth: Array | None = None
 
     @property
@@ -301,8 +287,8 @@ class Sensitivity:
     Jz: Array
 
 
-def coordinate_sensitivity(data: WindowData, candidate: CandidateModel, point: FitPoint,
-                           stretch: float = 1.0) -> Array:
+def coordinate_sensitivity(data: WindowData, candidate: CandidateModel,
+                           point: FitPoint) -> Array:
     """
     Return d(-residual)/dz [W, 2L, P]; memories stay as they are.
 
@@ -310,9 +296,8 @@ def coordinate_sensitivity(data: WindowData, candidate: CandidateModel, point: F
         data: windows of readings and how residuals are weighted.
         candidate: model to be fitted, with its coordinates.
         point: where the fit stands: coordinates, window states and memories.
-        stretch: factor on the steps of the finite differences.
     """
-    steps = stretch * data.simulator.stretch * candidate.steps()
+    steps = candidate.steps()
     out = np.zeros((*point.residual.shape, len(steps)))
     for i, step in enumerate(steps):
         moved = point.z.copy()
@@ -321,14 +306,7 @@ def coordinate_sensitivity(data: WindowData, candidate: CandidateModel, point: F
             step = -step
             moved[i] = point.z[i] + step
         r, _ = data.residual(candidate.model(moved), point.states, point.memory)
-        minus_residual = point.residual
-        if data.simulator.stretch > 1.0:  # over so long a step, one side alone tells another slope
-            moved[i] = point.z[i] - step
-            if candidate.bounded(moved)[i] == moved[i]:
-                minus_residual, _ = data.residual(candidate.model(moved), point.states,
-                                                  point.memory)
-                step *= 2.0
-        out[:, :, i] = (minus_residual - r) / step
+        out[:, :, i] = (point.residual - r) / step
     return out
 
 
@@ -376,22 +354,6 @@ def normal_equations(s: Sensitivity, residual: Array, weight: Array,
     return np.einsum('w,wij->ij', weight, full), weight @ g, X, x
 
 
-def gained(S: Array, g: Array, base: int) -> float:
-    """
-    Return the gain in chi2 of the coordinates from number `base` on, the first ones free as well.
-
-    Args:
-        S: reduced normal matrix [P, P].
-        g: reduced gradient [P].
-        base: number of the first coordinates.
-    """
-    if len(g) == base:
-        return 0.0
-    total = damped_solve(S, g, 1e-9) @ g
-    base_gain = damped_solve(S[:base, :base], g[:base], 1e-9) @ g[:base] if base else 0.0
-    return float(total - base_gain)
-
-
 def effect_columns(data: WindowData, model: DriveModel, point: FitPoint,
                    effects: Iterable[Values]) -> Array:
     """
@@ -406,34 +368,6 @@ def effect_columns(data: WindowData, model: DriveModel, point: FitPoint,
     return np.stack([point.residual - data.residual(
         with_effects(model, [*model.effects, effect]), point.states, point.memory)[0]
         for effect in effects], axis=2)
-
-
-def widened(s: Sensitivity, columns: Array) -> Sensitivity:
-    """
-    Return the Sensitivity with further coordinates.
-
-    Args:
-        s: sensitivities at the point.
-        columns: derivatives by the further coordinates [W, C L, E].
-    """
-    return Sensitivity(s.Jx, np.concatenate([s.Jz, columns], axis=2))
-
-
-def linear_gain(s: Sensitivity, columns: Array, residual: Array, weight: Array,
-                prior: Array) -> float:
-    """
-    Return the gain in chi2 of one linear step along `columns`; coordinates and states give way.
-
-    Args:
-        s: sensitivities at the point.
-        columns: derivatives of -residual by what is added [W, C L, E].
-        residual: residual of the windows [W, C L].
-        weight: weights of the windows [W].
-        prior: weights of the prior of the coordinates [P].
-    """
-    S, g, _, _ = normal_equations(widened(s, columns), residual, weight)
-    S[np.diag_indices(len(prior))] += prior
-    return gained(S, g, len(prior))
 
 
 def objective(candidate: CandidateModel, point: FitPoint, weight: Array) -> float:

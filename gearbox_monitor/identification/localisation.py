@@ -51,7 +51,7 @@ def free_forms(runs: WindowRuns, jobs: int = 1, places: Sequence[str] = PLACES,
     long, point, model = runs.data, runs.point, runs.model
     dt = runs.recording.dt
     parts = long.windows.parted(QUARTERS)
-    short = replace(long, windows=parts, train=np.ones(len(parts), bool), weighing=None)
+    short = replace(long, windows=parts, train=np.ones(len(parts), bool))
     states: Array
     memory: Array
     if runs.smooth is None:

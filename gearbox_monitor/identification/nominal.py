@@ -20,6 +20,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification import (
     closed_model, gauss_newton, innovation_fit, likelihood, window_states)
+from gearbox_monitor.identification.balance_likelihood import BalanceLikelihood
 from gearbox_monitor.identification.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered,
     PERIODIC, PHASED, sine_and_cosine, Starts, ZERO)
@@ -27,7 +28,6 @@ from gearbox_monitor.identification.innovation_fit import InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood, SPARSE
 from gearbox_monitor.identification.likelihood import CandidateFit
 from gearbox_monitor.identification.noise_model import noise_floor
-from gearbox_monitor.identification.position.position_search import PositionSearch
 from gearbox_monitor.identification.process_noise import noise_weighted_residual
 from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import shooting_windows
@@ -47,7 +47,7 @@ from gearbox_monitor.quality.recording import concatenated, UniformRecording
 
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
 WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
-ROUNDS, ITERATIONS = 3, 40
+ITERATIONS = 40
 # s, how long torque that no model explains may last, and iterations of a fit with each.
 LASTING_TIMES, TIME_ITERATIONS = (0.0, 0.1, 0.3, 1.0), 8
 READINGS = 2       # of the torque between the stamps of a slow log
@@ -102,19 +102,19 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         validate: recording that is used for validation only.
         seconds: length of the windows of the last stage, s; long ones weigh drift (inf: the whole
             recording).
-        jobs: number of threads.
+        jobs: counts for nothing: a fit is one thread.
         progress: callback with (done, total, text).
 
     Raises:
         InputError: names that this drive does not have; Undecided: neither search nor regression
             is a solution.
     """
-    result = _fit(recordings, model, free, validate, seconds, jobs, progress)
+    result = _fit(recordings, model, free, validate, seconds, progress)
     if any(is_open(recording, model) for recording in recordings):
         for _ in range(READINGS):  # of the torque between the stamps, by the fit before
             sigma, _ = noise_floor(concatenated(recordings), model)
             recordings = read_for(recordings, result.model, sigma)
-            result = _fit(recordings, model, free, validate, seconds, jobs, progress)
+            result = _fit(recordings, model, free, validate, seconds, progress)
     return result
 
 
@@ -151,7 +151,7 @@ def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
     _expect_free(model, free)
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
     sigma, _ = noise_floor(recording, model)
-    candidate = _free_candidate(Search(recording, plain, sigma, []), plain, model, free)
+    candidate = _free_candidate(Search(recording, plain, sigma), plain, model, free)
     regression = torque_regression(recording, candidate)
     if regression is None:
         raise Undecided(f'{recording.name}: the balance of torques determines no values')
@@ -160,7 +160,7 @@ def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
 
 
 def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequence[str] | None,
-         validate: UniformRecording | None, seconds: float | None, jobs: int,
+         validate: UniformRecording | None, seconds: float | None,
          progress: Callable[..., object] | None) -> NominalFit:
     """Return the fit to recordings as they are read; see fit_nominal."""
     recording = concatenated([driven(r, model) for r in recordings])
@@ -172,9 +172,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
     _expect_free(model, free)
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
     sigma, _ = noise_floor(recording, model)
-    search: Search = Search(recording, plain, sigma, [], jobs, progress)
-    if recording.motor is not None:
-        search = PositionSearch(recording, plain, sigma, [], jobs, progress)
+    search = Search(recording, plain, sigma)
     gap_before = None
     if not seconds:  # no state of a window holds the zero where the motor's motion is put in
         base = plain if recording.motor is None else model
@@ -191,19 +189,19 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
     if time != model.process_torque_time:
         plain, candidate = (replace(plain, process_torque_time=time),
                             replace(candidate, nominal=replace(plain, process_torque_time=time)))
-        search = Search(recording, plain, sigma, [], jobs, progress)
+        search = Search(recording, plain, sigma)
         fitted = _searched(search, candidate, regression, report)
     data = search.long
     if seconds:
         whole = min(seconds, min(np.diff([*recording.cuts, len(recording.u)])) * recording.dt)
-        squares = data.weighing and replace(data.weighing, robust=False)
         windows = shooting_windows(recording, whole)
         # Free states would move by many deviations to hide what the model leaves later.
-        data = replace(data, windows=windows, train=np.ones(len(windows), bool), weighing=squares,
+        data = replace(data, windows=windows, train=np.ones(len(windows), bool),
                        fixed_states=fitted is not None and fitted.smooth is not None)
         if fitted is not None:
             report(0.9, 1.0, f'windows of {seconds:g} s')
-            fitted = _longer(data, fitted)
+            fitted = _longer(data, fitted) if recording.motor is None else replace(
+                fitted, point=_balanced_point(data, candidate, fitted.point.z))
     fitted, method = _decided(search, data, candidate, fitted, regression)
     fitted_model = candidate.model(fitted.point.z)
     covariance = (_covariance(data, fitted) if method == 'search' or regression is None
@@ -364,8 +362,7 @@ def _coordinate(name: str, scale: float | None) -> Coordinate:
 def _gap(data: likelihood.WindowData, candidate: CandidateModel,
          point: likelihood.FitPoint) -> float:
     """Return the gap that `point` leaves, in standard deviations of the noise."""
-    plain = data.plain()
-    return closed_model.gap_of(plain.evaluate(candidate, point).chi2, data.size)
+    return closed_model.gap_of(data.evaluate(candidate, point).chi2, data.size)
 
 
 def _effects_of(model: DriveModel) -> dict[str, Values]:
@@ -396,23 +393,25 @@ def _settled(search: Search, candidate: CandidateModel, starts: Sequence[Array],
         starts: coordinates [P] to begin with.
         report: progress.
     """
-    if not isinstance(search, PositionSearch):
-        report(0, 2, 'fit')
-        fit = likeliest(search, candidate, starts, ITERATIONS)
-        report(1, 2, 'fit, windows of 1 s')
-        whole = InnovationLikelihood(search.recording, candidate.nominal, search.long.sigma,
-                                     search.spans)
-        return on_windows(search, fit, whole, fit.deviance)
-    report(0, 1, 'fit, windows of 1 s')
-    fresh = likelihood.fresh(search.long, candidate)
-    point = min((window_states.solved(search.long, candidate, fresh.at(z)) for z in starts),
-                key=lambda p: float(p.chi2.sum()))
-    for _ in range(ROUNDS):
-        point = gauss_newton.fit(search.long, candidate, point, 8, robust=True, refresh=range(8))
-    search.keep(search.as_fitted(candidate, point), '')
-    search.settle([''])
-    search.weigh_by_error([''])
-    return search.fitted['']
+    report(0, 2, 'fit')
+    if search.recording.motor is not None:
+        balance = BalanceLikelihood(search.recording, candidate.nominal, search.long.sigma,
+                                    search.spans)
+        fits = [innovation_fit.fitted(balance, InnovationFit(candidate, z, balance.first_noise),
+                                      ITERATIONS) for z in starts]
+        z = min(fits, key=lambda f: f.deviance).z
+        return search.as_fitted(candidate, _balanced_point(search.long, candidate, z))
+    fit = likeliest(search, candidate, starts, ITERATIONS)
+    report(1, 2, 'fit, windows of 1 s')
+    whole = InnovationLikelihood(search.recording, candidate.nominal, search.long.sigma,
+                                 search.spans)
+    return on_windows(search, fit, whole, fit.deviance)
+
+
+def _balanced_point(data: likelihood.WindowData, candidate: CandidateModel,
+                    z: Array) -> likelihood.FitPoint:
+    """Return where windows without states of their own stand at the coordinates z [P]."""
+    return data.evaluate(candidate, likelihood.fresh(data, candidate).at(z))
 
 
 def _longer(data: likelihood.WindowData, fitted: CandidateFit) -> CandidateFit:
@@ -505,7 +504,7 @@ def _central(data: likelihood.WindowData, candidate: CandidateModel,
              point: likelihood.FitPoint) -> Array:
     """Return d(-residual)/dz [W, C L, P]; one-sided, it would see what is not determined."""
     columns = []
-    for i, step in enumerate(data.simulator.stretch * candidate.steps()):
+    for i, step in enumerate(candidate.steps()):
         sides = []
         for sign in (-1.0, 1.0):
             z = point.z.copy()

@@ -17,10 +17,10 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import t as student
 
+from gearbox_monitor.identification.balance_likelihood import likelihood_of
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, COORDINATE_STEP, evaluated, fitted, InnovationFit)
-from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.quality.recording import UniformRecording
@@ -91,7 +91,7 @@ def between_recordings(recordings: Sequence[UniformRecording], candidate: Candid
     """
     measured: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for recording in recordings:
-        likelihood = InnovationLikelihood(recording, candidate.nominal, sigma, recording.segments)
+        likelihood = likelihood_of(recording, candidate.nominal, sigma, recording.segments)
         likeliest = fitted(likelihood, InnovationFit(candidate, z, likelihood.first_noise))
         fit = evaluated(likelihood, candidate, likeliest.z, likeliest.torque)
         columns = coordinate_columns(likelihood, fit)

@@ -120,8 +120,6 @@ class Simulator:
     """
 
     begins_known = False  # whether states where windows begin are those of the readings
-    stretch = 1.0         # of the steps of finite differences
-    nonsmooth = False     # whether small changes of a parameter make jumps in a run
 
     def __init__(self, recording: UniformRecording, model: DriveModel, coarse: bool = False,
                  finer: int = 1) -> None:

@@ -28,14 +28,8 @@ class Thresholds:
     scatter_gain: float = 16.0
     # Gain of a parameter that sits at its bound: chance gives the best effect as much.
     bound_gain: float = 10.0
-    # Distance of two fits over their gain: below a thousandth, both are one limit of two effects.
-    same_motion: float = 1e-3
     # Gain of a further effect: more than effect_gain, since some 600 pairs are searched.
     further_effect_gain: float = 40.0
-    # Linearised gain that makes pairs worth a fit: more than that of the fit, which keeps less.
-    pair_hint: float = 60.0
-    # Tolerances from which on a nominal value is tried as an effect: 1 % by chance.
-    far_value: float = 2.5
     # -2 log L by which windows, which carry more evidence, may turn a ranking round: blind sets.
     ranking_error: float = 60.0
 
@@ -46,27 +40,12 @@ class Thresholds:
     chance: float = 1e-4
     # Misfit of free runs from which on the residual is as large as the noise: sqrt(1 + 1).
     misfit: float = 1.4142
-    # Excess of a noise level that is too low by 4 %; 0.05 called 1 of 29 exact models unknown.
-    excess: float = 0.08
-    # Relative error of a noise level from N fourth differences, times sqrt(N): simulated.
-    level_error: float = 1.6
-    # Such errors that are chance: `excess` in 10 s of two encoders at 1 kHz.
-    level_errors: float = 3.7
-    # Excess over that without effects: the integration is not more accurate.
-    excess_relative: float = 2e-4
     # Structure of a right model: at most 2.7 of white noise in 300 simulated recordings.
     structure: float = 3.8
-    # The same of several effects, which imitate what is in no library: blind sets.
-    pair_structure: float = 2.5
     # The same where torque noise was taken out, which is right to first order only.
     noisy_structure: float = 6.0
-    # Excess and structure beside an encoder with steps above its noise: rounding is not white.
-    rough_excess: float = 0.2
+    # Structure beside an encoder with steps above its noise: rounding is not white.
     rough_structure: float = 30.0
-    # Structure over the excess without effects: the integration is not more accurate.
-    structure_relative: float = 0.04
-    # Correction of a noise level by the residual: a larger one is misfit, not noise.
-    sharpening: float = 0.15
     # Torque noise over the torque: more is an error of the model, not of an actuator.
     torque_noise: float = 0.1
     # Lasting unexplained torque over the torque, on a real drive: more is an unknown effect.
@@ -81,7 +60,7 @@ class Thresholds:
     colour: float = 0.15
 
     # --- Bursts
-    # chi2 per reading of a window that lacks nothing: `excess`, and chance in 1 s.
+    # chi2 per reading of a window that lacks nothing: error of the noise level, and chance in 1 s.
     quiet: float = 1.12
     # Share of the windows without a burst: what is in most of them is no rare event.
     quiet_share: float = 0.35

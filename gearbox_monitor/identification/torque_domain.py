@@ -16,24 +16,23 @@ from scipy.signal import savgol_coeffs, savgol_filter
 from gearbox_monitor.identification.shooting import ShootingWindows, Simulator
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant import prescribed_motion as kernels
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects.composition import arm_positions, DELAY2
-from gearbox_monitor.plant.effects.effect import Torques
-from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
-from gearbox_monitor.plant.simulate import PackedDrive
+from gearbox_monitor.plant.equivalent_torque import (
+    gains, imbalance, imbalance_with, true_motion)
+from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, plugin_of
 from gearbox_monitor.quality.recording import UniformRecording
 
+X1, X3, A1, MOVES, SMOOTH_U = range(5)  # columns of the motor's motion; SMOOTH_U acts on it
 HALF_WIDTHS = (0.003, 0.005, 0.008, 0.012, 0.018, 0.025, 0.035, 0.05)  # s
 DEGREE = 3
 NOISE_SHARE = 0.3   # of the noise of u that noise of the acceleration may come to
+MIN_GAIN = 0.05     # of the torque that acts over the torque that is logged
 LEAST_NOISE = 0.01  # of u itself, for one without noise
 STANDING = 0.02     # of the top speed: below, friction is not that of a moving motor
 TOP = 99.0          # percentile
 SPEED_NOISE = 5.0   # standard deviations of the speed that are no motion
 # An actuator acts on the smooth torque: what it would do to the noise of u is no evidence.
 TORQUE_HALF_WIDTH = 0.025  # s
-ARM_HALF_WIDTH = 0.006  # s, for position and speed of the arm
 
 
 def driven(recording: UniformRecording, model: DriveModel) -> UniformRecording:
@@ -98,54 +97,84 @@ def motion(y: Array, noise: float, half: int, dt: float) -> Array:
     return np.column_stack([x, v, a, ~stands])
 
 
-class DrivenSimulator(Simulator):
+class BalanceSimulator(Simulator):
     """
-    Free runs of the arm alone, over a Recording that holds the motor's motion.
+    The torque and twist that a measured motion needs, in place of runs.
 
-    They begin where the arm's encoder says: a light arm forgets its start within milliseconds.
+    Readings are the torque that the motion of both sides needs (N m), and where the arm would
+    stand if it were not short of torque (rad). No state and no memory of a window is free.
     """
 
     begins_known = True
-    # Contacts that are made a little earlier or later make small differences jagged.
-    stretch = 25.0
-    nonsmooth = True
 
     def __init__(self, recording: UniformRecording, model: DriveModel) -> None:
         assert recording.motor is not None
-        super().__init__(replace(recording, u=recording.motor[:, kernels.SMOOTH_U]), model)
-        self.motor = recording.motor
-        # One number of steps for all candidates: otherwise a difference in accuracy is evidence.
-        self.n = kernels.steps(model, self.dt)
-        self._logged = np.ascontiguousarray(recording.u)
-        self._arm = np.concatenate([_arm(recording.y[part, 1], self.dt)
-                                    for part in recording.segments])
+        super().__init__(replace(recording, u=recording.motor[:, SMOOTH_U]), model)
+        self.n, self._logged = 1, recording.u
+        self.moves = recording.motor[:, MOVES] != 0.0
+        self._segments = recording.segments
+        self.stiffness = model.folded().transmission.stiffness
+        self.t = np.arange(len(self.u)) * self.dt
+        position, arm_position = recording.positions.T
+        self.sizes = (max(float(np.std(position - arm_position)), 1e-9),
+                      max(float(np.std(recording.u)), 1e-12))
+        noise = noise_levels(recording.y)[0][1] if 1 in recording.channels else 0.0
+        gain = max(NOISE_SHARE * noise_levels(recording.u[:, None])[0][0],
+                   LEAST_NOISE * float(np.std(recording.u)))
+        half = half_width(gain / max(model.arm_inertia * noise, 1e-300), self.dt)
+        motor = recording.motor[:, :3]
+        arm = motor if 1 not in recording.channels else np.concatenate([
+            motion(recording.y[part, 1], noise, half, self.dt)[:, :3]
+            for part in recording.segments])
+        self.read = np.stack([motor, arm], axis=2).reshape(len(self.u), 6)
 
-    def _begun(self, windows: ShootingWindows, model: DriveModel, states: Array) -> Array:
-        """Return the states [W, 4] of the arm as its encoder says; `states` count for nothing."""
+    def surplus(self, model: DriveModel) -> Array:
+        """
+        Return (torque on the whole drive, N m, twist, rad) [N, 2] that `model` does not have.
+
+        The twist is the distance from the curve of torque over twist: a transmission that is too
+        soft or has too large a gap has no torque, and is far from the readings all the same.
+        """
         e = model.pack_effects()
-        read, speed = self._arm[windows.begin].T
-        x2 = np.empty(len(read))
-        arm_positions(read, e, x2)
-        starts = np.zeros_like(states)
-        starts[:, 1], starts[:, 3] = x2 + e[DELAY2] * speed, speed
-        return starts
+        plugin, theta = plugin_of(model)
+        drive = PackedDrive(model.pack(), e, theta)
+        moved = np.empty_like(self.read)
+        true_motion(self.read, self.dt, e, moved)
+        kernel = imbalance if plugin is None else imbalance_with(plugin.torques)
+        out = np.zeros((len(moved), 3))
+        acting, twist = self.acting(e)[:, 0], moved[:, 0] - moved[:, 1]
+        rigid = model.transmission.kind == 'rigid'
+        if rigid:
+            moved[:, 1::2] = moved[:, ::2]
+        for part in self._segments:
+            kernel((self.t[part], moved[part]), self.dt, self.sizes, acting[part],
+                   self.extra[part], drive, np.zeros(N_STATE), out[part])
+        # In a rigid one, what shows between the encoders is theirs.
+        out[:, 1] = twist if rigid else out[:, 2]
+        gains(moved[:, 0], e, acts := np.empty(len(moved)))
+        out[:, 0] /= np.maximum(acts, MIN_GAIN)
+        return out[:, :2]
 
-    def _fill(self, spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive,
-              added: Torques | None, result: RunResult) -> None:
-        """Fill in the torque that the motor needs (N m) as y [W, L, 0], the reading of the arm."""
-        kernel = kernels.driven_runs if added is None else kernels.with_plugin(added)
-        kernel(spans, start, driving, kernels.MotorMotion(self._logged, self.motor), drive,
-               self._rows(spans), result)
+    def run(self, windows: ShootingWindows, model: DriveModel, states: Array, memory: Array,
+            extra: Array | None = None) -> tuple[Array, Array]:
+        """Return (readings [W, L, 2], carry [W, 8]) of Simulator.run; states count for nothing."""
+        out = self.surplus(model)
+        at = windows.first[:, None] + np.arange(windows.length)
+        needed = out[at]
+        if extra is not None:
+            inside = (windows.first - windows.begin)[:, None] + np.arange(windows.length)
+            more = extra[at] if extra.ndim == 2 else extra[np.arange(len(at))[:, None], inside]
+            more = more - self.extra[at]
+            needed[:, :, 0] -= more[:, :, 0] + more[:, :, 1]
+            needed[:, :, 1] -= (more[:, :, 1] + more[:, :, 2]) / self.stiffness
+        y = np.stack([np.where(self.moves, self.u, self._logged)[at], self.read[at, 1]], axis=2)
+        y[:, :, 0] += self.moves[at] * needed[:, :, 0]
+        y[:, :, 1] += needed[:, :, 1]
+        return y, np.zeros((len(at), N_STATE))
 
 
-def _arm(y: Array, dt: float) -> Array:
-    """Return position and speed [N, 2] of readings y [N], rad."""
-    width = 2 * max(2, round(ARM_HALF_WIDTH / dt)) + 1
-    return np.column_stack([savgol_filter(y, width, 2, deriv=i, delta=dt) for i in (0, 1)])
-
-
-def simulator(recording: UniformRecording, model: DriveModel) -> Simulator:
-    """Return the Simulator of free runs of `model`, driven by the torque or motion recorded."""
+def simulator(recording: UniformRecording, model: DriveModel, finer: int = 1) -> Simulator:
+    """Return the Simulator of free runs of `model`, or of what the motion recorded needs."""
     if recording.motor is not None:
-        return DrivenSimulator(recording, model)
-    return Simulator(recording, model)
+        return BalanceSimulator(recording, model)
+    return Simulator(recording, model, finer=finer)

@@ -90,17 +90,16 @@ class _Rows:
     def imbalance(self, model: DriveModel, moved: Array | None = None) -> Array:
         """Return the torque [M] (N m) that `model` does not explain, of a `moved` motion."""
         e, (_, theta) = model.pack_effects(), plugin_of(model)
-        inertia = np.array([model.motor_inertia, model.arm_inertia])
         key = tuple(e[COMMAND_PLACES])
         if key not in self.torques:
             self.torques[key] = np.concatenate([
                 smooth.filtered(_at_stamps(simulator.acting(e).mean(axis=1)))
                 for simulator, smooth in self.parts])
-        out = np.empty(len(self.t))
-        imbalance((self.t, self.motion if moved is None else moved), self.torques[key],
-                  self.extra, inertia, PackedDrive(model.pack(), e, theta),
-                  np.zeros(4 + N_MEMORY), out)
-        return out
+        out = np.empty((len(self.t), 2))
+        imbalance((self.t, self.motion if moved is None else moved), 0.0, (0.0, 0.0),
+                  self.torques[key],
+                  self.extra, PackedDrive(model.pack(), e, theta), np.zeros(4 + N_MEMORY), out)
+        return out[:, 0]
 
     def columns(self, candidate: CandidateModel, z: Array, moved: Array | None = None) -> Array:
         """Return (derivatives by z, imbalance itself) [M, P + 1] of the candidate at `z`."""

@@ -18,8 +18,8 @@ from gearbox_monitor.identification import likelihood as likelihood_of, window_s
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.likelihood import FitPoint, WindowData
-from gearbox_monitor.identification.shooting import (
-    shooting_windows, ShootingWindows, Simulator)
+from gearbox_monitor.identification.shooting import shooting_windows, ShootingWindows
+from gearbox_monitor.identification.torque_domain import simulator
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MAX_SETPOINT_DELAY
@@ -100,8 +100,8 @@ def segment_of(recording: UniformRecording, model: DriveModel, sigma: Array,
     if held_out:
         train[-held_out:] = False
         unseen = int(windows.first[-held_out])
-    data = WindowData(recording, Simulator(recording, model, finer=finer), windows,
-                      np.asarray(sigma, float), train, None, colour)
+    data = WindowData(recording, simulator(recording, model, finer), windows,
+                      np.asarray(sigma, float), train, colour)
     return Segment(data, slice(int(windows.begin[0]), stop), unseen)
 
 

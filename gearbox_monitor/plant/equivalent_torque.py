@@ -7,15 +7,30 @@ The torque that makes one drive move like another (computed torque).
 Run the drive C and ask at each of its states which torque on motor and arm gives the drive E the
 accelerations of C: M_E (x'' of C less x'' of E). Nothing of C is needed where this torque acts.
 """
+from functools import cache
+import math
+from typing import Any
+
 import numpy as np
 
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2
-from gearbox_monitor.plant.effects import Three
-from gearbox_monitor.plant.effects.composition import stored_memories
+from gearbox_monitor.plant.drive import (
+    ALPHA, CC, CV, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KIND, LAW, STIFFNESS, WIDTH)
+from gearbox_monitor.plant.effects import Three, Torques
+from gearbox_monitor.plant.effects.composition import (
+    advanced_memories, arm_corrected, arm_error, DELAY1, DELAY2, elastic_torque,
+    motor_corrected, motor_error,
+    motor_gain, stored_memories)
+from gearbox_monitor.plant.effects.effect import MotorFriction
 from gearbox_monitor.plant.simulate import (
-    advance, derivative, PackedDrive, ProcessNoise, Schedule)
+    advance, derivative, PackedDrive, ProcessNoise, rebuilt, Schedule, torques)
+from gearbox_monitor.plant.transmission import RIGID, transmission_torque
+
+TANGENT = 0.1        # of the twist, over which a stiffness is taken
+TORQUE_SHARE = 0.1   # of the torque, by which it may be off where the twist is off by its size
+HALVINGS = 12        # of a range for the twist
+NO_SETPOINT = (0.0, 0.0, 0.0)  # of a servo, which a measured motion has not
 
 
 @jit
@@ -61,25 +76,126 @@ def _run(state: Array, schedule: Schedule, noise: ProcessNoise,
 
 
 @jit
-def imbalance(path: tuple[Array, Array], torque: Array, extra: Array, inertia: Array,
-              drive: PackedDrive, state: Array, out: Array) -> None:
+def lacking_twist(lacks: float, x1: float, x2: float, m: Any, sizes: tuple[float, float],
+                  drive: PackedDrive) -> float:
     """
-    Fill in the torque that moves a drive beyond what its equations say.
+    Return how far a twist is from the curve of torque over twist, rad.
+
+    Along the twist, or along the tangent where that is nearer: in the gap, a little torque is no
+    reason to be at its end.
+
+    Args:
+        lacks: torque that the transmission does not have, N m.
+        x1: position of the motor, rad.
+        x2: position of the arm, rad.
+        m: memories.
+        sizes: of the twist in a recording, rad, and of its torque, N m.
+        drive: PackedDrive.
+    """
+    p, e = drive.p, drive.e
+    size, torque = sizes
+    sign = 1.0 if lacks > 0.0 else -1.0
+    here, near = elastic_torque(x1, x2, m, p, e), TANGENT * size
+    slope = (elastic_torque(x1, x2 - near, m, p, e)
+             - elastic_torque(x1, x2 + near, m, p, e)) / (2.0 * near)
+    secant = TORQUE_SHARE * torque / size
+    # Which is as far as it is worth looking.
+    low, high = 0.0, sign * lacks / math.sqrt(slope * slope + secant * secant)
+    if sign * (elastic_torque(x1, x2 - sign * high, m, p, e) - here - lacks) < 0.0:
+        return sign * high
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if sign * (elastic_torque(x1, x2 - sign * middle, m, p, e) - here - lacks) < 0.0:
+            low = middle
+        else:
+            high = middle
+    return sign * 0.5 * (low + high)
+
+
+@jit
+def imbalance(path: tuple[Array, Array], step: float, sizes: tuple[float, float], torque: Array,
+              extra: Array, drive: PackedDrive, state: Array, out: Array) -> None:
+    """
+    Fill in the torques that move a drive beyond what its equations say.
 
     Args:
         path: times [M], s, and positions, speeds and accelerations of motor and arm [M, 6].
+        step: time from row to row, s, over which memories advance; 0: they stay.
+        sizes: of the twist in the recording, rad, and of its torque, N m.
         torque: of the actuator [M], N m.
         extra: torques from outside [M, 3], N m.
-        inertia: of motor and arm [2], kg m^2.
         drive: PackedDrive.
         state: workspace [N_STATE].
-        out: torque [M], N m.
+        out: torques [M, 2] on the whole drive and on the arm, N m; with a step [M, 3]:
+            the lacking twist, rad.
     """
-    (t, motion), m = path, stored_memories(state)
+    (t, motion), p, e = path, drive.p, drive.e
+    base = MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
     for k in range(len(t)):
-        rate = derivative(t[k], (motion[k, 0], motion[k, 1], motion[k, 2], motion[k, 3]), m,
-                          (torque[k], (extra[k, 0], extra[k, 1], extra[k, 2]), drive))
-        out[k] = (inertia[0] * (motion[k, 4] - rate[2]) + inertia[1] * (motion[k, 5] - rate[3]))
+        m = stored_memories(state)
+        x = (motion[k, 0], motion[k, 1], motion[k, 2], motion[k, 3])
+        if step > 0.0 and k > 0:
+            m = advanced_memories(m, NO_SETPOINT, 0.5 * (motion[k - 1, 2] + x[2]),
+                                  0.5 * (motion[k - 1, 3] + x[3]), step, base, e)
+            state[4] = transmission_torque(x[0] - x[1], m[0], int(p[KIND]), p[STIFFNESS],
+                                           p[HALF_GAP], p[WIDTH], p[K_S])[1]
+            for i in range(1, len(state) - 4):
+                state[4 + i] = m[i]
+            m = stored_memories(state)
+        rate = derivative(t[k], x, m, (torque[k], (extra[k, 0], extra[k, 1], extra[k, 2]), drive))
+        out[k, 1] = (motion[k, 5] - rate[3]) / p[INVERSE_M2]
+        out[k, 0] = (motion[k, 4] - rate[2]) / p[INVERSE_M1] + out[k, 1]
+        if step > 0.0 and int(p[KIND]) != RIGID:
+            out[k, 2] = lacking_twist(out[k, 1], x[0], x[1], m, sizes, drive)
+
+
+@jit
+def true_motion(read: Array, dt: float, e: Array, out: Array) -> None:
+    """
+    Fill in the motion that encoders with their effects read.
+
+    Args:
+        read: positions, speeds and accelerations of motor and arm as read [N, 6].
+        dt: time from row to row, s.
+        e: packed effects.
+        out: the same [N, 6] of the drive.
+    """
+    n = read.shape[0]
+    for side in range(2):
+        late = e[DELAY1 if side == 0 else DELAY2] / dt
+        for k in range(n):
+            i = min(int(k + late), n - 1)
+            h = (k + late - i) * dt if k + late < n else 0.0
+            y, v, a = read[i, side], read[i, 2 + side], read[i, 4 + side]
+            y, v = y + h * (v + 0.5 * h * a), v + h * a
+            a += h / dt * (read[min(i + 1, n - 1), 4 + side] - a)
+            if side == 0:
+                error, slope, curvature = motor_error(NO_SETPOINT, e, motor_corrected(y, e))
+            else:
+                error, slope, curvature = arm_error(NO_SETPOINT, e, arm_corrected(y, e))
+            out[k, side], out[k, 2 + side] = y - error, v * (1.0 - slope)
+            out[k, 4 + side] = a * (1.0 - slope) - curvature * v * v
+
+
+@jit
+def gains(x1: Array, e: Array, out: Array) -> None:
+    """
+    Fill in the torque that acts over the torque that is logged.
+
+    Args:
+        x1: positions of the motor [N], rad.
+        e: packed effects.
+        out: ratios [N].
+    """
+    for k in range(len(x1)):
+        out[k] = motor_gain(1.0, e, x1[k])
+
+
+@cache
+def imbalance_with(added: Torques) -> Any:
+    """Return imbalance rebuilt around the torques `added` by a plug-in."""
+    return rebuilt(imbalance, derivative=rebuilt(
+        derivative, torques=rebuilt(torques, plugged=added)))
 
 
 def equivalent_torque(schedule: Schedule, state: Array, closed: PackedDrive,

@@ -66,7 +66,7 @@ def test_it_is_what_the_evidence_of_fits_says():
     pair = ('motor_viscous', 'motor_coulomb')
     found, _ = separations(MODEL, {'motor_viscous': values}, u, SIGMA, [pair])
     run = simulate(replace(MODEL, effects=({'id': 'motor_viscous', **values},)), u, DT)
-    search = Search(UniformRecording(t, u, run.y, DT), MODEL, SIGMA, ['motor_coulomb'])
+    search = Search(UniformRecording(t, u, run.y, DT), MODEL, SIGMA)
     candidate = search.starts.candidates('motor_coulomb')[0]
     point = likelihood.fresh(search.long, candidate, run.x[search.long.windows.begin])
     point = gauss_newton.fit(search.long, candidate, point, 20, refresh=range(20))

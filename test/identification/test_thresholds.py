@@ -13,8 +13,7 @@ from gearbox_monitor.identification.thresholds import THRESHOLDS, Thresholds
 
 FOLDER = Path(identification.__file__).parent
 # Modules that decide; the others measure and fit.
-DECIDING = ('adequacy', 'bursts', 'diagnose', 'evidence', 'judge',
-            'localisation', 'position/adequacy', 'position/selection', 'verdict')
+DECIDING = ('adequacy', 'bursts', 'diagnose', 'evidence', 'judge', 'localisation', 'verdict')
 
 
 def test_thresholds_stay_as_they_are():

@@ -17,11 +17,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification import likelihood
-from gearbox_monitor.identification.position import pair_search
-from gearbox_monitor.identification.position.position_search import PositionSearch
-from gearbox_monitor.identification.shooting import ShootingWindows
-from gearbox_monitor.identification.torque_domain import driven, DrivenSimulator
+from gearbox_monitor.identification.torque_domain import BalanceSimulator
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
@@ -71,16 +67,13 @@ def compared(model, seconds):
     speed = np.gradient(motor, DT)
     path = np.column_stack([motor, speed, np.gradient(speed, DT), np.ones(len(t)), u])
     recording = UniformRecording(t, u, np.column_stack([u, plant.y[:, 1]]), DT, motor=path)
-    whole = ShootingWindows(np.zeros(1, int), len(t), np.zeros(1, int), np.full(1, len(t)))
-    y, _ = DrivenSimulator(recording, model).run(whole, model, np.zeros((1, 4)),
-                                                 np.zeros((1, 4)))
-    return (y[0] - recording.y).T
+    return BalanceSimulator(recording, model).surplus(model).T
 
 
 @pytest.mark.parametrize('name', KERNELS)
 def test_it_needs_the_torque_that_moved_it(name):
     torque, arm = compared(model_from_dict(KERNELS[name], name), 0.5)
-    assert np.abs(arm).max() < 5e-4  # rad, of a gap of 0.1
+    assert np.percentile(np.abs(arm), 95.0) < 5e-4  # rad, of a gap of 0.1
     # Where the speed changes its sign, differences of the position are no acceleration; of what
     # acted before the recording, a delayed or lagged signal knows nothing.
     assert np.percentile(np.abs(torque[100:]), 95.0) < 0.01  # N m, of 0.67 rms
@@ -124,28 +117,6 @@ def diagnosed(folder, recording, capsys, *words, model=SERVO):
     main(['diagnose', recording, '--model', str(folder / 'drive.yaml'), '--only', *FEW,
           '--json', '-', *words])
     return json.loads(capsys.readouterr()[0])
-
-
-def test_a_pair_begins_with_the_nuisances_of_the_fit_that_it_extends(tmp_path):
-    model = model_from_dict({**SERVO, 'tolerance': 0.05}, 'test')
-    t, u, motor, arm, load = np.loadtxt(
-        recorded(tmp_path / 'a.csv', seconds=2.0), delimiter=',', skiprows=1).T
-    recording = driven(
-        UniformRecording(t, u, np.column_stack([motor, arm]), DT, arm_torque=load), model)
-    search = PositionSearch(recording, model, np.array([0.005, 2e-4]),
-                            ['stiffness', 'motor_coulomb'])
-    none, single = search.none(), search.starts.candidates('stiffness')[0]
-    z = single.start() + 0.001 * np.arange(1, len(single.coordinates) + 1)
-    first = search.keep(search.as_fitted(single, search.long.evaluate(
-        single, none.point.at(z))))
-    gains = pair_search.gains_beside(search, search.long, single, first.point)
-    joint, point = pair_search._proposed(search, {'stiffness': gains})[0]
-    begun = pair_search._begun(
-        search, likelihood.shortened(search.long, pair_search.RACE[0][0]), first)
-    nuisances = [{c.name: v for c, v in zip(candidate.coordinates, values) if c.owner < 0}
-                 for candidate, values in ((joint, point.z), (single, begun.z))]
-    assert len(nuisances[0]) > 1
-    assert nuisances[0] == {name: nuisances[1][name] for name in nuisances[0]}
 
 
 @pytest.mark.parametrize('effect', [
