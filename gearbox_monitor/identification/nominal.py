@@ -202,7 +202,10 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
             report(0.9, 1.0, f'windows of {seconds:g} s')
             fitted = _longer(data, fitted) if recording.motor is None else replace(
                 fitted, point=_balanced_point(data, candidate, fitted.point.z))
-    fitted, method = _decided(search, data, candidate, fitted, regression)
+    if fitted is None or recording.motor is None:
+        fitted, method = _decided(search, data, candidate, fitted, regression)
+    else:  # the likeliest of both starts by the balances, which windows do not judge
+        method = 'search'
     fitted_model = candidate.model(fitted.point.z)
     covariance = (_covariance(data, fitted) if method == 'search' or regression is None
                   else regression.covariance)
