@@ -34,7 +34,7 @@ class Balanced:
 
     innovation, variance [R, 2]: rows of the balances of the drive, N m, and of the twist, rad,
     and their variances; read [R, 2]: whether a row counts; deviance: -2 log L; left [2]: rms of
-    what is left, N m and rad.
+    the residuals, N m and rad.
     """
 
     innovation: Array

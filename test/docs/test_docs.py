@@ -172,4 +172,4 @@ def test_pages_are_short():
     """All pages but those that are generated."""
     written = {'commands', 'parameters', 'effects', 'conditions', 'messages'}
     assert sum(len(page.read_text(encoding='utf-8').split())
-               for page in (ROOT / 'docs').glob('*.md') if page.stem not in written) <= 32_000
+               for page in (ROOT / 'docs').glob('*.md') if page.stem not in written) <= 32_300

@@ -26,7 +26,8 @@ DRIVE, PARAMETERS = DriveModel(), EstimatorParameters()
 NUMERICAL = {
     'history': {'ROOM'}, 'observability': {'POSITION_SCALE', 'ROUNDING', 'TINY'},
     'elastic_fit': {'HUBER', 'ENOUGH', 'ROUNDING', 'TINY', 'ITERATIONS'},
-    'change': {'HOUR'}, 'change_tests': {'PRIORS', 'TESTS'}, 'operating_point': {'TINY'},
+    'shape': {'TOLERANCE'}, 'change': {'HOUR'}, 'change_tests': {'PRIORS', 'TESTS'},
+    'operating_point': {'TINY'},
     'hidden_arm': {'STEP', 'LONGEST', 'SCAN', 'SHIFT', 'SPREAD', 'LOADS', 'NOISE'}}
 
 
