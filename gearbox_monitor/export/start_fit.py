@@ -59,11 +59,11 @@ class _Window:
     steps: Array
 
     def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
-        """See Problems: `theta` of the problems `index`."""
+        """See LeastSquaresProblems: `theta` of the problems `index`."""
         residual = self.residual_of(theta[0])[None]
         return residual, (residual ** 2).sum(axis=1)
 
     def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
-        """See Problems: `theta`, `residual` of the problems `index`."""
+        """See LeastSquaresProblems: `theta`, `residual` of the problems `index`."""
         columns = slopes(self.residual_of, theta[0], self.steps)
         return (columns.T @ columns)[None], -residual @ columns

@@ -210,12 +210,12 @@ class _Inputs:
     gram: Array
 
     def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
-        """See Problems: `theta` of the problems `index`."""
+        """See LeastSquaresProblems: `theta` of the problems `index`."""
         residual = self.estimator.residual(theta[:, :-4], theta[:, -4:], index)
         return residual, likelihood.squares(residual)
 
     def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
-        """See Problems: `theta`, `residual` of the problems `index`."""
+        """See LeastSquaresProblems: `theta`, `residual` of the problems `index`."""
         J = self.estimator.sensitivity(theta[:, :-4], theta[:, -4:], residual, index)
         J *= self.free[index, None]
         self.gram[index] = _gram(J)

@@ -58,12 +58,12 @@ class _States:
     index: Integers
 
     def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
-        """See Problems: `theta` of the problems `index`."""
+        """See LeastSquaresProblems: `theta` of the problems `index`."""
         residual, _ = self.data.residual(self.model, theta, self.memory[index], self.index[index])
         return residual, squares(residual)
 
     def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
-        """See Problems: `theta`, `residual` of the problems `index`."""
+        """See LeastSquaresProblems: `theta`, `residual` of the problems `index`."""
         J = state_sensitivity(self.data, self.model, theta, self.memory[index], residual,
                               self.index[index])
         return np.einsum('wli,wlj->wij', J, J), np.einsum('wli,wl->wi', J, residual)

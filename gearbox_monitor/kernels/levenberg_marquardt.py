@@ -50,7 +50,7 @@ class Damping:
             np.maximum(damping * self.raised, self.raised_from), self.largest))
 
 
-class Problems(Protocol):
+class LeastSquaresProblems(Protocol):
     """Problems side by side; those numbered `index` [M] are meant, at `theta` [M, P]."""
 
     def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
@@ -64,8 +64,9 @@ class Problems(Protocol):
         """Return normal matrices [M, P, P], right sides [M, P]: `theta`, `residual`, `index`."""
 
 
-def minimise(problems: Problems, start: Array, rule: Damping, tolerance: float, passes: int,
-             steps: int = 10 ** 6, ridge: Array | None = None) -> tuple[Array, Array, Array]:
+def minimise(problems: LeastSquaresProblems, start: Array, rule: Damping, tolerance: float,
+             passes: int, steps: int = 10 ** 6, ridge: Array | None = None
+             ) -> tuple[Array, Array, Array]:
     """
     Return (theta [W, P], residuals [W, R], costs [W]) at the minima; those reached wait.
 

@@ -224,14 +224,14 @@ class _Free:
         return theta
 
     def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
-        """See Problems: `theta` of the problems `index`."""
+        """See LeastSquaresProblems: `theta` of the problems `index`."""
         whole = self.whole(theta[0])
         theta[0] = whole[self.free]
         cost, normal, right = self.regression.evaluate(whole, self.free, self.passive)
         return np.append(normal[self.free][:, self.free], right[self.free])[None], np.array([cost])
 
     def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
-        """See Problems: `theta`, `residual` of the problems `index`."""
+        """See LeastSquaresProblems: `theta`, `residual` of the problems `index`."""
         count = theta.shape[1]
         return residual[:, :-count].reshape(1, count, count), residual[:, -count:]
 
