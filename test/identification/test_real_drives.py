@@ -50,13 +50,13 @@ def test_walk_through(tmp_path, monkeypatch, capsys):
     assert verdict['effect'] == 'viscous_asymmetry'
     # N at the rms speed of the motion, 0.09 m/s: the offset that the authors publish
     force = 0.09 * abs(verdict['params']['viscous_asymmetry']['Cva'])
-    assert force == pytest.approx(3.165, rel=0.15)
+    assert force == pytest.approx(3.165, abs=0.3)
     closed = load_model('closed.yaml')
     assert closed.coulomb_friction > 0.0 and closed.viscous_friction > 0.0
     # Open loop over the whole of the other recording.
     free = verdict['validation']['free_run']
     assert free['before']['motor'] > 0.09
-    assert free['after']['motor'] < 0.04
+    assert free['after']['motor'] < 0.02
     last, = re.findall(r'motor: \S+ rms before, (\S+) rms after', said['fit-nominal'])
     assert float(last) < 0.007
 
