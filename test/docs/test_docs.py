@@ -164,6 +164,15 @@ def test_links_lead_somewhere(page):
         assert not anchor or anchor in anchors(target), link
 
 
+@pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
+def test_tables_are_whole(page):
+    """A blank line within one makes text of the rows that follow."""
+    text = re.sub(r'```.*?```', '', page.read_text(encoding='utf-8'), flags=re.DOTALL)
+    for table in re.findall(r'(?:^\|.*\n)+', text, re.MULTILINE):
+        _, rule, *_ = (*table.splitlines(), '', '')
+        assert re.fullmatch(r'\|[-:| ]+\|', rule), table
+
+
 def test_readme_is_short():
     assert len((ROOT / 'README.md').read_text(encoding='utf-8').splitlines()) <= 100
 
