@@ -95,7 +95,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    names = list(dict.fromkeys(_filter(name.strip()) for name in args.filters.split(',')))
+    names = [_filter(name.strip()) for name in args.filters.split(',')]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f'--filters: {name!r} twice, expected each filter once')
     if args.filterpy_samples < SHORTEST:
         raise InputError(f'--filterpy-samples: {args.filterpy_samples}, expected at least '
                          f'{SHORTEST}')

@@ -41,7 +41,7 @@ from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.quality.recording import at_one_rate
 from gearbox_monitor.report.summary import change, in_unit, sized
-from gearbox_monitor.report.words import counted, number
+from gearbox_monitor.report.words import number
 from gearbox_monitor.ros.child_processes import cores
 
 SECONDS = 1.0
@@ -109,12 +109,12 @@ def summary(data: Mapping[str, Any]) -> str:
     """Return the fit `data` in words: what it determines, what changes most, its misfit."""
     values = data['values']
     sure = {name: v for name, v in values.items() if v['determined']}
-    sentences = [f'The recordings determine {"all" if len(sure) == len(values) else len(sure)} '
-                 f'{"" if len(sure) == len(values) else "of "}{counted(len(values), "value")}.',
-                 *largest_change(sure)]
+    part = 'all' if len(sure) == len(values) else f'{len(sure)} of'
+    first = (f'The recordings {"" if sure else "do not "}determine the value.'
+             if len(values) == 1 else f'The recordings determine {part} {len(values)} values.')
     start = '' if data['gap_before'] is None else f'{number(data["gap_before"])} -> '
-    return ' '.join([*sentences, f'Misfit {start}{number(data["gap_after"])}, where 1 is noise '
-                     'alone.'])
+    return ' '.join([first, *largest_change(sure), f'Misfit {start}{number(data["gap_after"])}, '
+                     'where 1 is noise alone.'])
 
 
 def largest_change(values: Mapping[str, Mapping[str, Any]]) -> list[str]:

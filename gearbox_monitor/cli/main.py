@@ -125,6 +125,9 @@ def run_parsed(name: str, parse: Callable[[], argparse.Namespace], timed: str = 
     Returns:
         The exit code, see exit_codes.
     """
+    for stream in ('stdout', 'stderr'):
+        if getattr(sys, stream) is None:  # closed by the shell: what is printed goes nowhere
+            setattr(sys, stream, open(os.devnull, 'w', encoding='utf-8'))
     try:
         args = parse()
         # Of a command that uses no kernel: absent.

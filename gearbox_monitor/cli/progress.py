@@ -35,8 +35,7 @@ class Bar(tqdm):
 
     def close(self) -> None:
         """End it."""
-        if self in Bar.shown:
-            Bar.shown.remove(self)
+        Bar.shown = [bar for bar in Bar.shown if bar is not self]  # tqdm's are equal by place
         super().close()
 
     def state(self) -> str:
@@ -188,7 +187,7 @@ def _lines(command: str, stream: TextIO) -> Iterator[None]:
 
     def write() -> None:
         while not ended.wait(EVERY):
-            state = Bar.shown[-1].state() if Bar.shown else ''
+            state = ''.join(bar.state() for bar in Bar.shown[-1:])
             with suppress(OSError, ValueError):  # its reader has ended
                 print(f'{command}: {state}running for {time.monotonic() - begin:.0f} s',
                       file=stream, flush=True)

@@ -229,6 +229,8 @@ def _expect_free(model: DriveModel, free: Sequence[str] | None) -> None:
     for name in free or ():
         if name not in names:
             raise InputError(f'free: {name!r}, expected one of {", ".join(names)}')
+        if list(free or ()).count(name) > 1:
+            raise InputError(f'free: {name!r} twice, expected each name once')
 
 
 def _free_candidate(search: Search, plain: DriveModel, model: DriveModel,

@@ -135,8 +135,8 @@ def spin_node(factory: Callable[[], Node | list[Node]], args: Sequence[str] | No
         The exit code: 0, or 2 for bad input.
 
     """
-    name = Path(sys.argv[0]).stem
     args = sys.argv if args is None else args
+    name = Path(args[0]).stem
     parser = argparse.ArgumentParser(
         prog=name, description=doc, formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='ROS arguments follow --ros-args, for example --ros-args --params-file FILE.')

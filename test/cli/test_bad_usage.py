@@ -52,6 +52,8 @@ def test_folder_of_a_result_is_checked_first(words, capsys, tmp_path):
      'gearbox_monitor suggest: expected either VERDICT or --pair ID ID'),
     (['suggest', '--pair', 'lugre', 'stribeck', '--model', 'robot.xml', '--max-torque', '3'],
      'robot.xml: the file of a simulator, expected joint (--joint): the joint of the drive in it'),
+    (['compare', 'BAG', '--filters', 'ekf,ukf,ekf'],
+     "--filters: 'ekf' twice, expected each filter once"),
     (['fleet', 'BAG', '--out', 'fleet', '--gearbox', 'archive'],
      "--gearbox: 'archive' has no group, expected one around the name of the gearbox: "
      "'archive/([^/]+)/'")])

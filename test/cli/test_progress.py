@@ -100,3 +100,27 @@ def test_a_pipe_gets_lines_with_share_and_rest(monkeypatch, capsys):
     with progress.shown_time('fit'):  # ended at once, with nothing to say
         assert not progress.Bar.shown
     assert capsys.readouterr().err == ''
+
+
+def test_lines_are_about_the_bar_that_is_open():
+    """Two in sequence, of which the first is deleted late, and one within another."""
+    for _ in range(2):
+        with progress.percent_bar('fit') as bar:
+            bar.update(40)
+            assert [b.state()[:4] for b in progress.Bar.shown] == ['40 %']
+    with progress.percent_bar('fit') as outer, progress.percent_bar('part'):
+        outer.update(30)
+    assert progress.Bar.shown == []
+    with progress.percent_bar('fit') as outer:
+        with progress.percent_bar('part'):
+            pass
+        assert len(progress.Bar.shown) == 1 and progress.Bar.shown[0] is outer
+
+
+def test_a_closed_stderr_does_not_send_notes_to_stdout():
+    """Where the shell closes stderr, Python has none, and print writes to stdout instead."""
+    code = ('import sys; from gearbox_monitor.cli.main import main; '
+            'sys.exit(main(["explain", "no_such_effect"]))')
+    done = subprocess.run(f'{sys.executable} -c \'{code}\' 2>&-', shell=True, check=False,
+                          stdout=subprocess.PIPE)
+    assert (done.returncode, done.stdout) == (2, b'')

@@ -130,6 +130,7 @@ def test_no_answer_in_time_is_undecided(tmp_path, capsys, monkeypatch):
 
 @pytest.mark.parametrize('words, parts', [
     (['--free', 'mass'], ("'mass'", 'expected one of m1')),
+    (['--free', 'Cv', 'Cc', 'Cv'], ("'Cv' twice", 'expected each name once')),
     (['--windows', '0.5'], ('--windows', '0.5', 'at least 1 s')),
     (['--out', 'd.yaml'], ('d.yaml', 'exists')),
 ])
