@@ -270,7 +270,7 @@ def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) 
     recording, notes = load_recording(args.check, model, names)
     laid = overlay(recording, {'model': model})
     patched = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
-                     actuator.name or None if actuator else None)
+                       actuator.name or None if actuator else None)
     lines = [f'misfit on {args.check}, {len(laid.windows)} windows of 1 s, in standard deviations '
              'of the noise']
     for words, one in ((f'{drive.path.name} in MuJoCo', drive), ('patched, in MuJoCo', patched)):

@@ -121,6 +121,6 @@ def test_a_closed_stderr_does_not_send_notes_to_stdout():
     """Where the shell closes stderr, Python has none, and print writes to stdout instead."""
     code = ('import sys; from gearbox_monitor.cli.main import main; '
             'sys.exit(main(["explain", "no_such_effect"]))')
-    done = subprocess.run(f'{sys.executable} -c \'{code}\' 2>&-', shell=True, check=False,
-                          stdout=subprocess.PIPE)
+    done = subprocess.run(['sh', '-c', 'exec "$@" 2>&-', 'sh', sys.executable, '-c', code],
+                          stdout=subprocess.PIPE, check=False)
     assert (done.returncode, done.stdout) == (2, b'')
