@@ -237,6 +237,30 @@ def module(monkeypatch, name, code):
     return made
 
 
+def test_the_filter_of_the_page_is_found_by_its_file(tmp_path):
+    """A jump of the arm encoder moves the EKF, not the filter of the page."""
+    for folder in ('gearbox_monitor', 'config'):
+        shutil.copytree(ROOT / folder, tmp_path / folder,
+                        ignore=shutil.ignore_patterns('__pycache__'))
+    shutil.copy(ROOT / 'package.xml', tmp_path)  # of a checkout
+    (tmp_path / 'gearbox_monitor/estimation/filters/gated.py').write_text(
+        blocks(DOCS / 'extend.md', 'python')[0])
+    (tmp_path / 'use.py').write_text(textwrap.dedent("""\
+        from gearbox_monitor.estimation.filter import Filter
+        from gearbox_monitor.plant.drive import DriveModel
+        for name in ('ekf', 'gated'):
+            one = Filter(DriveModel(), {'filter': name})
+            one.start(0.0, 0.0)
+            assert all(one.step(2e-3, 0.0, 0.0, 3.0 * (k == 40)) for k in range(41))
+            print(abs(one.tau_k))
+        """))
+    done = subprocess.run(
+        [sys.executable, 'use.py'], cwd=tmp_path, capture_output=True, text=True, check=True,
+        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0', 'PYTHONPATH': str(tmp_path)})
+    ekf, gated = map(float, done.stdout.split())
+    assert ekf > 1.0 and gated < 1e-6
+
+
 @pytest.mark.system
 def test_a_filter_is_one_added_file(tmp_path):
     """The page's filter, put where it says, is found; interpreted: compiling takes longer."""

@@ -137,6 +137,15 @@ def test_tuned_on_one_seed_good_on_others():
         assert result.rms[0] < 0.073 and result.rms[1] < 0.088 and 1.9 < result.nis < 2.12
 
 
+def test_rest_gives_r():
+    samples = samples_of(simulated(5, rest=1500))
+    motion = noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)
+    assert motion.standstill_seconds > 0.5
+    assert motion.standstill_noise == pytest.approx(R, rel=0.08)
+    moving = samples_of(simulated(5))
+    assert noise_search.describe(moving.stamp_ns, moving.u[:, 0], moving.y).standstill_noise is None
+
+
 @pytest.mark.system
 def test_rest_gives_r_and_smoother_divides_q(tmp_path, capsys):
     bag = write(tmp_path / 'bag', simulated(5, rest=1500))
