@@ -16,6 +16,7 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Sample, Samples
+from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.checks.outcome import Level
@@ -483,6 +484,18 @@ def test_the_arm_alone_tells_the_torque_where_the_load_is_known():
     for name in ('gravity', 'coulomb', 'all'):
         knowing = error(LOADS[name], MODEL.with_(effects=LOADS[name]))
         assert knowing < 1.1 * reference < 1.5 * reference < error(LOADS[name], MODEL), name
+
+
+def test_a_weight_of_the_model_acts_besides_the_measured_load():
+    """A short run of the filter alone; the monitor and both loads behind the marker."""
+    samples, _ = drive(2.0, model=MODEL.with_(effects=LOADS['gravity']))
+    samples.u[:, 1] = 0.0
+    nis = []
+    for effects in ([], LOADS['gravity']):
+        engine = Estimator(MODEL.with_(effects=effects), {'arm_load': 'measured'})
+        nis.append(engine.run(samples).nis[500:].mean())
+    assert 'besides the measured load on the arm: gravity' in engine.warnings[0]
+    assert nis[0] > 2.0 * nis[1] and 1.8 < nis[1] < 2.2
 
 
 @pytest.mark.system
