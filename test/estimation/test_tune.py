@@ -142,8 +142,9 @@ def test_rest_gives_r():
     motion = noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)
     assert motion.standstill_seconds > 0.5
     assert motion.standstill_noise == pytest.approx(R, rel=0.08)
-    moving = samples_of(simulated(5))
-    assert noise_search.describe(moving.stamp_ns, moving.u[:, 0], moving.y).standstill_noise is None
+    samples = samples_of(simulated(5))
+    motion = noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)
+    assert motion.standstill_noise is None
 
 
 @pytest.mark.system
