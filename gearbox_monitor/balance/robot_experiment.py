@@ -7,9 +7,10 @@ Experiment design for a robot: the motion in which the smallest visible effects 
 A motion is a sum of sines of each joint about a posture, begun and ended at rest, as large as
 position and speed allow, and smaller until torques and contacts do (Swevers et al., 1997, with
 free frequencies). Its torque by the model, with noise, is a recording in which nothing is wrong:
-what would have been a finding there is what the diagnosis says of a real one (`visible`). To tell
-an effect from a rival, the rival has free coefficients beside it (the D_s criterion). Random
-motions are drawn first, then parts of the best ones are changed.
+what would have been a finding there is what the diagnosis says of a real one (`visible`). Where a
+joint creeps, its friction is part of the noise: small torques of slow motion seem to show much,
+but the joint sticks. To tell an effect from a rival, the rival has free coefficients beside it
+(the D_s criterion). Random motions are drawn first, then parts of the best ones are changed.
 """
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
