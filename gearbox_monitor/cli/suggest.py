@@ -82,9 +82,12 @@ def run(args: Namespace) -> int:
             raise InputError(f'--{option.replace("_", "-")}: {value:g}, expected a number > 0')
     if not 4.0 <= args.seconds <= 120.0:
         raise InputError(f'--seconds: {args.seconds:g}, expected 4 to 120')
-    for name in (args.out, args.csv, args.json):
+    names = [name for name in (args.out, args.csv, args.json) if name and name != '-']
+    for name in names:
         expect_folder_of(name)
-        if name and Path(name).is_dir():
+        if names.count(name) > 1:
+            raise InputError(f'{name}: named twice, expected a file for each output')
+        if Path(name).is_dir():
             raise InputError(f'{name}: a folder, expected the name of a file')
     if args.robot is not None:
         return suggest_robot.run(args)

@@ -109,6 +109,7 @@ def test_files_are_refused_before_the_search(file, tmp_path, capsys):
     taken = tmp_path / 'taken.yaml'
     taken.write_text('kept', encoding='utf-8')
     for words, says in ((['--out', str(taken)], 'exists'), (['--csv', str(tmp_path)], 'a folder'),
+                        (['--out', str(tmp_path / 'm'), '--csv', str(tmp_path / 'm')], 'twice'),
                         (['--effects', ','], "effects: ''")):
         assert main(['suggest', '--robot', str(file), '--max-speed', '1', *words]) == 2
         line, = capsys.readouterr().err.splitlines()
