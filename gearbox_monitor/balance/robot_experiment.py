@@ -7,9 +7,10 @@ Experiment design for a robot: the motion in which the smallest visible effects 
 A motion is a sum of sines of each joint about a posture, begun and ended at rest, as large as
 position and speed allow, and smaller until torques and contacts do (Swevers et al., 1997, with
 free frequencies). Its torque by the model, with noise, is a recording in which nothing is wrong:
-what would have been a finding there is what the diagnosis says of a real one (`visible`). To tell
-an effect from a rival, the rival has free coefficients beside it (the D_s criterion). Random
-motions are drawn first, then parts of the best ones are changed.
+what would have been a finding there is what the diagnosis says of a real one (`visible`). Where a
+joint creeps, its friction is part of the noise: small torques of slow motion seem to show much,
+but the joint sticks. To tell an effect from a rival, the rival has free coefficients beside it
+(the D_s criterion). Random motions are drawn first, then parts of the best ones are changed.
 """
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -168,7 +169,7 @@ class _Experiment:
         return None
 
     def seen(self, q: Array, v: Array, torque: Array) -> dict[tuple[str, str, str], float]:
-        """Return the smallest size of each target that a motion would show."""
+        """Return the smallest size of each target that a motion shows, of those below UNSEEN."""
         evidence, fit = self._evidence(q, v, torque)
         ids = list(dict.fromkeys(i for target in self.targets for i in target if i))
         laws = library(evidence.recordings, ids)
@@ -178,24 +179,20 @@ class _Experiment:
             for c in laws:
                 if c.effect != effect or effect == PAYLOAD.id and c.link != self.link:
                     continue
-                size = UNSEEN
-                if rival is None:
-                    size = self._size(evidence, fit, c, c, scales)
-                else:
-                    rivals = [r for r in laws if r.effect == rival]
-                    near = [r for r in rivals if r.place == c.place] or rivals
-                    if near:
-                        size = max(self._size(evidence, fit, c, _beside(c, r), scales)
-                                   for r in near)
-                key = effect, c.place, rival or ''
-                out[key] = min(out.get(key, UNSEEN), size)
+                rivals = [r for r in laws if r.effect == rival]
+                near = [r for r in rivals if r.place == c.place] or rivals
+                size = max(self._size(evidence, fit, c, both, scales)
+                           for both in [_beside(c, r) for r in near] or [c])
+                if size < UNSEEN:
+                    key = effect, c.place, rival or ''
+                    out[key] = min(out.get(key, UNSEEN), size)
         return out
 
     def _size(self, evidence: RobotEvidence, fit: RobotFit, c: Candidate, both: Candidate,
               scales: ContestScales) -> float:
         covariance = evidence.estimates(fit, [both])[0].covariance[:c.width, :c.width]
         size = visible_size(evidence, fit, c, covariance, scales)
-        return UNSEEN if size is None else min(size, UNSEEN)
+        return UNSEEN if size is None else size
 
     def visible(self, q: Array, v: Array, torque: Array) -> Visible:
         """Return the smallest visible size of all effects at all places."""
@@ -207,8 +204,9 @@ class _Experiment:
     def _evidence(self, q: Array, v: Array, torque: Array) -> tuple[RobotEvidence, RobotFit]:
         """Return the evidence of a recording of a motion in which nothing is wrong, and a fit."""
         friction = np.maximum(self.robot.chain.coulomb, FRICTION * self.size)
-        effort = torque + TORQUE_NOISE * self.size * self.noise + RIPPLE * friction * np.sin(
-            ORDER * q)
+        sticking = np.exp(-(v / SETTINGS.creep) ** 2)  # with any torque up to its friction
+        effort = (torque + (TORQUE_NOISE * self.size + sticking * friction) * self.noise
+                  + RIPPLE * friction * np.sin(ORDER * q))
         motion = RobotMotion(self.t, q, v, effort, np.zeros_like(v), self.sigma[1], self.sigma[0],
                              1.0 / RATE, (slice(0, len(self.t)),))
         rows = tested(motion, local_cosines(motion, SETTINGS.highest_share * RATE, SETTINGS),
@@ -257,7 +255,7 @@ def _beside(c: Candidate, rival: Candidate) -> Candidate:
 
 
 def design(robot: RobotModel, limits: RobotLimits, targets: Sequence[Target], link: str,
-           seconds: float, touches: Callable[[Array], bool] = lambda q: False, *, seed: int = 0,
+           seconds: float, touches: Callable[[Array], bool] = lambda q: False, *,
            progress: Callable[[int, int], object] = lambda done, total: None
            ) -> RobotMotionDesign:
     """
@@ -270,15 +268,14 @@ def design(robot: RobotModel, limits: RobotLimits, targets: Sequence[Target], li
         link: that a payload is at.
         seconds: length of the motion.
         touches: whether a path [N, J] collides.
-        seed: of the search.
         progress: called with (done, total).
 
     Raises:
-        InputError: no motion of this robot shows a target.
+        InputError: no random motion of this robot shows an effect.
         Undecided: no motion was within the limits.
     """
-    experiment, random = _Experiment(robot, limits, targets, link, seconds, touches), (
-        np.random.default_rng(seed))
+    experiment = _Experiment(robot, limits, targets, link, seconds, touches)
+    random = np.random.default_rng(0)
     drawn = []
     for k in range(DRAWN):
         sines = _Sines.drawn(random, len(robot.chain.links))
@@ -291,13 +288,16 @@ def design(robot: RobotModel, limits: RobotLimits, targets: Sequence[Target], li
                         'contacts, expected wider limits')
     experiment.size = np.median([np.std(m[3], axis=0) for _, m in drawn], axis=0) + 1e-9
     seen = [experiment.seen(q, v, torque) for _, (q, v, _, torque) in drawn]
-    if not seen[0]:
-        raise InputError('effects: ' + ', '.join(dict.fromkeys(e for e, _ in targets))
-                         + ': no place of this robot shows them in a log of torques')
-    usual = {key: float(np.median([s[key] for s in seen])) for key in seen[0]}
+    usual = {key: float(np.median([sizes.get(key, UNSEEN) for sizes in seen]))
+             for key in dict.fromkeys(key for sizes in seen for key in sizes)}
+    lacking = dict.fromkeys(effect for effect, _ in targets
+                            if all(effect != key[0] for key in usual))
+    if lacking:
+        raise InputError(f'effects: {", ".join(lacking)}: no motion of this robot shows them in '
+                         'a log of torques, expected others')
 
     def worth(sizes: Mapping[tuple[str, str, str], float]) -> float:
-        return -float(np.mean([math.log(sizes[key] / usual[key]) for key in usual]))
+        return -float(np.mean([math.log(sizes.get(key, UNSEEN) / usual[key]) for key in usual]))
     best = sorted(((worth(s), sines, motion, s) for (sines, motion), s in zip(drawn, seen)),
                   key=lambda row: -row[0])[:BEST]
     for k in range(CHANGED):
@@ -310,6 +310,7 @@ def design(robot: RobotModel, limits: RobotLimits, targets: Sequence[Target], li
             best = sorted([*best, (worth(sizes), sines, motion, sizes)],
                           key=lambda row: -row[0])[:BEST]
         progress(DRAWN + k, DRAWN + CHANGED)
-    _, _, (q, v, a, torque), goals = best[0]
-    return RobotMotionDesign(experiment.t, q, v, a, torque, goals, usual,
+    _, _, (q, v, a, torque), sizes = best[0]
+    return RobotMotionDesign(experiment.t, q, v, a, torque,
+                             {key: sizes.get(key, UNSEEN) for key in usual}, usual,
                              experiment.visible(q, v, torque))

@@ -62,7 +62,7 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='of a robot: of each joint, beside the limits of its file')
     parser.add_argument('--max-speed', type=float, default=math.inf, metavar='RAD_S')
     parser.add_argument('--max-travel', type=float, default=math.inf, metavar='RAD',
-                        help='to either side of the start')
+                        help='to either side of the start; of a robot to either side of 0')
     parser.add_argument('--seconds', type=float, default=12.0, metavar='S',
                         help='length of the recording (default: %(default)g)')
     parser.add_argument('--noise', type=float, metavar='RAD',
@@ -82,12 +82,17 @@ def run(args: Namespace) -> int:
             raise InputError(f'--{option.replace("_", "-")}: {value:g}, expected a number > 0')
     if not 4.0 <= args.seconds <= 120.0:
         raise InputError(f'--seconds: {args.seconds:g}, expected 4 to 120')
-    for name in (args.out, args.csv, args.json):
+    names = [name for name in (args.out, args.csv, args.json) if name and name != '-']
+    for name in names:
         expect_folder_of(name)
-    if args.robot:
+        if names.count(name) > 1:
+            raise InputError(f'{name}: named twice, expected a file for each output')
+        if Path(name).is_dir():
+            raise InputError(f'{name}: a folder, expected the name of a file')
+    if args.robot is not None:
         return suggest_robot.run(args)
     for option in suggest_robot.OF_A_ROBOT:
-        if getattr(args, option):
+        if getattr(args, option) not in (None, False):
             raise InputError(f'--{option}: of a whole robot, expected --robot FILE')
     for option in ('model', 'max_torque'):
         if getattr(args, option) is None:

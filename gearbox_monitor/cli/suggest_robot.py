@@ -3,14 +3,14 @@
 
 """Suggest the motion of a whole robot: suggest calls this with --robot."""
 from argparse import ArgumentParser, Namespace
+import io
 import math
-from pathlib import Path
 
 import numpy as np
 import yaml
 
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
-from gearbox_monitor.cli.options import dump
+from gearbox_monitor.cli.options import dump, expect_new, write_new
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.library.robot import load_robot
@@ -40,9 +40,11 @@ def run(args: Namespace) -> int:
         if getattr(args, name, None):
             raise InputError(f'--robot: with {name.replace("_", "-")}, which is of one drive, '
                              'expected one of them')
-    if args.payload and args.effects:
+    if args.payload and args.effects is not None:
         raise InputError('--payload: with --effects, expected one of them')
-    effects = [word for word in (args.effects or '').split(',') if word] or None
+    for path in (args.out, args.csv, args.json):
+        expect_new(path)
+    effects = None if args.effects is None else args.effects.split(',')
     robot = load_robot(args.robot, values=args.values, root=args.root)
     with percent_bar('suggest') as bar:
         motion = suggest_robot(
@@ -50,21 +52,23 @@ def run(args: Namespace) -> int:
             torque=math.inf if args.max_torque is None else args.max_torque,
             travel=args.max_travel, progress=progress_of(bar))
     if args.out:
-        Path(args.out).write_text(yaml.safe_dump(motion.trajectory, default_flow_style=None,
-                                                 width=1000, sort_keys=False), encoding='utf-8')
+        write_new(args.out, yaml.safe_dump(motion.trajectory, default_flow_style=None,
+                                           width=1000, sort_keys=False))
     if args.csv:
         names, table = motion.table
-        np.savetxt(args.csv, table, '%.9g', ',', header=','.join(names), comments='')
+        text = io.StringIO()
+        np.savetxt(text, table, '%.9g', ',', header=','.join(names), comments='')
+        write_new(args.csv, text.getvalue())
     d = motion.design
-    data = {'seconds': args.seconds, 'gain': d.gain, 'notes': list(motion.notes),
+    data = {'seconds': float(d.t[-1]), 'gain': d.gain, 'notes': list(motion.notes),
             'goals': [{'effect': e, 'place': p, 'beside': r or None, 'size': size,
                        'usual': d.usual[e, p, r]} for (e, p, r), size in d.goals.items()],
             'visible': d.visible, 'start': dict(zip(motion.joints, d.q[0].tolist()))}
     if args.json and args.json != '-':
-        Path(args.json).write_text(dump(data) + '\n', encoding='utf-8')
+        write_new(args.json, dump(data) + '\n')
     units = {e.id: e.parameters[0].unit for e in EFFECTS.values() if e.parameters} | {
         e.id: next(iter(e.units.values())) for e in ROBOT_EFFECTS}
-    lines = [f'{args.seconds:g} s: effects are seen at 1/{d.gain:.2g} of the size that random '
+    lines = [f'{d.t[-1]:g} s: effects are seen at 1/{d.gain:.2g} of the size that random '
              'motions show', *goal_lines(d, units), 'begins at ' + ', '.join(
                  f'{j} {q:.3g}' for j, q in zip(motion.joints, d.q[0])), *motion.notes,
              *(f'written: {name}' for name in (args.out, args.csv) if name)]

@@ -17,7 +17,7 @@ from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuators_on, disabled, mujoco_module, name_of, Unread)
 from gearbox_monitor.robot.description import finite_number
 
-CHECKED = 20.0  # Hz, of postures that are tested for contacts
+CHECKED = 25.0  # Hz, of postures that are tested for contacts
 
 
 def limits_in(file: ChainFile) -> RobotLimits:

@@ -50,7 +50,7 @@ class SuggestedRobotMotion:
 
 def suggest_robot(robot: Robot, effects: Sequence[str] | None = None, *, seconds: float = 20.0,
                   link: str = '', speed: float = math.inf, torque: float = math.inf,
-                  travel: float = math.inf, seed: int = 0,
+                  travel: float = math.inf,
                   progress: Callable[[int, int], object] = lambda done, total: None
                   ) -> SuggestedRobotMotion:
     """
@@ -62,12 +62,11 @@ def suggest_robot(robot: Robot, effects: Sequence[str] | None = None, *, seconds
     Args:
         robot: of `load_robot`.
         effects: ids, to be distinguished from each other; None for a payload.
-        seconds: length, 8 to 60 s.
+        seconds: length, 8 to 60 s, rounded to 0.1 s.
         link: that a payload is at, '' for the last one.
         speed: largest of every joint, rad/s (m/s), beside that of the file.
         torque: largest of every joint, N m (N), beside that of the file.
-        travel: either side of 0, rad (m), of joints without a range in the file.
-        seed: of the search; same seed, same motion.
+        travel: largest to either side of 0, rad (m), beside the range of the file.
         progress: called with (done, total).
 
     Returns:
@@ -78,41 +77,46 @@ def suggest_robot(robot: Robot, effects: Sequence[str] | None = None, *, seconds
         Undecided: no motion stays within the limits.
     """
     file, joints = expect_robot(robot).file, robot.joints
-    ids = list(effects or [PAYLOAD.id])
+    ids = [PAYLOAD.id] if effects is None else list(effects)
     for name in ids:
         if name not in robot_effects():
             raise InputError(f'effects: {name!r}: {unknown(name, robot_effects())}')
     if len(set(ids)) < len(ids):
         raise InputError(f'effects: {", ".join(ids)}: one of them twice, expected each once')
+    if not ids:
+        raise InputError('effects: none, expected one or several')
     if not SHORTEST <= seconds <= LONGEST:
         raise InputError(f'seconds: {seconds:g}, expected {SHORTEST:g} to {LONGEST:g}')
     links = [x.name for x in file.chain.links if x.mass > 0.0]
     if link and link not in links:
         raise InputError(f'link: {link!r}: {unknown(link, links)}')
+    if not links:
+        raise InputError(f'{file.path}: no link has a mass, expected the masses of its links')
     limits = _limits(joints, limits_in(file), speed, torque, travel)
     touches, note = contacts_in(file, RATE)
     targets: list[Target] = [(a, b) for a in ids for b in ids if a != b] or [(ids[0], None)]
     found = design(robot_model(file, robot.values, True), limits, targets, link or links[-1],
-                   seconds, touches, seed=seed, progress=progress)
+                   round(seconds * POINTS) / POINTS, touches, progress=progress)
     return SuggestedRobotMotion(found, joints, limits, (note,) if note else ())
 
 
 def _limits(joints: Sequence[str], stated: RobotLimits, speed: float, torque: float,
             travel: float) -> RobotLimits:
-    """Return the limits of the file and those of the user. Raises InputError where one lacks."""
+    """Return the tighter of the limits of file and user. Raises InputError where one lacks."""
     for name, value in (('speed', speed), ('torque', torque), ('travel', travel)):
         if not value > 0.0:
             raise InputError(f'{name}: {value:g}, expected a number > 0')
-    limits = RobotLimits(
-        np.where(np.isfinite(stated.low), stated.low, -travel),
-        np.where(np.isfinite(stated.high), stated.high, travel),
-        np.minimum(stated.speed, speed), np.minimum(stated.torque, torque))
+    limits = RobotLimits(np.maximum(stated.low, -travel), np.minimum(stated.high, travel),
+                         np.minimum(stated.speed, speed), np.minimum(stated.torque, torque))
     for option, values in (('travel', limits.high - limits.low), ('speed', limits.speed),
                            ('torque', limits.torque)):
         for joint, value in zip(joints, values):
-            if not (math.isfinite(value) and value > 0.0):
+            if math.isinf(value):
                 raise InputError(f'{option}: joint {joint}: no limit in the file, expected '
                                  f'{option} (--max-{option})')
+            if not value > 0.0:
+                raise InputError(f'{option}: joint {joint}: {value:g} by file and options, '
+                                 'expected more than 0')
     return limits
 
 
