@@ -310,7 +310,8 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
             decision.gain(fit) + bursts.gain - bursts.price)
     return Explained(
         evidence.recordings, evidence.model, evidence.sigma, evidence.colour, quantum,
-        fit.candidate, fit.z, float(fit.torque[0]), decision.closed.candidate, decision.closed.z,
+        fit.candidate, fit.z, None if evidence.balances else float(fit.torque[0]),
+        decision.closed.candidate, decision.closed.z,
         published, none_runs, closed_runs if decision.closed is fit else runs, closed_runs,
         errors, condition, gains, d, separated,
         rivals(evidence, fit, decision.fits, separated),

@@ -97,8 +97,7 @@ class Search:
     def noisy(self) -> bool:
         """Whether torque noise on the motor is part of the likelihood."""
         model = self.model
-        return (model.tolerance > 0.0 or bool(model.process_torque)
-                or model.process_torque_time > 0.0)
+        return model.tolerance > 0.0 or bool(model.process_torque) or model.lasting
 
     def probes(self, name: str, order: int | None = None) -> list[list[Values]]:
         """

@@ -43,7 +43,7 @@ class Explained:
 
     recordings: of one drive; model: the nominal one; sigma [2] rad, colour [2] and quantum [2] rad
     of the encoders. candidate, z [P]: effects that count, torque: noise on the motor beside them,
-    N m; closed, closed_z: the model that leaves least. published, none, runs, closed_runs: free
+    N m, None of balances; closed, closed_z: the model that leaves least. published, none, runs, closed_runs: free
     runs of the nominal model, of the fit without effects, of the effects, of the closed model.
     errors {id: {parameter: standard error}}, condition: of their normal matrix. gains {effects:
     gain over none in BIC}; evidence {id: 2 log likelihood}; separations, rivals, matrix: see
@@ -58,7 +58,7 @@ class Explained:
     quantum: Array
     candidate: CandidateModel
     z: Array
-    torque: float
+    torque: float | None
     closed: CandidateModel
     closed_z: Array
     published: tuple[WindowRuns, ...]
@@ -116,7 +116,7 @@ class Verdict(Paged):
     sigma: list[float | None]
     noise_time: list[float | None]
     nominal: Mapping[str, float]
-    process_torque: float
+    process_torque: float | None
     gains: Mapping[str, float]
     misfit: Mapping[str, Any]
     where: Mapping[str, Any]
