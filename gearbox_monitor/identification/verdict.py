@@ -43,12 +43,12 @@ class Explained:
 
     recordings: of one drive; model: the nominal one; sigma [2] rad, colour [2] and quantum [2] rad
     of the encoders. candidate, z [P]: effects that count, torque: noise on the motor beside them,
-    N m, None of balances; closed, closed_z: the model that leaves least. published, none, runs, closed_runs: free
-    runs of the nominal model, of the fit without effects, of the effects, of the closed model.
-    errors {id: {parameter: standard error}}, condition: of their normal matrix. gains {effects:
-    gain over none in BIC}; evidence {id: 2 log likelihood}; separations, rivals, matrix: see
-    isolability. excess, structure, noise_gain, dependence: of the remainder, see adequacy.
-    remains: whether that is more than noise. bursts; lattices: quantisations that may be named.
+    N m, None of balances; closed, closed_z: the model that leaves least. published, none, runs,
+    closed_runs: free runs of the nominal model, of the fit without effects, of the effects, of the
+    closed model. errors {id: {parameter: standard error}}, condition: of their normal matrix.
+    gains {effects: gain over none in BIC}; evidence {id: 2 log likelihood}; separations, rivals,
+    matrix: see isolability. excess, structure, noise_gain, dependence: of the remainder, see
+    adequacy. remains: whether that is more than noise. bursts; lattices: quantisations that may be named.
     """
 
     recordings: tuple[UniformRecording, ...]

@@ -14,10 +14,14 @@ import yaml
 
 from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification.torque_domain import BalanceSimulator
+from gearbox_monitor.identification import likelihood, nominal
+from gearbox_monitor.identification.noise_model import noise_floor
+from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.torque_domain import BalanceSimulator, driven
+from gearbox_monitor.identification.torque_regression import torque_regression
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
@@ -60,7 +64,7 @@ FEW = ('backlash_gap', 'stiffness', 'mesh_error', 'motor_coulomb', 'stribeck')
 
 
 def compared(model, seconds):
-    """Return the surplus of torque (N m) and twist (rad) [2, N], and where a contact closes [N]."""
+    """Return the surplus of torque (N m) and twist (rad) [2, N]; where a contact closes [N]."""
     t = np.arange(round(seconds / DT)) * DT
     u = 0.8 * np.sin(2 * np.pi * 0.7 * t) + 0.5 * np.sin(2 * np.pi * 1.9 * t + 1.0)
     plant = simulate(model, u, DT)
@@ -170,6 +174,29 @@ def test_three_effects_from_one_command(tmp_path, capsys):
     assert data['params']['mesh_error']['N'] == 7
     assert data['params']['mesh_error']['A'] == pytest.approx(0.004, rel=0.08)
     assert {e['effect'] for e in data['identified']} == {e['id'] for e in effects}
+
+
+def test_balances_decide_between_search_and_regression(tmp_path):
+    """Whichever leaves less of the balances stands: windows are no evidence of them."""
+    t, u, motor, arm, load = np.loadtxt(recorded(
+        tmp_path / 'a.csv', {'id': 'motor_coulomb', 'Cc': 0.05}), delimiter=',', skiprows=1).T
+    model = model_from_dict(SERVO, 'test')
+    recording = driven(
+        UniformRecording(t, u, np.column_stack([motor, arm]), DT, arm_torque=load), model)
+    search = Search(recording, model, noise_floor(recording, model)[0])
+    candidate = nominal._free_candidate(search, model, model, ['Cc', 'zero'])
+    regression = torque_regression(recording, candidate)
+    begin = likelihood.fresh(search.long, candidate)
+
+    def decided(z, beside):
+        """Return the fit that stands of a search that ended at `z`, and how it was reached."""
+        fitted = search.as_fitted(candidate, search.long.evaluate(candidate, begin.at(z)))
+        return nominal._decided(search, search.long, candidate, fitted, beside)
+    for z, method in ((regression.z, 'search'), (candidate.start(), 'regression')):
+        fitted, said = decided(z, regression)
+        assert said == method and fitted.point.z == pytest.approx(regression.z)
+    with pytest.raises(Undecided, match='no solution'):
+        decided(candidate.start() - (1.0, 0.0), None)  # farther from 0.05 N m
 
 
 def test_nothing_is_found_where_nothing_is(tmp_path, capsys):
