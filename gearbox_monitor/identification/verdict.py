@@ -48,7 +48,8 @@ class Explained:
     closed model. errors {id: {parameter: standard error}}, condition: of their normal matrix.
     gains {effects: gain over none in BIC}; evidence {id: 2 log likelihood}; separations, rivals,
     matrix: see isolability. excess, structure, noise_gain, dependence: of the remainder, see
-    adequacy. remains: whether that is more than noise. bursts; lattices: quantisations that may be named.
+    adequacy. remains: whether that is more than noise. bursts; lattices: quantisations that may be
+    named.
     """
 
     recordings: tuple[UniformRecording, ...]
