@@ -224,9 +224,9 @@ def test_confusable_lists_what_little_evidence_leaves_open():
 def test_an_effect_is_confused_with_its_own_rivals_only():
     """A torque offset is asymmetric friction; the weight beside it is neither."""
     effects = [{'id': 'torque_offset', 'u0': 0.05}, {'id': 'gravity', 'G': 0.3}]
-    recording = record(effects, 4)
+    recording = record(effects, 2)
     verdict = diagnose.diagnose([recording], DriveModel(), only=[
-        'torque_offset', 'coulomb_asymmetry', 'gravity', 'motor_viscous'])
+        'torque_offset', 'coulomb_asymmetry', 'gravity'])
     rivals = {f.effect: f.confusable for f in verdict.findings}
     assert rivals == {'torque_offset': ('coulomb_asymmetry',), 'gravity': ()}
     assert verdict.confusable == ['coulomb_asymmetry']
