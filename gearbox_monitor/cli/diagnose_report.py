@@ -165,7 +165,7 @@ def _nominal(data: VerdictData, model: DriveModel) -> list[str]:
     words = [f'{name} {number(data["nominal"][name])} ({shift:+.1f})'
              for name, shift in shifts.items()]
     lines = _entry('model values', ', '.join(words) + '; in brackets: deviation in tolerances')
-    if model.tolerance:
+    if model.tolerance and data['process_torque'] is not None:
         lines += _entry(on_axis('torque noise', model.axis), f'{number(data["process_torque"])} '
                         f'{on_axis("N m", model.axis)} rms per sample')
     return lines

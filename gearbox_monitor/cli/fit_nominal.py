@@ -96,7 +96,8 @@ def run(args: Namespace) -> int:
         'correlated': result.correlated, 'covariance': result.covariance,
         'gap_before': result.gap_before,
         'gap_after': result.gap_after, 'method': result.method,
-        'process_torque_time': result.model.process_torque_time, 'validation': result.validation,
+        'process_torque_time': None if model.driven_by == 'position' else (
+            result.model.process_torque_time), 'validation': result.validation,
         'notes': [note for _, notes in loaded for note in notes]})
     data = {'summary': summary(data), **data}
     if args.json and args.json != '-':

@@ -11,7 +11,7 @@ from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
 from gearbox_monitor.kernels.types import Array, Integers
 
 STEPS = (1e-4, 1e-3)   # rad and rad/s: differences that make a slope
-RULE = Damping(0.0, 3.0, 0.1, lowered=0.0, attempts=5, relative=1e-12)
+RULE = Damping(0.0, 9.0, 0.01, lowered=0.0, attempts=5, relative=1e-12)
 ITERATIONS = 8
 GAIN = 1e-3            # least relative gain of an iteration worth another
 

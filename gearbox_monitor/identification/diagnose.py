@@ -17,7 +17,7 @@ from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, fitted, InnovationFit)
 from gearbox_monitor.identification.isolability import (
-    confusable, evidence_for, InnovationSpace, matrix, separations)
+    evidence_for, InnovationSpace, matrix, rivals, separations)
 from gearbox_monitor.identification.judge import decide, Decision
 from gearbox_monitor.identification.noise_model import MOTION, noise_floor
 from gearbox_monitor.identification.random_effects import between_recordings
@@ -310,10 +310,11 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
             decision.gain(fit) + bursts.gain - bursts.price)
     return Explained(
         evidence.recordings, evidence.model, evidence.sigma, evidence.colour, quantum,
-        fit.candidate, fit.z, float(fit.torque[0]), decision.closed.candidate, decision.closed.z,
+        fit.candidate, fit.z, None if evidence.balances else float(fit.torque[0]),
+        decision.closed.candidate, decision.closed.z,
         published, none_runs, closed_runs if decision.closed is fit else runs, closed_runs,
         errors, condition, gains, d, separated,
-        confusable(evidence, fit, decision.fits, separated) if fit.candidate.ids else [],
+        rivals(evidence, fit, decision.fits, separated),
         partial(matrix, space), adequacy.excess, adequacy.structure,
         adequacy.noise_gain, dependence, decision.remains,
         () if bursts is None else bursts.bursts, lattices)

@@ -116,7 +116,7 @@ class Evidence:
     @property
     def lasting(self) -> bool:
         """Whether torque that no model explains lasts, as on a real drive."""
-        return self.model.process_torque_time > 0.0
+        return self.model.lasting
 
     @property
     def balances(self) -> bool:

@@ -175,13 +175,14 @@ def separations(evidence: Evidence, fit: InnovationFit, fits: Sequence[Innovatio
     return out
 
 
-def confusable(evidence: Evidence, fit: InnovationFit, fits: Sequence[InnovationFit],
-               separation_table: Separations) -> list[str]:
+def rivals(evidence: Evidence, fit: InnovationFit, fits: Sequence[InnovationFit],
+           separation_table: Separations) -> dict[str, list[str]]:
     """
-    Return the ids that these recordings cannot distinguish from an effect of `fit`.
+    Return {id of `fit`: ids that these recordings cannot distinguish from this effect}.
 
-    An effect is confusable if it imitates all but a little of the evidence (generalised likelihood
-    ratio) and its own fit does not lag behind by more, or if its fit lags by less, linear or not.
+    A rival imitates all but a little of the evidence for the effect (generalised likelihood ratio)
+    and its own fit does not lag behind by more; or the fit in which it replaces the effect lags by
+    less, linear or not. An effect that both fits have in common has no rival by that.
 
     Args:
         evidence: the recordings.
@@ -195,17 +196,21 @@ def confusable(evidence: Evidence, fit: InnovationFit, fits: Sequence[Innovation
         limit = max(limit, THRESHOLDS.isolable_share * (
             evidence.score(none) - evidence.score(fit)))
     lag = {f.candidate.key: evidence.score(f) - evidence.score(fit) for f in fits}
-    out = []
-    for d, table in separation_table.values():
+    out: dict[str, list[str]] = {name: [] for name in ids}
+    for name, (d, table) in separation_table.items():
         for rival, s2 in sorted(table.items(), key=lambda item: item[1]):
             lags = len(ids) == 1 and lag.get((rival,), -math.inf) > THRESHOLDS.isolable
             if d * s2 < THRESHOLDS.isolable and not lags:
-                out.append(rival)
+                out[name].append(rival)
     for key, value in lag.items():
         if len(key) == len(ids) and value < limit and (len(ids) == 1 or set(key) & set(ids)):
-            out += key
-    out += [TWINS[i] for i in ids if i in TWINS and TWINS[i] in evidence.ids]
-    return list(dict.fromkeys(i for i in out if i not in (*ids, TORQUE_MAP.id)))
+            for name in set(ids) - set(key):
+                out[name] += key
+    for name in ids:
+        if TWINS.get(name) in evidence.ids:
+            out[name].append(TWINS[name])
+    return {name: list(dict.fromkeys(i for i in others if i not in (*ids, TORQUE_MAP.id)))
+            for name, others in out.items()}
 
 
 def matrix(space: InnovationSpace, ids: Iterable[str]) -> tuple[list[str], Array]:

@@ -62,11 +62,9 @@ def noise_floor(recording: UniformRecording, model: DriveModel) -> tuple[Array, 
     """
     Return (sigma [2], quantum [2]) of a Recording, rad; sigma not below what matters.
 
-    model: DriveModel; one with lasting process torque is that of a real drive.
-
     Args:
         recording: recording of the drive.
-        model: model of the drive.
+        model: model of the drive; one with lasting process torque is that of a real drive.
     """
     sigma, quantum = noise_levels(recording.y)
     for channel in np.flatnonzero(sigma <= 0.0):
@@ -77,6 +75,6 @@ def noise_floor(recording: UniformRecording, model: DriveModel) -> tuple[Array, 
             sigma[channel] = level[0]
     sigma = np.maximum(sigma, recording.floor)
     sigma = np.maximum(sigma, LEAST * np.ptp(recording.y, axis=0) + 1e-12)
-    if model.process_torque_time > 0.0:
+    if model.lasting:
         sigma = np.maximum(sigma, FINEST * np.ptp(recording.y, axis=0))
     return sigma, quantum

@@ -20,7 +20,6 @@ import numpy as np
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification import (
     closed_model, gauss_newton, innovation_fit, likelihood, window_states)
-from gearbox_monitor.identification.balance_likelihood import BalanceLikelihood
 from gearbox_monitor.identification.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered,
     PERIODIC, PHASED, sine_and_cosine, Starts, ZERO)
@@ -200,12 +199,8 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
                        fixed_states=fitted is not None and fitted.smooth is not None)
         if fitted is not None:
             report(0.9, 1.0, f'windows of {seconds:g} s')
-            fitted = _longer(data, fitted) if recording.motor is None else replace(
-                fitted, point=_balanced_point(data, candidate, fitted.point.z))
-    if fitted is None or recording.motor is None:
-        fitted, method = _decided(search, data, candidate, fitted, regression)
-    else:  # the likeliest of both starts by the balances, which windows do not judge
-        method = 'search'
+            fitted = _longer(data, fitted)
+    fitted, method = _decided(search, data, candidate, fitted, regression)
     fitted_model = candidate.model(fitted.point.z)
     covariance = (_covariance(data, fitted) if method == 'search' or regression is None
                   else regression.covariance)
@@ -318,9 +313,9 @@ def _decided(search: Search, data: likelihood.WindowData, candidate: CandidateMo
     """
     Return (the fit that stands, 'search' or 'regression').
 
-    Windows that were not fitted decide, where `data` has any: the search stands unless the model
-    file or the regression leaves less there. A regression stands that leaves less of the torque
-    than the model file.
+    The search stands unless the model file or the regression leaves less: of windows that were not
+    fitted, where `data` has any, or of the balances, where the motion is put in. A regression
+    stands that leaves less of the torque than the model file.
 
     Args:
         search: of the recording.
@@ -336,7 +331,10 @@ def _decided(search: Search, data: likelihood.WindowData, candidate: CandidateMo
     start = fitted.point if fitted is not None else likelihood.fresh(data, candidate)
 
     def left(z: Array) -> tuple[likelihood.FitPoint, float]:
-        """Return where windows stand with the coordinates z, and the gap on unseen ones."""
+        """Return where windows stand with the coordinates z, and the gap that decides."""
+        if search.balance is not None:
+            return (_balanced_point(data, candidate, z),
+                    search.balance.run(candidate.model(z), search.balance.first_noise).gap)
         point = window_states.rescue(
             data, candidate, window_states.solved(data, candidate, start.at(z)), [start],
             half_gap=search.half_gap)
@@ -399,9 +397,8 @@ def _settled(search: Search, candidate: CandidateModel, starts: Sequence[Array],
         report: progress.
     """
     report(0, 2, 'fit')
-    if search.recording.motor is not None:
-        balance = BalanceLikelihood(search.recording, candidate.nominal, search.long.sigma,
-                                    search.spans)
+    balance = search.balance
+    if balance is not None:
         fits = [innovation_fit.fitted(balance, InnovationFit(candidate, z, balance.first_noise),
                                       ITERATIONS) for z in starts]
         z = min(fits, key=lambda f: f.deviance).z
@@ -420,7 +417,13 @@ def _balanced_point(data: likelihood.WindowData, candidate: CandidateModel,
 
 
 def _longer(data: likelihood.WindowData, fitted: CandidateFit) -> CandidateFit:
-    """Return `fitted` on the longer windows of `data`, which begin in its smoothed states."""
+    """
+    Return `fitted` on the longer windows of `data`, which begin in its smoothed states.
+
+    Balances have no windows: their fit stands as it is.
+    """
+    if data.simulator.begins_known:
+        return replace(fitted, point=_balanced_point(data, fitted.candidate, fitted.point.z))
     point = likelihood.fresh(data, fitted.candidate).at(fitted.point.z)
     if fitted.smooth is not None:
         states, memory = np.split(fitted.smooth[data.windows.begin], [4], axis=1)

@@ -6,11 +6,13 @@ Windows of one recording, with scores by BIC (Schwarz 1978), for fits of values.
 
 Windows of 1 s carry the evidence; the last 30 % of each recording are held out.
 """
+from functools import cached_property
 import math
 
 import numpy as np
 
 from gearbox_monitor.identification import likelihood
+from gearbox_monitor.identification.balance_likelihood import BalanceLikelihood
 from gearbox_monitor.identification.candidates import (
     CandidateModel, probes, replaced_value, Starts)
 from gearbox_monitor.identification.likelihood import CandidateFit
@@ -62,6 +64,12 @@ class Search:
         self.long = likelihood.WindowData(
             recording, simulator(recording, model), windows, np.asarray(sigma, float), train)
 
+    @cached_property
+    def balance(self) -> BalanceLikelihood | None:
+        """The balances of a recording whose motion is put in, None where its torque is."""
+        return None if self.recording.motor is None else BalanceLikelihood(
+            self.recording, self.model, self.long.sigma, self.spans)
+
     @property
     def half_gap(self) -> float:
         """Half gap of the model (rad), the scale on which windows are started elsewhere."""
@@ -97,8 +105,7 @@ class Search:
     def noisy(self) -> bool:
         """Whether torque noise on the motor is part of the likelihood."""
         model = self.model
-        return (model.tolerance > 0.0 or bool(model.process_torque)
-                or model.process_torque_time > 0.0)
+        return model.tolerance > 0.0 or bool(model.process_torque) or model.lasting
 
     def probes(self, name: str, order: int | None = None) -> list[list[Values]]:
         """

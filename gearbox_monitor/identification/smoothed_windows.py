@@ -76,7 +76,7 @@ def on_windows(search: Search, fit: InnovationFit, filter_: InnovationLikelihood
             level = white_level(data.sigma, data.colour) / data.sigma
             white = data.white(white * level[data.channels], data.channels)
         white = white.reshape(len(at), -1)
-        if search.model.process_torque_time > 0.0:  # few are read
+        if search.model.lasting:  # few are read
             white = point.residual
         return CandidateFit(candidate, point, score, float(fit.torque[0]), white, smooth=smooth)
     point = window_states.rescue(data, candidate, point, half_gap=search.half_gap)

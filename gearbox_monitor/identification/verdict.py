@@ -4,6 +4,7 @@
 """The verdict of a diagnosis with its evidence: findings, what remains, figures."""
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
+from itertools import chain
 import math
 from typing import Any
 
@@ -42,12 +43,13 @@ class Explained:
 
     recordings: of one drive; model: the nominal one; sigma [2] rad, colour [2] and quantum [2] rad
     of the encoders. candidate, z [P]: effects that count, torque: noise on the motor beside them,
-    N m; closed, closed_z: the model that leaves least. published, none, runs, closed_runs: free
-    runs of the nominal model, of the fit without effects, of the effects, of the closed model.
-    errors {id: {parameter: standard error}}, condition: of their normal matrix. gains {effects:
-    gain over none in BIC}; evidence {id: 2 log likelihood}; separations, confusable, matrix: see
-    isolability. excess, structure, noise_gain, dependence: of the remainder, see adequacy.
-    remains: whether that is more than noise. bursts; lattices: quantisations that may be named.
+    N m, None of balances; closed, closed_z: the model that leaves least. published, none, runs,
+    closed_runs: free runs of the nominal model, of the fit without effects, of the effects, of the
+    closed model. errors {id: {parameter: standard error}}, condition: of their normal matrix.
+    gains {effects: gain over none in BIC}; evidence {id: 2 log likelihood}; separations, rivals,
+    matrix: see isolability. excess, structure, noise_gain, dependence: of the remainder, see
+    adequacy. remains: whether that is more than noise. bursts; lattices: quantisations that may be
+    named.
     """
 
     recordings: tuple[UniformRecording, ...]
@@ -57,7 +59,7 @@ class Explained:
     quantum: Array
     candidate: CandidateModel
     z: Array
-    torque: float
+    torque: float | None
     closed: CandidateModel
     closed_z: Array
     published: tuple[WindowRuns, ...]
@@ -69,7 +71,7 @@ class Explained:
     gains: Mapping[str, float]
     evidence: Mapping[str, float]
     separations: Separations
-    confusable: Sequence[str]
+    rivals: Mapping[str, Sequence[str]]
     matrix: Callable[[Iterable[str]], Matrix]
     excess: float
     structure: float
@@ -115,7 +117,7 @@ class Verdict(Paged):
     sigma: list[float | None]
     noise_time: list[float | None]
     nominal: Mapping[str, float]
-    process_torque: float
+    process_torque: float | None
     gains: Mapping[str, float]
     misfit: Mapping[str, Any]
     where: Mapping[str, Any]
@@ -218,7 +220,7 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
         location=NONE if kind == NONE else locations[0] if len(locations) == 1 else locations,
         findings=findings,
         ranked=list(dict.fromkeys([*effects, *(i for name in ranked for i in name.split('+'))])),
-        confusable=list(basis.confusable) if effects else [],
+        confusable=list(dict.fromkeys(chain(*basis.rivals.values()))) if effects else [],
         params=params, **closure, standard_errors=errors, condition=basis.condition,
         at_bound=candidate.at_bound(z),
         sigma=[float(s) if i in channels else None for i, s in enumerate(basis.sigma)],
@@ -269,11 +271,8 @@ def _finding(basis: Explained, name: str, values: Mapping[str, float],
         largest = basis.bursts[0]
         values = {'t0': largest.t0, 'duration': largest.duration, 'amplitude': largest.amplitude}
         deviations = dict.fromkeys(values)
-    rivals = [rival for rival in basis.separations.get(name, (0.0, {}))[1]
-              if rival in basis.confusable]
-    single = len(basis.candidate.ids) == 1
     return Finding(name, location_of(name), values, deviations, basis.evidence.get(name), share,
-                   channel, confusable=tuple(basis.confusable if single else rivals))
+                   channel, confusable=tuple(basis.rivals.get(name, ())))
 
 
 def _determined(value: float, error: float | None) -> bool:

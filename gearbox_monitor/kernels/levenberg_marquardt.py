@@ -30,7 +30,8 @@ class Damping:
     start: of the first step. raised: factor after a step that did not help, to `raised_from` at
     least and `largest` at most. lowered: factor after one that did, to `smallest` at least.
     attempts: steps in a row that do not help until a problem is given up. hopeless: damping beyond
-    which it is. absolute, relative: what the diagonal has beside the damping.
+    which it is. absolute, relative: what the diagonal has beside the damping. level: whether a
+    step of equal cost helps.
     """
 
     start: float
@@ -43,6 +44,7 @@ class Damping:
     hopeless: float = math.inf
     absolute: float = 0.0
     relative: float = 0.0
+    level: bool = False
 
     def after(self, damping: Array, improved: Flags) -> Array:
         """Return the `damping` [M] of next steps, by whether the last ones `improved` [M]."""
@@ -106,7 +108,7 @@ def minimise(problems: LeastSquaresProblems, start: Array, rule: Damping, tolera
         trial = theta[active] + np.linalg.solve(damped, pull[:, :, None])[:, :, 0]
         trial_residual, trial_cost = evaluated(trial, active)
         gain = cost[active] - trial_cost
-        improved = gain >= 0.0
+        improved = gain >= 0.0 if rule.level else gain > 0.0
         solved = gain <= tolerance * cost[active]
         damping[active] = rule.after(damping[active], improved)
         failures[active] = np.where(improved, 0, failures[active] + 1)

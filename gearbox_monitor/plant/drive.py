@@ -229,6 +229,11 @@ class DriveModel(Saved):
         return replace(self, transmission=replace(self.transmission, **shape), controller=servo,
                        **own)
 
+    @property
+    def lasting(self) -> bool:
+        """Whether torque that the model does not explain lasts, as on a real drive."""
+        return self.process_torque_time > 0.0 or self.driven_by == 'position'
+
     def exact(self) -> 'DriveModel':
         """Return the model without tolerances of what filters compute with."""
         return self.with_(**dict.fromkeys(TOLERANCES, 0.0))
@@ -470,10 +475,6 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
         if name in _RANGES and not (name in OPTIONAL and values[name] is None):
             with problems:
                 values[name] = _number(values[name], name, source, axis)
-    if values.get('driven_by') == 'position' and not values.get('process_torque_time'):
-        problems.found.append(
-            f'{source}: process_torque_time: 0, expected a number > 0 (s) with driven_by: '
-            'position, whose residuals are never white')
     if values.get('controller') is not None and values.get('driven_by') == 'position':
         problems.found.append(f'{source}: driven_by: position, expected torque with a controller, '
                               'whose setpoint drives the model')

@@ -488,7 +488,8 @@ class RecordingDoubts(Section):
     """
     Recordings, their noise, and what speaks against the verdict.
 
-    misfit: chi2 per reading and deviations from white noise, or None; condition: '' if unknown.
+    misfit: chi2 per reading and deviations from white noise, or None; torque_noise, condition: ''
+    if unknown.
     """
 
     heading = 'Recording and doubts'
@@ -521,7 +522,7 @@ class RecordingDoubts(Section):
             PageTable(('recording', 's', 'samples/s'), [
                 (short_name(r), f'{r.duration:.1f}', f'{1.0 / r.dt:.0f}')
                 for r in recordings], (1, 2)),
-            noise, number(data['process_torque']),
+            noise, '' if data['process_torque'] is None else number(data['process_torque']),
             None if excess is None or structure is None else (1.0 + excess, structure),
             number(data['condition']) if data.get('condition') else '',
             [sentence(warning) for warning in data.get('warnings') or ()])

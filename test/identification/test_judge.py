@@ -216,8 +216,20 @@ def test_confusable_lists_what_little_evidence_leaves_open():
     table = isolability.separations(decision.evidence, decision.fit, decision.fits, {})
     d, shares = table['torque_offset']
     assert d > 100 and shares['coulomb_asymmetry'] < 0.05 < shares['gravity']
-    names = isolability.confusable(decision.evidence, decision.fit, decision.fits, table)
-    assert 'coulomb_asymmetry' in names and 'motor_inertia' not in names
+    names = isolability.rivals(decision.evidence, decision.fit, decision.fits, table)
+    assert 'coulomb_asymmetry' in names['torque_offset']
+    assert 'motor_inertia' not in names['torque_offset']
+
+
+def test_an_effect_is_confused_with_its_own_rivals_only():
+    """A torque offset is asymmetric friction; the weight beside it is neither."""
+    effects = [{'id': 'torque_offset', 'u0': 0.05}, {'id': 'gravity', 'G': 0.3}]
+    recording = record(effects, 2)
+    verdict = diagnose.diagnose([recording], DriveModel(), only=[
+        'torque_offset', 'coulomb_asymmetry', 'gravity'])
+    rivals = {f.effect: f.confusable for f in verdict.findings}
+    assert rivals == {'torque_offset': ('coulomb_asymmetry',), 'gravity': ()}
+    assert verdict.confusable == ['coulomb_asymmetry']
 
 
 def test_a_parameter_at_its_bound_is_no_discovery():

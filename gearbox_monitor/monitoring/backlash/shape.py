@@ -26,7 +26,7 @@ from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 STIFFNESS, HALF_GAP, WIDTH, ZERO, VISCOUS, COULOMB, GAIN, HEIGHT, N_SHAPE = range(9)
-RULE = Damping(1e-3, 10.0, 1e-3, hopeless=1e5, relative=1e-12)  # they differ by 1e10
+RULE = Damping(1e-3, 10.0, 1e-3, hopeless=1e5, relative=1e-12, level=True)  # differ by 1e10
 TOLERANCE = 1e-7  # of the cost, for another step
 
 
