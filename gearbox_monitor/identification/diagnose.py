@@ -15,7 +15,7 @@ from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.closed_model import open_loop, with_starts_of
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import (
-    coordinate_columns, evaluated, fitted, InnovationFit)
+    by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES)
 from gearbox_monitor.identification.isolability import (
     evidence_for, InnovationSpace, matrix, rivals, separations)
 from gearbox_monitor.identification.judge import decide, Decision
@@ -155,7 +155,8 @@ def decided(evidence: Evidence, quantum: Array) -> Decision:
         evidence: the recordings, their noise white.
         quantum: quantisation steps of the encoders [2], rad.
     """
-    decision = decide(evidence)
+    decision = in_its_time(decide(evidence))
+    evidence = replace(evidence, model=decision.evidence.model)
     if decision.remains and not evidence.balances and (
             quantum <= THRESHOLDS.lattice * evidence.sigma).all():
         # Where one effect leaves white noise, it is white.
@@ -172,6 +173,35 @@ def decided(evidence: Evidence, quantum: Array) -> Decision:
                 'only the held-out windows show the model error: all windows were fitted, so '
                 'gap_after is not from unseen ones; validate with a second recording',))
     return decision
+
+
+def in_its_time(decision: Decision) -> Decision:
+    """
+    Return the decision where unexplained torque lasts as long as beside the effects.
+
+    The model file states what lasts beside the model without them. An effect that is missing lasts
+    a stroke, so that it passes for such a torque, and its value is drawn towards zero.
+    """
+    evidence = decision.evidence
+    stated = evidence.model.process_torque_time
+    if evidence.balances or stated == 0.0:
+        return decision
+
+    def lasting(time: float) -> Evidence:
+        return replace(evidence, model=replace(evidence.model, process_torque_time=time))
+    likeliest_fit = decision.fits[0]
+    deviances = by_time(lambda time: lasting(time).whole, likeliest_fit.candidate,
+                        likeliest_fit.z, (stated, *LASTING_TIMES))
+    time = min(deviances, key=lambda time: deviances[time])
+    if time == stated:
+        return decision
+    again = decide(lasting(time))
+    price = THRESHOLDS.effect_gain if len(again.ids) > len(decision.ids) else 0.0
+    if evidence.score(decision.fit) - evidence.score(again.fit) <= price:
+        return decision
+    return replace(again, notes=(*again.notes, (
+        f'beside the verdict, torque that no model explains lasts {time:g} s, not {stated:g} s '
+        '(process_torque_time)')))
 
 
 def decided_between(evidence: Evidence, quantum: Array) -> Decision:

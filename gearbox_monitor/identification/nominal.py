@@ -47,8 +47,6 @@ from gearbox_monitor.quality.recording import concatenated, UniformRecording
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
 WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
 ITERATIONS = 40
-# s, how long torque that no model explains may last, and iterations of a fit with each.
-LASTING_TIMES, TIME_ITERATIONS = (0.0, 0.1, 0.3, 1.0), 8
 READINGS = 2       # of the torque between the stamps of a slow log
 LEFT = 0.5         # of the torque, that a regression leaves at most
 
@@ -285,26 +283,23 @@ def lasting_time(search: Search, fitted: CandidateFit) -> float:
     """
     Return how long unexplained torque lasts (s) by the likelihood of a fit.
 
-    A time for itself: with torque that lasts, values move, and a friction may go into it. All
-    times see the same readings. Another than that of the model has to be worth its price.
+    All times see the same readings. Another than that of the model has to be worth its price.
 
     Args:
         search: of a recording that the torque drives.
         fitted: fit of the search.
     """
-    candidate, stated = fitted.candidate, search.model.process_torque_time
-    stride = max(1, round(SPARSE / search.recording.dt))
-    deviances: dict[float, float] = {}
-    for time in sorted({stated, *LASTING_TIMES}):
-        nominal = replace(candidate.nominal, process_torque_time=time)
-        filter_ = InnovationLikelihood(search.recording, nominal, search.long.sigma,
-                                       search.spans).thinned(stride)
-        start = InnovationFit(replace(candidate, nominal=nominal), fitted.point.z,
-                              filter_.first_noise)
-        deviances[time] = innovation_fit.fitted(filter_, start, TIME_ITERATIONS).deviance
-        readings = filter_.readings
+    stated, stride = search.model.process_torque_time, max(1, round(SPARSE / search.recording.dt))
+
+    def likelihood_with(time: float) -> InnovationLikelihood:
+        return InnovationLikelihood(
+            search.recording, replace(search.model, process_torque_time=time), search.long.sigma,
+            search.spans).thinned(stride)
+    deviances = innovation_fit.by_time(likelihood_with, fitted.candidate, fitted.point.z,
+                                       (stated, 0.0, *innovation_fit.LASTING_TIMES))
     best = min(deviances, key=lambda time: deviances[time])
-    return best if deviances[best] + math.log(readings) < deviances[stated] else stated
+    price = math.log(likelihood_with(stated).readings)
+    return best if deviances[best] + price < deviances[stated] else stated
 
 
 def _decided(search: Search, data: likelihood.WindowData, candidate: CandidateModel,

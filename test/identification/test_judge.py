@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import closed_model, diagnose, isolability, localisation
@@ -16,7 +17,7 @@ from gearbox_monitor.identification.bursts import at_ends_of_travel, best_pulses
 from gearbox_monitor.identification.candidates import sine_and_cosine
 from gearbox_monitor.identification.diagnose import standard_errors
 from gearbox_monitor.identification.effect_scan import scan
-from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.evidence import Evidence, silent
 from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.input_estimation import InputEstimator, SPACING
@@ -535,3 +536,27 @@ def test_windows_after_settling_are_as_many(seconds, settling, count, length):
     assert windows.first[0] == round(settling / DT)
     parts = windows.parted(4)
     assert (parts.first[::4] == windows.first).all() and (parts.begin[::4] == windows.begin).all()
+
+
+def test_an_effect_is_not_what_lasts_beside_the_model_without_it():
+    """A model file that was fitted without an effect takes its strokes for lasting torque."""
+    model = DriveModel().with_(kind='rigid', position_gain=0.0, tolerance=0.02,
+                               process_torque_time=1.0)
+    dt, lasts, noise = 0.005, 0.1, np.random.default_rng(4)
+    t = np.arange(0.0, 10.0, dt)
+    u = np.sign(np.sin(1.6 * t)) + 0.3 * np.sin(8.2 * t)
+    fade = np.exp(-dt / lasts)
+    lasting = lfilter([0.1 * np.sqrt(1.0 - fade ** 2)], [1.0, -fade], noise.standard_normal(2000))
+    x = simulate(model.with_(effects=({'id': 'viscous_asymmetry', 'Cva': 0.04},)),
+                 u + lasting, dt).x[:, :1]
+    recording = UniformRecording(
+        t, u, np.repeat(x + 2e-4 * noise.standard_normal(x.shape), 2, axis=1), dt, channels=(0,))
+    evidence, _ = diagnose.evidence_of([recording], model, ['viscous_asymmetry'], 1, silent)
+    beside_none = decide(evidence)
+    assert not beside_none.ids
+    decision = diagnose.in_its_time(beside_none)
+    assert decision.ids == ('viscous_asymmetry',)
+    assert decision.evidence.model.process_torque_time == lasts
+    (_, (effect,)), (errors, _) = (decision.fit.candidate.values(decision.fit.z),
+                                   standard_errors(decision.evidence, decision.fit))
+    assert abs(effect['Cva'] - 0.04) < 2.5 * errors['viscous_asymmetry']['Cva'] < 0.01
