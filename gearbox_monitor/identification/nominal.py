@@ -323,7 +323,8 @@ def _decided(search: Search, data: likelihood.WindowData, candidate: CandidateMo
         Undecided: neither is a solution.
     """
     unseen = data.train if data.train.all() else ~data.train
-    start = fitted.point if fitted is not None else likelihood.fresh(data, candidate)
+    start = (fitted.point if fitted is not None
+             else data.evaluate(candidate, likelihood.fresh(data, candidate)))
 
     def left(z: Array) -> tuple[likelihood.FitPoint, float]:
         """Return where windows stand with the coordinates z, and the gap that decides."""

@@ -158,15 +158,16 @@ def torque_regression(recording: UniformRecording,
     """
     Return the values of a candidate by the balance of momentum; None where it does not tell.
 
-    What acts between motor and arm stays where it is. A drive behind a servo, whose torque is not
-    recorded, and one with a plug-in have no regression.
+    What acts between motor and arm stays where it is. The torque of a servo follows from setpoint
+    and motion, unless it has a memory: then there is no regression, nor of a drive with a plug-in.
 
     Args:
         recording: recording of the drive.
         candidate: model to be fitted, with its coordinates.
     """
     model = candidate.nominal
-    if model.controller is not None or plugin_of(model)[0] is not None:
+    servo = model.controller
+    if plugin_of(model)[0] or servo and (servo.ki or servo.delay or servo.rate):
         return None
     rows = _rows(recording, model)
     z = candidate.start()

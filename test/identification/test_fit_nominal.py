@@ -10,7 +10,9 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import Undecided
 from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.identification import nominal
 from gearbox_monitor.identification.innovations import InnovationLikelihood
 from gearbox_monitor.identification.nominal import balanced
 from gearbox_monitor.library.recording import load_recording
@@ -161,3 +163,28 @@ def test_balance_of_torques_knows_a_delay_without_half_a_sample():
     assert found.after < 0.1 * found.before
     assert found.covariance.shape == (4, 4)
     assert np.allclose(np.sqrt(np.diag(found.covariance)), [v.error for v in found.values])
+
+
+def test_a_servo_has_values_where_no_search_arrives(monkeypatch):
+    t, noise = np.arange(0.0, 8.0, 0.005), np.random.default_rng(3)
+    r = 0.6 * np.sin(2.0 * np.pi * 0.4 * t) + 0.4 * np.sin(2.0 * np.pi * 1.3 * t + 1.0)
+    true = DriveModel().with_(
+        kind='rigid', position_gain=0.0, motor_inertia=0.02, arm_inertia=1e-6, tolerance=0.3,
+        viscous_friction=0.06, coulomb_friction=0.08, effects=({'id': 'gravity', 'G': 0.5},),
+        controller={'kp': 5.0, 'kd': 0.05, 'tolerance': 0.5})
+    stated = true.with_(motor_inertia=0.03, viscous_friction=0.1, coulomb_friction=0.05,
+                        controller={'kp': 6.0, 'kd': 0.05, 'tolerance': 0.5})
+    q = simulate(true, r, 0.005).x[:, 0] + 5e-4 * noise.standard_normal(len(t))
+    recording = load_recording({'t': t, 'setpoint': r, 'motor': q}, stated,
+                               name='run').uniform()[0]
+
+    def lost(*_):
+        raise Undecided('lost')
+    monkeypatch.setattr(nominal, '_settled', lost)
+    fit = nominal.fit_nominal([recording], stated, ['m1', 'Cv', 'Cc', 'kp'])
+    assert fit.method == 'regression'
+    for value, at in zip(fit.values, (0.02, 0.06, 0.08, 5.0)):
+        assert abs(value.value - at) < 2.5 * value.error < 0.4 * at, value
+    late = stated.with_(controller={'kp': 6.0, 'delay': 0.005})  # its torque is not known
+    with pytest.raises(Undecided, match='determines no values'):
+        balanced([recording], late, ['m1'])
