@@ -210,14 +210,17 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
         values = {field: value[keep] for field, value in values.items()}
     index = index - index[0]
     n = int(index[-1]) + 1
+    wander = _wander(jitter, dt)
     missing = n - len(index)
+    if wander.any():  # late by any time; lost is a sample only where the next one was due
+        usual, spread = _usual_step(t)
+        missing = int((np.maximum(1.0, np.diff(t) // (usual - spread)) - 1.0).sum())
     if missing > LIMITS.max_repaired * n:
         raise InputError(f'{where}{missing} of {n} samples lost by their stamps '
                          f'({100 * missing / n:.1f} %), expected at most '
                          f'{100 * LIMITS.max_repaired:g} %')
     if missing:
         notices.append(f'{missing} of {n} samples lost by their stamps, interpolated')
-    wander = _wander(jitter, dt)
     if wander.any():
         notices.append(f'the sample time wanders, stamps by {rms_of(wander) * 1e3:.3g} ms rms: '
                        'samples are interpolated onto a uniform grid')
@@ -373,6 +376,13 @@ def _fill(t: Array, value: Array, field: str, where: str, place: Place,
     return value, count
 
 
+def _usual_step(t: Array) -> tuple[float, float]:
+    """Return (median, robust deviation) of the steps of stamps `t` [N], s."""
+    step = np.diff(t)
+    usual = float(np.median(step))
+    return usual, 1.4826 * float(np.median(np.abs(step - usual)))
+
+
 def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
     """
     Return (index [N], dt, jitter [N]): t = index dt + jitter, from 0, index increasing.
@@ -380,9 +390,8 @@ def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
     The sample time is that of a line through all stamps, lost samples counted by their length.
     """
     step = np.diff(t)
-    dt = float(np.median(step))
+    dt, spread = _usual_step(t)
     count = np.maximum(1.0, np.rint(step / dt))
-    spread = 1.4826 * float(np.median(np.abs(step - dt)))
     # Of a step that lateness may have made, its length does not tell whether a sample is lost.
     doubtful = (step > 1.5 * dt) & ((spread > LIMITS.jittery * dt)
                                     | (step < dt + LIMITS.latest * spread))

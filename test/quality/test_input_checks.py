@@ -340,6 +340,21 @@ def test_a_loop_without_a_clock_is_sampled_where_its_stamps_say():
     assert step / np.sqrt(12.0) <= sigma[1] < 0.5 * step
 
 
+def test_a_loop_without_a_clock_is_late_and_loses_nothing():
+    kind, late = RecordingKind(True, 'rotary', True), np.random.default_rng(3)
+    step = 0.02 * late.uniform(0.99, 1.01, 300)
+    step[late.choice(300, 12, replace=False)] *= late.uniform(1.55, 1.85, 12)
+    real = np.cumsum(step) - step[0]
+    y = np.column_stack([np.nan * real, np.sin(5.0 * real)])
+    recording, notices = prepare(real, np.sin(5.0 * real), y, kind=kind)
+    assert 'the sample time wanders' in notices[0] and 'lost' not in notices[0]
+    assert np.abs(recording.y[:, 1] - np.sin(5.0 * recording.t)).max() < 1e-3
+    keep = np.ones(len(real), bool)
+    keep[20::25] = False
+    with pytest.raises(InputError, match=r'1[12] of \d+ samples lost by their stamps'):
+        prepare(real[keep], real[keep], y[keep], kind=kind)
+
+
 def test_recordings_of_nearly_one_rate_are_brought_to_the_lower():
     t = np.arange(1200) * 5e-3
     fine = UniformRecording(t, np.cos(t), np.column_stack([np.sin(3 * t)] * 2), 5e-3)
