@@ -155,9 +155,14 @@ class Judge:
         return self.score(base) - self.score(fit) > self.price(added, base.candidate.ids)
 
     def holds(self, fit: InnovationFit, base: InnovationFit) -> bool:
-        """Return whether readings that were not fitted prefer `fit` to the simpler `base`."""
+        """
+        Return whether readings that were not fitted prefer `fit` to the simpler `base`.
+
+        They do not tell a value that `base` has moved as far: its tolerance does.
+        """
         unseen = self.evidence.unseen
-        if unseen is None:
+        added = set(fit.candidate.ids) - set(base.candidate.ids)
+        if unseen is None or added and all(map(self.scatters, added)):
             return True
         of_fit, of_base = (unseen.run(f.candidate.model(f.z), f.torque).deviance
                            for f in (fit, base))

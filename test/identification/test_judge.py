@@ -560,3 +560,13 @@ def test_an_effect_is_not_what_lasts_beside_the_model_without_it():
     (_, (effect,)), (errors, _) = (decision.fit.candidate.values(decision.fit.z),
                                    standard_errors(decision.evidence, decision.fit))
     assert abs(effect['Cva'] - 0.04) < 2.5 * errors['viscous_asymmetry']['Cva'] < 0.01
+
+
+@pytest.mark.parametrize('name, holds', [('motor_inertia', True), ('stribeck', False)])
+def test_unseen_readings_do_not_tell_a_value_that_moved_as_far(name, holds):
+    """A fit without the effect moves the value, too: its tolerance alone speaks against that."""
+    judge = Judge(evidence_of(record([]), model=DriveModel().with_(tolerance=0.05), ids=[name]))
+    none = judge.search.none()
+    fit = replace(none, candidate=judge.evidence.starts.candidates(name, None)[0])
+    fit = replace(fit, z=fit.candidate.start() + 0.1)  # which fits the held-out readings worse
+    assert judge.holds(fit, none) == holds
