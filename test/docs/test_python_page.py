@@ -70,7 +70,7 @@ def test_whole_page(folder, capsys):
     assert names['change'].findings[0].effect == 'payload'
     output = capsys.readouterr().out
     shown = re.findall(r'^print\([\w.]+\) +# (.*)$', '\n'.join(blocks_of()), re.MULTILINE)
-    assert len(shown) == 7
+    assert len(shown) == 8
     for words in shown:  # what stands beside a print is what it prints, up to the dots
         assert words.partition('...')[0].strip() in output, words
 
