@@ -12,7 +12,7 @@ import runpy
 import pytest
 
 import gearbox_monitor as gm
-from gearbox_monitor.bag.robot_example import write_robot_pair
+from gearbox_monitor.cli.main import main
 from gearbox_monitor.kernels.jit import COMPILED
 
 DOCS = Path(__file__).parents[2] / 'docs'
@@ -64,7 +64,8 @@ def test_a_file_is_read_and_a_mistake_is_named(folder, capsys):
 
 @pytest.mark.system
 def test_whole_page(folder, capsys):
-    write_robot_pair(folder / 'arm', 20.0, 1)
+    assert main(['example', 'arm', '--robot']) == 0
+    capsys.readouterr()
     names = run(blocks_of())
     assert (folder / 'page.html').is_file() and (folder / 'params.yaml').is_file()
     assert names['change'].findings[0].effect == 'payload'
