@@ -5,6 +5,7 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 from importlib.util import find_spec
+from numbers import Integral
 import re
 
 LONGEST = 800  # characters of one problem: a file may hold anything
@@ -44,6 +45,12 @@ def expect_matplotlib(what: str) -> None:
     if not has_matplotlib():
         raise InputError(f'{what}: matplotlib is not installed, expected '
                          f'{installed_by("pictures")}')
+
+
+def expect_whole(value: object, name: str) -> None:
+    """Raise InputError if `value`, called `name`, is no whole number from 0 on."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
+        raise InputError(f'{name}: {value!r}, expected a whole number >= 0')
 
 
 def installed_by(extra: str) -> str:

@@ -663,9 +663,19 @@ def check_values(table: Table, values: Mapping[str, object], source: str) -> dic
     return checked
 
 
-def with_model_values(model: DriveModel, values: Mapping[str, Any]
-                      ) -> tuple[DriveModel, dict[str, Any]]:
-    """Return (`model` with the values of MODEL in `values`, the other values)."""
+def values_of(parameters: object) -> dict[str, Any]:
+    """Return {name: value} of parameters, complete, a mapping or None. Raises InputError."""
+    if isinstance(parameters, EstimatorParameters):
+        return parameters.to_dict()
+    if isinstance(parameters, (Mapping, type(None))):
+        return dict(parameters or {})
+    raise InputError(f'parameters: {type(parameters).__name__} {str(parameters)[:40]!r}, expected '
+                     'EstimatorParameters, names with values, or the path of a parameter file')
+
+
+def with_model_values(model: DriveModel, parameters: object) -> tuple[DriveModel, dict[str, Any]]:
+    """Return (`model` with the values of MODEL in `parameters`, the other values)."""
+    values = values_of(parameters)
     names = {row.name for row in MODEL}
     changes = {name: value for name, value in values.items() if name in names}
     return (model.with_(**changes) if changes else model,
@@ -692,5 +702,5 @@ def resolve(model: DriveModel, parameters: EstimatorParameters | Mapping[str, ob
     expect_model(model)
     if isinstance(parameters, EstimatorParameters):
         return model, parameters
-    model, values = with_model_values(model, parameters or {})
+    model, values = with_model_values(model, parameters)
     return model, EstimatorParameters.from_mapping(values, source)

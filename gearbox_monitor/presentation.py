@@ -43,7 +43,9 @@ class Saved:
 
     def save(self, path: str | Path) -> Path:
         """Write it to the new file `path`, and return that. Raises InputError."""
-        written: Path = _views().save(self, path)
+        views = _views()
+        new = views.expect_path(path, 'path', 'a new file')
+        written: Path = views.save(self, new)
         return written
 
 

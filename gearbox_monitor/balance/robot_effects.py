@@ -103,7 +103,7 @@ INERTIA_NAMES = ('Ixx', 'Iyy', 'Izz', 'Ixy', 'Ixz', 'Iyz')
 PAYLOAD = RobotEffect(
     'payload', 'a mass that the model does not have', MappingProxyType(
         {'m': 'kg', 'cx': 'm', 'cy': 'm', 'cz': 'm'}), LINK, columns=_mass, values=_mass_values,
-    low=0.0, shows='All joints that carry the link need more torque: against gravity in rest, and '
+    low=0.0, shows='All joints that carry the link need more torque: against gravity at rest, and '
                    'in proportion to their acceleration.')
 LINK_INERTIA = RobotEffect(
     'link_inertia', 'inertia of a link is not that of the model', MappingProxyType(

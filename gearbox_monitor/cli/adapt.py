@@ -23,7 +23,7 @@ import textwrap
 from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recording)
+    add_recording_arguments, load_drive, load_recording, paths_of)
 from gearbox_monitor.cli.exit_codes import UNDECIDED
 from gearbox_monitor.cli.fit_nominal import largest_change
 from gearbox_monitor.cli.options import check_jobs, plain
@@ -55,13 +55,14 @@ def run(args: Namespace) -> int:
     if folder.exists() or not folder.parent.is_dir():
         raise InputError(f'--out {folder}: expected a new folder in one that exists')
     expect_outside_of_bag(folder)
+    paths = paths_of(args)
     model = load_drive(args)
     values = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
     values.pop('model', None)
     parameters = EstimatorParameters.of({
         'motor_joint': args.motor_joint, 'arm_joint': args.arm_joint, 'tau_k_model': MIXED,
         **values})
-    loaded = [load_recording(path, model, args) for path in args.bag]
+    loaded = [load_recording(path, model, args) for path in paths]
     with percent_bar('adapt') as bar:
         result = adapt([recording for recording, _ in loaded], model, parameters=parameters,
                        jobs=args.jobs, progress=progress_of(bar))

@@ -38,10 +38,11 @@ from gearbox_monitor import __version__
 from gearbox_monitor.cli import diagnose_robot
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, joint_options, load_drive, load_recording, recording_options)
+    add_recording_arguments, joint_options, load_drive, load_recording, paths_of,
+    recording_options)
 from gearbox_monitor.cli.options import check_jobs, dump, expect_new, JSON_FILE_HELP, plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
-from gearbox_monitor.errors import has_matplotlib, InputError, installed_by
+from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by
 from gearbox_monitor.export.mjcf import refused
 from gearbox_monitor.export.robot_patch import ROOTS
 from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
@@ -81,7 +82,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--json', metavar='FILE',
                         help='write the verdict as JSON' + JSON_FILE_HELP)
     parser.add_argument('--exclude', metavar='ID', nargs='+', default=[],
-                        help='effects to leave out: a gap that only they explain is unknown')
+                        help='effects to leave out; a gap that only they explain is then unknown')
     parser.add_argument('--only', metavar='ID', nargs='+', help='effects to try, and no others')
     parser.add_argument('--simulator', metavar='MODULE:FUNCTION',
                         help='repeat nominal and closed model in your simulator, a function or '
@@ -95,8 +96,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     check_jobs(args.jobs)
-    if args.seed < 0:
-        raise InputError(f'--seed: {args.seed}, expected a whole number >= 0')
+    expect_whole(args.seed, '--seed')
     if diagnose_robot.is_robot(args):
         return diagnose_robot.run(args)
     only = _ids('--only', args.only) if args.only else None
@@ -104,8 +104,8 @@ def run(args: Namespace) -> int:
     if not [i for i in (only or library()) if i not in exclude]:
         raise InputError('--exclude: no effect remains, expected at least one to try')
     targets = _targets(args)
+    paths = paths_of(args)
     model = load_drive(args)
-    paths = [*args.bag, *([args.validate] if args.validate else [])]
     recordings, notes = [], []
     for path in paths:
         recording, remarks = load_recording(path, model, args, weigh=True)

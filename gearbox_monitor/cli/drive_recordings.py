@@ -6,12 +6,13 @@ from argparse import Action, ArgumentParser, Namespace, SUPPRESS
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import math
+import os
 import shlex
 import signal
 import sys
 from typing import Any
 
-from gearbox_monitor.errors import Undecided
+from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.recording import load_recording as recording_of
 from gearbox_monitor.plant.drive import DriveModel
@@ -67,7 +68,7 @@ def add_drive_arguments(parser: ArgumentParser) -> None:
         add_renamed(parser, f'--{side}-joint', f'--recorded-{side}', f'{side}_joint')
     add_setpoint_argument(parser)
     parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
-                        help='what is used of samples with one and the same stamp: the first '
+                        help='which of several samples with the same stamp to use: the first '
                         '(default), their average, or none')
 
 
@@ -138,6 +139,16 @@ def add_recording_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('bag', nargs='+', metavar='BAG',
                         help='bag directory, .mcap file or CSV file; several of one drive at once')
     add_drive_arguments(parser)
+
+
+def paths_of(args: Namespace) -> list[str]:
+    """Return the recordings of `args`, that of --validate last. Raises InputError: one twice."""
+    paths = [*args.bag, *filter(None, [getattr(args, 'validate', None)])]
+    places = [os.path.realpath(path) for path in paths]
+    for path, place in zip(paths, places):
+        if places.count(place) > 1:
+            raise InputError(f'{path}: twice, expected different recordings')
+    return paths
 
 
 def load_recording(name: str, model: DriveModel, args: Namespace,

@@ -18,8 +18,8 @@ EXIT_CODES = {
     'recover': {0: 'the new bag exists, or none is needed'},
     'import': {0: 'done', 3: 'something is asked for that the file does not say; nothing is '
                'written'},
-    'tune': {0: 'done', 1: 'nothing is better than the parameters before, or the torque is worse '
-             'than static compensation'},
+    'tune': {0: 'done', 1: 'no parameters are better than the previous ones, or the torque '
+             'is worse than static compensation'},
     'compare': {0: 'done'},
     'check': {0: 'usable', 1: 'unsuitable for one of --for'},
     'report': {0: 'done'},
@@ -33,7 +33,7 @@ EXIT_CODES = {
     'suggest': {0: 'a motion separates all pairs', 1: 'none within the limits does'},
     'fit-nominal': {0: 'all values are determined', 1: 'some are not',
                     3: 'the fit did not find a solution, or took longer than --time-limit'},
-    'adapt': {0: 'done', 1: 'nothing is more likely than model file and parameters before',
+    'adapt': {0: 'done', 1: 'no fit is more likely than the previous model and parameters',
               3: 'no value is identified: only tolerances are widened'},
     'export': {0: 'all is expressed', 1: 'some is not'},
     'fleet': {0: 'every bag has its row', 1: 'run it again: some bags failed for reasons that may '

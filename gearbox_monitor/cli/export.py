@@ -9,7 +9,7 @@ joint takes a model with transmission.kind: rigid; for one with backlash and sti
 the joint of the arm, and the motor's joint with the actuator is added beside it. --model-arm-joint
 names the arm's joint where the file has both. Without --into it writes a file of its own, with
 this drive alone. What MuJoCo cannot express is listed with the reason. Needs MuJoCo 4.0 (pip
-install 'gearbox_monitor[mujoco]').
+install '.[mujoco]' in a checkout).
 
 The verdict on a whole robot (verdict.json of diagnose) goes into its MJCF or URDF: joints and
 bodies that have a finding.
@@ -22,14 +22,14 @@ With --to c it writes the estimator's filter with the model as C99 for the firmw
 FILE.c of --out, and FILE.h beside it. --params states the parameters of the estimator. See
 docs/firmware.md.
 
---ranges makes the domain randomisation of a simulator of several estimates: 90 % ranges of a new
+--ranges turns several estimates into the domain randomisation of a simulator: 90 % ranges of a new
 drive with their correlation, as YAML, or as event terms of Isaac Lab or mjlab (docs/ranges.md).
 The estimates are JSON files of fit-nominal or diagnose, one of each drive or recording. MODEL may
 also be the name of an actuator of the catalogue (docs/actuators.md); a file of that name wins.
 
 --check BAG runs the file and the patched file in MuJoCo on a recorded torque and prints the misfit
 of both, in standard deviations of the encoder noise, beside that of the model in this package's
-simulator: 1 is the floor. Take a recording that the model was not found on.
+simulator: 1 is the floor. Use a recording that did not serve to find the model.
 
 usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow
@@ -104,7 +104,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--params', metavar='FILE',
                         help='with --to c: ROS parameter file of the estimator')
     parser.add_argument('--prefix', metavar='NAME',
-                        help='with --to c: what names of functions and types begin with '
+                        help='with --to c: prefix of the names of functions and types '
                         '(default: gm)')
 
 

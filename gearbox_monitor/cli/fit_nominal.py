@@ -33,7 +33,7 @@ import textwrap
 from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recording, time_limit)
+    add_recording_arguments, load_drive, load_recording, paths_of, time_limit)
 from gearbox_monitor.cli.options import check_jobs, plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import InputError
@@ -59,7 +59,7 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='length of the runs that are fitted, s; longer than the recording: '
                         'all of it (default: %(default)g)')
     parser.add_argument('--time-limit', metavar='S', type=float, default=math.inf,
-                        help='give up after so many seconds (default: none)')
+                        help='give up after this many seconds (default: none)')
     parser.add_argument('--out', metavar='FILE', help='write the model file, a new one')
     parser.add_argument('--json', metavar='FILE', help='write all figures as JSON; - prints them')
     parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
@@ -77,8 +77,8 @@ def run(args: Namespace) -> int:
     expect_folder_of(args.json)
     if args.out and Path(args.out).exists():
         raise InputError(f'--out {args.out}: exists, expected a new file')
+    paths = paths_of(args)
     model = load_drive(args)
-    paths = [*args.bag, *([args.validate] if args.validate else [])]
     loaded = [load_recording(path, model, args) for path in paths]
     recordings = [recording for recording, _ in loaded]
     validate = recordings.pop() if args.validate else None

@@ -35,7 +35,7 @@ from typing import Any
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
 from gearbox_monitor.cli.options import estimator_options
 from gearbox_monitor.cli.progress import count_bar
-from gearbox_monitor.errors import InputError, installed_by
+from gearbox_monitor.errors import expect_whole, InputError, installed_by
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model
 from gearbox_monitor.ros.child_processes import cores, Interrupt
 
@@ -53,9 +53,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--workers', metavar='N', type=int,
                         help='processes (default: one per core); 0: in this one')
     parser.add_argument('--max-seconds', metavar='S', type=float, default=3600.0,
-                        help='longest time for one bag, in a process (default: %(default)g)')
+                        help='longest time for one bag in a process (default: %(default)g)')
     parser.add_argument('--max-memory', metavar='MB', type=int, default=4096,
-                        help='largest memory for one bag, in a process; 0: any (default: '
+                        help='largest memory for one bag in a process; 0: any (default: '
                         '%(default)d)')
     parser.add_argument('--diagnose', action='store_true',
                         help='also diagnose 14 s of each bag: about a minute of computing each')
@@ -110,8 +110,8 @@ def _check(args: Namespace) -> None:
     """Raise InputError for options that contradict each other."""
     if args.scheduler and args.workers is not None:
         raise InputError('--workers and --scheduler exclude each other, expected one of them')
-    if args.workers is not None and args.workers < 0:
-        raise InputError(f'--workers: {args.workers}, expected a whole number >= 0')
+    if args.workers is not None:
+        expect_whole(args.workers, '--workers')
     if not args.max_seconds > 0.0:
         raise InputError(f'--max-seconds: {args.max_seconds:g}, expected a number > 0 (s)')
     if args.max_memory < 0:

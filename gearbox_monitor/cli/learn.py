@@ -33,7 +33,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--out', metavar='FILE', required=True,
                         help=f'file to write, NAME{SUFFIX}')
     add_root_argument(parser)
-    parser.add_argument('--values', metavar='FILE', help='what is known beside the model file')
+    parser.add_argument('--values', metavar='FILE',
+                        help='values that the model file does not state')
     parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')
     parser.add_argument('--json', action='store_true', help='print what was learnt as JSON')
     add_robot_arguments(parser)

@@ -29,7 +29,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--reference', metavar='LOG', nargs='+', default=[],
                         help='of a whole robot: logs without a load, or one file of learn')
     parser.add_argument('--values', metavar='FILE',
-                        help='of a whole robot: what is known beside its file')
+                        help='of a whole robot: values that its file does not state')
     add_root_argument(parser)
     add_robot_arguments(parser)
     parser.add_argument('--link', default='', metavar='NAME',

@@ -11,7 +11,7 @@ from gearbox_monitor.library.robot import load_robot, Robot
 def add_robot_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` what only whole robots take."""
     parser.add_argument('--recorded', metavar='NAME=LOGNAME', nargs='+', default=[],
-                        help='of a whole robot: joints of the model that the log calls otherwise')
+                        help='of a whole robot: joints that have another name in the log')
 
 
 def robot_options(args: Namespace) -> str:

@@ -53,16 +53,19 @@ NOISE = 1e-3  # rad, without a recording
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('verdict', nargs='?', metavar='VERDICT',
-                        help='verdict.json of diagnose, or the directory it stands in')
+                        help='verdict.json of diagnose, or its directory')
     parser.add_argument('--pair', nargs=2, metavar='ID',
                         help='distinguish the first from the second')
     add_model_arguments(parser, False)
     suggest_robot.add_arguments(parser)
     parser.add_argument('--max-torque', type=float, metavar='NM',
-                        help='of a robot: of each joint, beside the limits of its file')
-    parser.add_argument('--max-speed', type=float, default=math.inf, metavar='RAD_S')
+                        help='largest torque; of a robot: of each joint, beside the limits of its '
+                        'file')
+    parser.add_argument('--max-speed', type=float, default=math.inf, metavar='RAD_S',
+                        help='largest speed; of a robot: of each joint (default: no limit)')
     parser.add_argument('--max-travel', type=float, default=math.inf, metavar='RAD',
-                        help='to either side of the start; of a robot to either side of 0')
+                        help='largest travel to either side of the start; of a robot: of 0 '
+                        '(default: no limit)')
     parser.add_argument('--seconds', type=float, default=12.0, metavar='S',
                         help='length of the recording (default: %(default)g)')
     parser.add_argument('--noise', type=float, metavar='RAD',

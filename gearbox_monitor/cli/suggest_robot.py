@@ -30,8 +30,8 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='of a robot: tell these effects apart')
     parser.add_argument('--payload', action='store_true',
                         help='of a robot: show the smallest payload (the default)')
-    parser.add_argument('--link', metavar='NAME', help='that the payload is at (default: the '
-                        'last one)')
+    parser.add_argument('--link', metavar='NAME',
+                        help='link that carries the payload (default: the last one)')
 
 
 def run(args: Namespace) -> int:

@@ -32,7 +32,7 @@ from gearbox_monitor.estimation.torque_model import LEARNT
 from gearbox_monitor.kernels.array_input import table
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.parameters import (
-    AT_ONCE, ESTIMATOR, EstimatorParameters, PAYLOAD, resolve, with_model_values)
+    AT_ONCE, ESTIMATOR, EstimatorParameters, PAYLOAD, resolve, values_of, with_model_values)
 from gearbox_monitor.plant.drive import (
     DriveModel, expect_integrable, loads_arm, model_from_dict)
 from gearbox_monitor.plant.effects import not_in_filters
@@ -50,11 +50,9 @@ PENDING = 256  # the same, sample by sample
 Observer = Callable[[Batch], None]
 
 
-def unsmoothed(parameters: EstimatorParameters | Values | None) -> EstimatorParameters | Values:
+def unsmoothed(parameters: EstimatorParameters | Values | None) -> Values:
     """Return `parameters` of an Estimator without the smoother."""
-    if isinstance(parameters, EstimatorParameters):
-        return parameters.replace(smoother_lag=0.0)
-    return {**(parameters or {}), 'smoother_lag': 0.0}
+    return {**values_of(parameters), 'smoother_lag': 0.0}
 
 
 class SnapshotError(InputError):

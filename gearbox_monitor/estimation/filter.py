@@ -81,6 +81,14 @@ def _kernel_of(kind: FilterKind) -> Any:
                  N_VECTORS=kind.n_vectors, N_MATRICES=kind.n_matrices)
 
 
+def _expect_numbers(**values: Any) -> None:
+    """Raise InputError for the first of `values` that is not one number."""
+    for name, value in values.items():
+        if not isinstance(value, (int, float, np.number)):
+            raise InputError(f'{name}: {type(value).__name__} {str(value)[:40]!r}, expected one '
+                             'number') from None
+
+
 class Filter:
     """
     The filter that `parameters` choose (names as of Estimator) for the DriveModel `model`.
@@ -118,6 +126,7 @@ class Filter:
         """Restart at the motor and arm position y1, y2 (rad on the arm side); NaN: unknown."""
         self._belief.memory[:] = 0.0
         restart(self._companions)
+        _expect_numbers(y1=y1, y2=y2)
         sample_loop.start(self._states, self._belief, y1, y2, self._packed, self._record)
 
     def step(self, dt: float, u: float, y1: float, y2: float, load: float = 0.0) -> bool:
@@ -139,10 +148,7 @@ class Filter:
         try:
             return bool(self._kernel(self._states, self._room, dt, u, load, y1, y2))
         except Exception:
-            for name, value in (('dt', dt), ('u', u), ('y1', y1), ('y2', y2), ('load', load)):
-                if not isinstance(value, (int, float, np.number)):
-                    raise InputError(f'{name}: {type(value).__name__} {str(value)[:40]!r}, '
-                                     'expected one number') from None
+            _expect_numbers(dt=dt, u=u, y1=y1, y2=y2, load=load)
             raise
 
     @property

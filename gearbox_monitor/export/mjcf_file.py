@@ -776,7 +776,8 @@ def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveM
     replaced = given.get('effects') or []
     names = {e.get('id') for e in replaced if isinstance(e, dict)}
     effects = [*(e for e in effects if e['id'] not in names), *replaced]
-    return model_from_dict({**values, **given, 'effects': effects}, str(drive.path))
+    return model_from_dict({**values, **given, 'effects': effects},
+                           f'{drive.path} with values' if given else str(drive.path))
 
 
 def _steps(drive: MjcfDrive) -> dict[str, Any]:

@@ -262,7 +262,7 @@ def _finding(basis: Explained, name: str, values: Mapping[str, float],
     """Return the effect `name` as a finding; attribution: the reading that shows it, its share."""
     channel, share = attribution
     deviations: dict[str, float | None] = {
-        key: errors[key] if _determined(value, errors.get(key)) else None
+        key: errors[key] if _determined(key, value, errors.get(key)) else None
         for key, value in values.items()}
     if name in LATTICES:
         deviations = dict.fromkeys(values, 0.0)
@@ -275,9 +275,10 @@ def _finding(basis: Explained, name: str, values: Mapping[str, float],
                    channel, confusable=tuple(basis.rivals.get(name, ())))
 
 
-def _determined(value: float, error: float | None) -> bool:
-    """Return whether a recording determines a value: to better than its own size."""
-    return error is not None and (error == 0.0 or error < THRESHOLDS.undetermined * abs(value))
+def _determined(name: str, value: float, error: float | None) -> bool:
+    """Return whether a recording determines a value: better than its size, a phase than 1 rad."""
+    size = 1.0 if name == 'phi' else abs(value)
+    return error is not None and (error == 0.0 or error < THRESHOLDS.undetermined * size)
 
 
 def explained_shares(basis: Explained) -> list[tuple[str, str, float | None]]:

@@ -54,6 +54,8 @@ def table(value: Any, name: str, what: str, length: int, columns: int = 2) -> Ar
 def _floats(value: Any, name: str, what: str) -> Array:
     """Return `value` as a float64 array of any shape."""
     try:
+        if isinstance(value, np.ma.MaskedArray):  # asarray would forget what is masked
+            value = np.ma.filled(value.astype(float), np.nan)
         array = np.asarray(value)
         if array.dtype.kind in 'fiub' or array.dtype.kind == 'O' and not isinstance(value, str):
             return array.astype(float)

@@ -14,7 +14,7 @@ from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.origin import FileLimits, ModelOrigin, NO_LIMIT
 
-SIMULATORS = ('.xml', '.urdf', '.sdf')
+SIMULATORS, MODEL_FILES = ('.xml', '.urdf', '.sdf'), ('.yaml', '.yml')
 
 
 def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | None = None,
@@ -54,6 +54,9 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
             raise InputError(f'values: without joint (--joint), expected the file of a simulator, '
                              f'not {path}')
         return replace(yaml_files.load_model(path), origin=ModelOrigin(path.name))
+    if path.suffix.lower() in MODEL_FILES:
+        raise InputError(f'{path}: a model file, expected the file of a simulator with joint '
+                         '(--joint)')
     drive = read_mjcf(path, joint, arm_joint, keyframe, actuator, root)
     model = model_of(drive, _given(values))
     return replace(model, origin=ModelOrigin(path.name, _limits(drive, model)))

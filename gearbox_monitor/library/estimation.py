@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Estimates of a recording, and its backlash window by window."""
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.estimates import Estimates
+from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.files.yaml_files import load_parameters
 from gearbox_monitor.kernels.types import Array
@@ -22,7 +22,7 @@ from gearbox_monitor.monitoring.backlash.recording_windows import (
     combine, Combined, reason_of, RecordingWindows, separable_of)
 from gearbox_monitor.monitoring.checks.outcome import Outcome
 from gearbox_monitor.monitoring.monitor import Monitor
-from gearbox_monitor.parameters import EstimatorParameters, SETTINGS
+from gearbox_monitor.parameters import EstimatorParameters, SETTINGS, values_of
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.presentation import Drawn
 
@@ -140,10 +140,7 @@ def estimate(recording: Recording, model: DriveModel | None = None, *,
     """
     monitor = Monitor(*_inputs(recording, model, parameters, changes))
     recording = recording.with_model(monitor.model)
-    result = monitor.run(recording.samples())
-    if not len(result.stamp_ns):
-        raise InputError(f'{recording.name}: no estimate of {len(recording)} samples: their times '
-                         'do not increase, or nothing was measured; expected a recording')
+    result = _estimated(monitor.run, recording)
     estimator = monitor.estimator
     return RecordingEstimates(
         **{name: getattr(result, name) for name in Estimates.__dataclass_fields__},
@@ -182,8 +179,17 @@ def backlash(recording: Recording, model: DriveModel | None = None, *, window: f
     estimator = Estimator(*_inputs(recording, model, parameters, changes))
     recording = recording.with_model(estimator.model)
     windows = RecordingWindows(estimator)
-    windows.add(estimator.run(recording.samples()))
+    windows.add(_estimated(estimator.run, recording))
     return BacklashWindows(recording, estimator.model, tuple(windows.finish()))
+
+
+def _estimated(run: Callable[[Samples], Estimates], recording: Recording) -> Estimates:
+    """Return what `run` makes of a recording. Raises InputError if that is nothing."""
+    estimates = run(recording.samples())
+    if not len(estimates.stamp_ns):
+        raise InputError(f'{recording.name}: no estimate of {len(recording)} samples: their times '
+                         'do not increase, or nothing was measured; expected a recording')
+    return estimates
 
 
 def estimator_values(parameters: Parameters, changes: Mapping[str, object]) -> dict[str, object]:
@@ -194,15 +200,10 @@ def estimator_values(parameters: Parameters, changes: Mapping[str, object]) -> d
         parameters: complete, a mapping, a parameter file, or None.
         changes: that replace them.
     """
-    if isinstance(parameters, EstimatorParameters):
-        return {**parameters.to_dict(), **changes}
     if isinstance(parameters, (str, Path)):
         parameters = load_parameters(parameters, 'estimator', SETTINGS)
         parameters.pop('model', None)
-    if not isinstance(parameters, (Mapping, type(None))):
-        raise InputError(f'parameters: {type(parameters).__name__} {str(parameters)[:40]!r}, '
-                         'expected EstimatorParameters, names with values, or a parameter file')
-    return {**(parameters or {}), **changes}
+    return {**values_of(parameters), **changes}
 
 
 def expect_recording(recording: Any) -> Recording:

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Diagnose, fit, tune and adapt: recordings of one drive and its model, in one call."""
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import replace
 from typing import Any
 
-from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.errors import expect_whole, InputError, unknown
 from gearbox_monitor.identification import diagnose as identification
 from gearbox_monitor.identification.nominal import fit_nominal, NominalFit
 from gearbox_monitor.identification.verdict import Verdict
@@ -51,8 +51,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     for option, ids in (('only', only), ('exclude', exclude)):
         _expect_ids(option, ids)
     expect_jobs(jobs)
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise InputError(f'seed: {seed!r}, expected a whole number >= 0')
+    expect_whole(seed, 'seed')
     parts, validation, notes = uniform(recordings, model, validate, weigh=True)
     verdict = identification.diagnose(
         parts, model, validate=validation, only=only, exclude=exclude, seed=seed, jobs=jobs,
@@ -87,8 +86,7 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
         Undecided: no solution.
     """
     expect_model(model)
-    if isinstance(free, str):
-        raise InputError(f'free: {free!r}, expected a list of names')
+    _expect_list('free', free, 'names')
     if seconds is not None and not (isinstance(seconds, (int, float)) and seconds >= 1.0):
         raise InputError(f'seconds: {seconds!r}, expected at least 1 s')
     expect_jobs(jobs)
@@ -131,10 +129,8 @@ def uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel,
 
 def _expect_ids(option: str, ids: object) -> None:
     """Raise InputError unless `ids`, an argument `option`, are those of effects."""
-    if isinstance(ids, str) or not isinstance(ids, (Sequence, Mapping, set, type(None))):
-        raise InputError(f'{option}: {ids!r}, expected a list of ids of effects')
     effects = library()
-    for name in ids or ():
+    for name in _expect_list(option, ids, 'ids of effects'):
         if name not in effects:
             raise InputError(f'{option}: unknown effect {name!r}, {unknown(name, effects)}')
 
@@ -143,3 +139,10 @@ def expect_jobs(jobs: Any) -> None:
     """Raise InputError unless `jobs` is a number of threads."""
     if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
         raise InputError(f'jobs: {jobs!r}, expected a whole number >= 1')
+
+
+def _expect_list(option: str, names: Any, what: str) -> Iterable[object]:
+    """Return `names`, an argument `option` with a list or None. Raises InputError."""
+    if isinstance(names, str) or not isinstance(names, (Sequence, Mapping, Set, type(None))):
+        raise InputError(f'{option}: {names!r}, expected a list of {what}')
+    return names or ()

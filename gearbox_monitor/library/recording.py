@@ -217,9 +217,12 @@ def load_recording(source: Any, model: DriveModel, *, joints: Mapping[str, str] 
     expect_model(model)
     if repeated not in REPEATED:
         raise InputError(f'repeated: {repeated!r}, expected one of {", ".join(REPEATED)}')
+    if not isinstance(joints, (Mapping, type(None))):
+        raise InputError(f'joints: {joints!r}, expected names by role, as '
+                         "{'motor': 'elbow_motor'}")
     for role in joints or {}:
         if role not in ROLES:
-            raise InputError(f'joints: {unknown(role, ROLES)}')
+            raise InputError(f'joints: {role!r}, {unknown(role, ROLES)}')
     read, usual = _reader(source, model, joints or {}, topic)
     recording = Recording(name or usual, model, read, model.origin.limits, repeated)
     if not len(recording):
@@ -284,12 +287,14 @@ def _table_columns(source: Any, where: str, model: DriveModel) -> CsvColumns:
             raise InputError(f'{where}{"torque" if name == "u" else name}: nan in all {len(t)} '
                              f'samples, expected {WORDS[name]}')
     ignored = [name for name in columns if name not in COLUMNS]
+    notes = [f'ignored columns: {", ".join(ignored)}'] if ignored else []
+    notes += [f'{name}: nan in all samples, taken as not measured' for name in ENCODERS
+              if name in columns and np.isnan(values[name]).all()]
 
     def place(row: int, name: str) -> str:
         return f'row {row}, column {name}'
     return CsvColumns(t, values['u'], values['setpoint'], values['motor'], values['arm'],
-                      values['arm_torque'], place,
-                      (f'ignored columns: {", ".join(ignored)}',) if ignored else ())
+                      values['arm_torque'], place, tuple(notes))
 
 
 def _times(value: Any, name: str) -> Array:
@@ -299,6 +304,8 @@ def _times(value: Any, name: str) -> Array:
     except ValueError:
         array = np.empty(0, object)
     if array.dtype.kind == 'M':
+        if np.isnat(array).any():
+            raise InputError(f'{name}: row {np.isnat(array).argmax()}: NaT, expected a date')
         return array.astype('datetime64[ns]').astype(np.int64)
     t = column(value, name, WORDS['t'])
     if not len(t):

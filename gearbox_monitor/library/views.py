@@ -23,6 +23,7 @@ from gearbox_monitor.identification.nominal import NominalFit
 from gearbox_monitor.identification.parameter_ranges import ParameterRanges
 from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.payload import PayloadTrack
 from gearbox_monitor.library.recording import Recording
@@ -30,7 +31,7 @@ from gearbox_monitor.library.recording_report import ReportPages
 from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.library.simulator_file import SimulatorFile
 from gearbox_monitor.library.tuning import TunedParameters, write_adapted
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
@@ -405,7 +406,7 @@ def write_page(result: Any, path: str | Path) -> Path:
         result: that has a page.
         path: of the file.
     """
-    return write_new(path, page(result))
+    return write_new(expect_path(path, 'path', 'a new file'), page(result))
 
 
 @singledispatch
@@ -422,7 +423,7 @@ def save(result: Any, path: str | Path) -> Path:
 
 @save.register
 def _(model: DriveModel, path: str | Path) -> Path:
-    save_model(path, model, [f'Written by gearbox_monitor {__version__}.'])
+    save_model(path, expect_model(model), [f'Written by gearbox_monitor {__version__}.'])
     return Path(path)
 
 

@@ -162,7 +162,7 @@ class DriveModel(Saved):
         for name, usual, kind in _TYPES:  # searches make many: the usual type first
             value = getattr(self, name)
             if type(value) is not usual and not isinstance(value, kind):
-                expected = 'a number' if kind is _NUMBER else kind.__name__
+                expected = 'a number' if kind is _NUMBER else usual.__name__
                 hint = ("; load_model('drive.yaml') reads a file"
                         if isinstance(value, str) or hasattr(value, '__fspath__') else '')
                 raise InputError(f'DriveModel: {name}: {str(value)[:40]!r}, expected {expected}'
@@ -354,7 +354,8 @@ KEYS = tuple(f.name for f in fields(DriveModel) if f.compare)  # of a model file
 _NUMBER = (int, float, np.number)
 _TYPES: tuple[tuple[str, type, Any], ...] = (
     *((f.name, float, _NUMBER) for f in fields(DriveModel) if f.type is float),
-    ('transmission', Transmission, Transmission), ('friction_law', FrictionLaw, FrictionLaw))
+    ('transmission', Transmission, Transmission), ('friction_law', FrictionLaw, FrictionLaw),
+    ('effects', tuple, (tuple, list)))
 _OF_TRANSMISSION = {f.name for f in fields(Transmission)}
 _OF_CONTROLLER = {'kp', 'kd', 'ki', 'feedforward', 'feedforward_inertia', 'delay', 'torque_limit'}
 _OF_LAW: dict[str, tuple[str, ...]] = {
@@ -409,8 +410,9 @@ _RANGES = {
 
 
 def expect_model(model: object, name: str = 'model') -> DriveModel:
-    """Return `model`, an argument called `name`. Raises InputError where it is none."""
+    """Return `model`, an argument called `name`, with values of a file. Raises InputError."""
     if isinstance(model, DriveModel):
+        model_from_dict(model.to_dict(), name)
         return model
     raise InputError(f'{name}: {type(model).__name__} {str(model)[:40]!r}, expected a DriveModel, '
                      "as load_model('drive.yaml') returns it")
@@ -420,7 +422,7 @@ def _number(value: Any, name: str, source: str, axis: str) -> float:
     unit, low, high, exclusive = _RANGES[name]
     expected = (f'a number {">" if exclusive else ">="} {low:g} and <= {high:g} '
                 f'({on_axis(unit, axis)})')
-    good = isinstance(value, (int, float)) and not isinstance(value, bool)
+    good = isinstance(value, _NUMBER) and not isinstance(value, bool)
     if not good or not low <= value <= high or (exclusive and value == low):
         raise InputError(f'{source}: {name}: {value!r}, expected {expected}')
     return float(value)

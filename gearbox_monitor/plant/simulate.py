@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.kernels.array_input import column
 from gearbox_monitor.kernels.jit import jit, jit_anew, jit_inline
 from gearbox_monitor.kernels.types import Array
@@ -88,6 +88,12 @@ class Noise:
 
     process: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
     measurement: Sequence[float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for name, count in (('process', 4), ('measurement', 2)):
+            value = column(getattr(self, name), f'Noise: {name}', f'{count} standard deviations')
+            if len(value) != count or not np.all((0.0 <= value) & (value < math.inf)):
+                raise InputError(f'Noise: {name}: {value}, expected {count} finite values >= 0')
 
 
 @dataclass(frozen=True)
@@ -521,4 +527,7 @@ def simulate(model: DriveModel, u: Array, dt: float, noise: Noise | None = None,
                          'finite), expected a torque in N m')
     if isinstance(dt, bool) or not isinstance(dt, (int, float, np.number)) or not 0.0 < dt < 1e3:
         raise InputError(f'dt: {dt!r}, expected the length of a sample in s, > 0')
+    if not isinstance(noise, (Noise, type(None))):
+        raise InputError(f'noise: {noise!r}, expected a Noise')
+    expect_whole(seed, 'seed')
     return Plant(expect_model(model), noise, seed).run(u, float(dt))

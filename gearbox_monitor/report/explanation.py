@@ -111,7 +111,7 @@ def explained_robot_effect(effect: RobotEffect) -> Explanation:
     values = '; '.join(f'{name} ({unit})' for name, unit in effect.units.items())
     return Explanation(f'{effect.id} ({place})', dict(zip(OF_EFFECT, (
         (sentence(effect.meaning), values), (effect.shows,),
-        ('diagnose lists what a log leaves open, as confusable',),
+        ('diagnose lists the effects that a log leaves open as confusable',),
         ('MuJoCo, URDF: diagnose --out writes the file with what has an attribute there, and '
          'lists the rest',), (effect.since,)))))
 

@@ -12,7 +12,7 @@ import runpy
 import pytest
 
 import gearbox_monitor as gm
-from gearbox_monitor.bag.robot_example import write_robot_pair
+from gearbox_monitor.cli.main import main
 from gearbox_monitor.kernels.jit import COMPILED
 
 DOCS = Path(__file__).parents[2] / 'docs'
@@ -64,13 +64,14 @@ def test_a_file_is_read_and_a_mistake_is_named(folder, capsys):
 
 @pytest.mark.system
 def test_whole_page(folder, capsys):
-    write_robot_pair(folder / 'arm', 20.0, 1)
+    assert main(['example', 'arm', '--robot']) == 0
+    capsys.readouterr()
     names = run(blocks_of())
     assert (folder / 'page.html').is_file() and (folder / 'params.yaml').is_file()
     assert names['change'].findings[0].effect == 'payload'
     output = capsys.readouterr().out
     shown = re.findall(r'^print\([\w.]+\) +# (.*)$', '\n'.join(blocks_of()), re.MULTILINE)
-    assert len(shown) == 7
+    assert len(shown) == 8
     for words in shown:  # what stands beside a print is what it prints, up to the dots
         assert words.partition('...')[0].strip() in output, words
 

@@ -72,6 +72,7 @@ def test_a_bag_is_read_again_for_another_gear_ratio(tmp_path):
 def test_verdict_shows_itself(verdict, tmp_path):
     finding, = verdict.findings
     assert finding.effect == 'gravity' and abs(finding.values['G'] - 1.5) < 0.01
+    assert 0.0 < finding.deviations['phi'] < 0.01  # also of a phase near 0
     assert repr(verdict).startswith("Verdict('effect': gravity; gap ")
     assert 'explains the whole difference' in str(verdict).splitlines()[0]
     assert '<td>gravity</td><td>arm_side</td><td>G</td>' in verdict._repr_html_()
@@ -145,6 +146,7 @@ GOOD = {'t': T, 'torque': np.sin(T), 'motor': np.cos(T), 'arm': np.cos(T)}
     ({'motor': T * np.nan, 'arm': T * np.nan}, r'motor: nan in all 600 samples'),
     ({'t': np.where(T == 0.0, np.nan, T)}, r't: row 0: nan, expected a finite time in s'),
     ({'t': []}, r't: no value, expected some seconds'),
+    ({'t': np.full(N, 'NaT', 'datetime64[s]')}, r't: row 0: NaT, expected a date'),
     ({'t': 3.0}, r't: one number \(3\), expected one dimension'),
     ({'torque': 1j * T}, r"torque: ndarray with '0j', expected numbers"),
     ({'u': T}, r'torque: beside u, expected one of them')])
@@ -159,6 +161,12 @@ RUN = gm.load_recording(GOOD, gm.DriveModel())
 @pytest.mark.parametrize('call, message', [
     (lambda: gm.DriveModel('drive.yaml'), "motor_inertia: 'drive.yaml', expected a number; lo"),
     (lambda: gm.DriveModel(transmission='rigid'), "transmission: 'rigid', expected Transmission"),
+    (lambda: gm.DriveModel(effects='gravity'), "effects: 'gravity', expected tuple"),
+    (lambda: gm.simulate(gm.DriveModel(damping=np.nan), T, DT), 'model: damping: nan, expected a'),
+    (lambda: gm.simulate(gm.DriveModel(), T, DT, 0.1), 'noise: 0.1, expected a Noise'),
+    (lambda: Noise(measurement=(np.nan, 0.0)), 'Noise: measurement: .* expected 2 finite values'),
+    (lambda: gm.simulate(gm.DriveModel(), T, DT, seed=-1), 'seed: -1, expected a whole number'),
+    (lambda: gm.DriveModel().save(None), "path: NoneType 'None', expected the path of a new"),
     (lambda: gm.load_model('no.yaml'), 'no.yaml: No such file'),
     (lambda: gm.load_model(3), "path: int '3', expected the path of a model file"),
     (lambda: gm.load_model('robot.xml'), r'robot.xml: the file of a simulator, expected joint'),
@@ -167,6 +175,7 @@ RUN = gm.load_recording(GOOD, gm.DriveModel())
     (lambda: gm.load_recording(T, gm.DriveModel()), 'source: ndarray'),
     (lambda: gm.load_recording({'t': T, 'q': T}, gm.DriveModel()), 'no column torque, motor or a'),
     (lambda: gm.load_recording(GOOD, gm.DriveModel(), joints={'art': 'b'}), "did you mean 'arm'"),
+    (lambda: gm.load_recording(GOOD, gm.DriveModel(), joints='arm'), "joints: 'arm', expected na"),
     (lambda: gm.estimate('run1'), "recording: str 'run1', expected one recording"),
     (lambda: gm.estimate(RUN, tau_k_modell='mixed'), 'tau_k_modell'),
     (lambda: gm.estimate(RUN, parameters=3), "parameters: int '3', expected EstimatorParameters"),
@@ -180,7 +189,10 @@ RUN = gm.load_recording(GOOD, gm.DriveModel())
     (lambda: gm.diagnose(RUN, gm.DriveModel(), seed='a'), "seed: 'a', expected a whole number"),
     (lambda: gm.estimate(gm.load_recording({**GOOD, 't': T[::-1]}, gm.DriveModel())),
      'recording: no estimate of 600 samples'),
-    (lambda: gm.fit(RUN, gm.DriveModel(), 'Cv'), "free: 'Cv', expected a list of names"),
+    (lambda: gm.backlash(gm.load_recording({**GOOD, 't': T[::-1]}, gm.DriveModel())),
+     'recording: no estimate of 600 samples'),
+    *((lambda free=free: gm.fit(RUN, gm.DriveModel(), free), f'free: {free!r}, expected a list')
+      for free in ('Cv', 3)),
     (lambda: gm.simulate(gm.DriveModel(), [[1.0]], DT), r'u: shape \(1, 1\), expected one dim'),
     (lambda: gm.simulate(gm.DriveModel(), T * np.nan, DT), 'u: nan in sample 0'),
     (lambda: gm.simulate(gm.DriveModel(), T, '1 ms'), "dt: '1 ms', expected the length"),
@@ -191,11 +203,22 @@ RUN = gm.load_recording(GOOD, gm.DriveModel())
      r'u: shape \(3,\), expected shape \(3, 2\)'),
     (lambda: gm.Estimator(gm.DriveModel()).run(GOOD), 'samples: dict'),
     (lambda: gm.Estimator(gm.DriveModel()).step(gm.Sample(1, ('a', 0.0), (0.0, 0.0))), 'sample: '),
+    (lambda: gm.Estimator(gm.DriveModel(), 3), "parameters: int '3', expected EstimatorPara"),
+    (lambda: gm.Filter(gm.DriveModel(), 3), "parameters: int '3', expected EstimatorParameters"),
+    (lambda: gm.Estimator(gm.DriveModel()).set_parameters(3), "parameters: int '3'"),
+    (lambda: gm.Filter(gm.DriveModel()).start(None, 0.0), "y1: NoneType 'None', expected one num"),
     (lambda: gm.Filter(gm.DriveModel()).step(DT, 'a', 0.0, 0.0), "u: str 'a', expected one num"),
 ])
 def test_bad_arguments_are_named(call, message):
     with pytest.raises(gm.InputError, match=message):
         call()
+
+
+def test_what_is_masked_or_never_measured_is_missing_and_said():
+    torque = np.ma.masked_less(np.sin(T), 0.0)
+    run = gm.load_recording({**GOOD, 'torque': torque, 'motor': T * np.nan}, gm.DriveModel())
+    assert np.isnan(run.torque).sum() == torque.mask.sum() > 0
+    assert run.notes == ('motor: nan in all samples, taken as not measured',)
 
 
 def test_a_page_of_a_bag_is_written_once(tmp_path, monkeypatch):

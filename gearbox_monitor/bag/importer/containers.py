@@ -136,8 +136,8 @@ def reader_package(name: str, path: str | Path) -> ModuleType:
         return import_module(name)
     except ModuleNotFoundError:
         package = name.partition('.')[0]
-        raise InputError(f'{path}: {package} is not installed, expected it for this format: pip '
-                         f"install {package}, or 'gearbox_monitor[import]'") from None
+        raise InputError(f'{path}: {package} is not installed, expected it for this format: '
+                         f'pip install {package}') from None
 
 
 def _json(path: str | Path, content: bytes) -> Any:

@@ -61,7 +61,7 @@ LOAD_TORQUE = Effect(
     separated_by={'torque_offset': 'slow moves and dwells'})
 
 ARM_INERTIA = Effect(
-    'arm_inertia', 'arm_side', 'another m2 than in the model file', (_M2,),
+    'arm_inertia', 'arm_side', 'm2 differs from the model file', (_M2,),
     noun='inertia',
     shows='The arm accelerates less (or more) than in the model, and its resonance with the '
           'gearbox has another frequency.',

@@ -21,7 +21,7 @@ from gearbox_monitor.plant.effects.effect import (
 _KP = Parameter('kp', 'N m/rad', 1e-9)
 
 SERVO_GAIN = Effect(
-    'servo_gain', 'controller', 'another kp than in the model file', (_KP,),
+    'servo_gain', 'controller', 'kp differs from the model file', (_KP,),
     noun='proportional gain',
     shows='The servo answers an error of position with more or less torque: it follows closer, or'
           ' sags further under load.',
@@ -69,7 +69,7 @@ SERVO_DEADBAND = Effect(
 _KI, _LATE = positive('ki', 'N m/(rad s)'), Parameter('T', 's', 0.0, MAX_SERVO_DELAY)
 
 SERVO_INTEGRATOR = Effect(
-    'servo_integrator', 'controller', 'another ki than in the model file', (_KI,),
+    'servo_integrator', 'controller', 'ki differs from the model file', (_KI,),
     noun='integral gain',
     shows='Where the setpoint rests, a remaining error shrinks over time, which the model keeps '
           '(or the reverse).',
@@ -82,7 +82,7 @@ SERVO_INTEGRATOR = Effect(
 _KFF = positive('kff', 'N m s/rad')
 
 SERVO_FEEDFORWARD = Effect(
-    'servo_feedforward', 'controller', 'another feedforward than in the model file', (_KFF,),
+    'servo_feedforward', 'controller', 'feedforward differs from the model file', (_KFF,),
     noun="feedforward of the setpoint's speed",
     shows='The lag behind a setpoint that moves at constant speed is smaller or larger than in '
           'the model; at rest both agree.',
@@ -92,7 +92,7 @@ SERVO_FEEDFORWARD = Effect(
         s.values['kd'], s.values['viscous_friction'])))
 
 SERVO_DELAY = Effect(
-    'servo_delay', 'controller', 'another delay than in the model file', (_LATE,),
+    'servo_delay', 'controller', 'delay differs from the model file', (_LATE,),
     noun='delay',
     shows='The servo overshoots and oscillates more than in the model after a step of the '
           'setpoint.',

@@ -35,7 +35,7 @@ def _backlash_starts(s: Scales) -> Starts:
 
 
 BACKLASH_GAP = Effect(
-    'backlash_gap', 'transmission', 'another b than in the model file', (_B,),
+    'backlash_gap', 'transmission', 'b differs from the model file', (_B,),
     noun='half backlash',
     shows='At a reversal the motor moves by another angle before the arm follows; the twist steps'
           ' by another width.',
@@ -52,7 +52,7 @@ def _stiffness_starts(s: Scales) -> Starts:
 
 
 STIFFNESS = Effect(
-    'stiffness', 'transmission', 'another K than in the model file', (_K,),
+    'stiffness', 'transmission', 'K differs from the model file', (_K,),
     noun='stiffness',
     shows='Under load the twist is larger or smaller than in the model in proportion to the '
           'torque, and the resonance shifts.',
@@ -207,7 +207,7 @@ BRANCH = Effect(
     twist=branch_twist, memory=branch_memory, memory_starts=LOOP_STARTS, starts=_branch_starts)
 
 TRANSMISSION_DAMPING = Effect(
-    'transmission_damping', 'transmission', 'another D than in the model file', (_D,),
+    'transmission_damping', 'transmission', 'D differs from the model file', (_D,),
     noun='damping',
     shows='Oscillations of the arm against the motor decay faster or slower than in the model.',
     since='0.1.0',

@@ -47,7 +47,7 @@ def friction_side(x3: float, base: MotorFriction) -> float:
 
 
 MOTOR_VISCOUS = Effect(
-    'motor_viscous', 'motor_side', 'another Cv than in the model file', (_CV,),
+    'motor_viscous', 'motor_side', 'Cv differs from the model file', (_CV,),
     noun='viscous friction',
     shows='The torque that the model lacks is proportional to the speed: fast moves are too fast '
           'or too slow, slow ones fit.',
@@ -64,7 +64,7 @@ MOTOR_VISCOUS = Effect(
         states='Cv_change', twins=('arm_viscous',)))
 
 MOTOR_COULOMB = Effect(
-    'motor_coulomb', 'motor_side', 'another Cc than in the model file', (_CC,),
+    'motor_coulomb', 'motor_side', 'Cc differs from the model file', (_CC,),
     noun='Coulomb friction',
     shows='The torque that the model lacks has one size at all speeds and changes sign with the '
           'direction; the difference is largest right after a reversal.',
@@ -286,7 +286,7 @@ LOAD_FRICTION = Effect(
         lambda m, _: (np.abs(m.load) * m.sign)[:, None], one('Cl'), low=not_negative))
 
 MOTOR_INERTIA = Effect(
-    'motor_inertia', 'motor_side', 'another m1 than in the model file', (_M1,),
+    'motor_inertia', 'motor_side', 'm1 differs from the model file', (_M1,),
     noun='rotor inertia',
     shows='The difference follows the acceleration of the motor, also while the backlash '
           'separates it from the arm.',
