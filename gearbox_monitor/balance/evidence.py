@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+import scipy
 
 from gearbox_monitor.balance.candidates import Candidate
 from gearbox_monitor.balance.rows import NuisanceColumn, Rows
@@ -245,8 +245,8 @@ class RobotEvidence:
                 matrix[own[:, None], own] += total[:-1, :-1]
                 right[own] += total[:-1, -1]
             matrix[np.arange(size), np.arange(size)] *= 1.0 + 1e-11
-            factor = cho_factor(matrix, lower=True, check_finite=False)
-            solution = cho_solve(factor, right, check_finite=False)
+            factor = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
+            solution = scipy.linalg.cho_solve(factor, right, check_finite=False)
             squares = []
             for gram, own, a in zip(grams, index, self.at):
                 c = np.append(-solution[own], 1.0)
@@ -262,9 +262,9 @@ class RobotEvidence:
                            offset @ self.precision @ offset)
         residual = [a.y - a.z @ solution[a.index] - x @ solution[k + place]
                     for a, x, place in zip(self.at, extra, places)]
-        return RobotFit(tuple(chosen), deviance, solution[k:] / scale, offset,
-                        cho_solve(factor, np.eye(size), check_finite=False), scale, tuple(used),
-                        tuple(residual))
+        inverse = scipy.linalg.cho_solve(factor, np.eye(size), check_finite=False)
+        return RobotFit(tuple(chosen), deviance, solution[k:] / scale, offset, inverse, scale,
+                        tuple(used), tuple(residual))
 
     def _shrunk(self, squares: Array, a: JointRows) -> Array:
         """
@@ -397,9 +397,9 @@ class RobotEvidence:
             total = np.tensordot(w / phi, a.gram, 1)
             precision[a.index[:, None], a.index] += total[:-1, :-1]
             right[a.index] += total[:-1, -1]
-        factor = cho_factor(precision, lower=True)
-        return Prior(self.labels, (self.mean + cho_solve(factor, right)) * d,
-                     cho_solve(factor, np.eye(len(d))) * np.outer(d, d))
+        factor = scipy.linalg.cho_factor(precision, lower=True)
+        return Prior(self.labels, (self.mean + scipy.linalg.cho_solve(factor, right)) * d,
+                     scipy.linalg.cho_solve(factor, np.eye(len(d))) * np.outer(d, d))
 
 
 def _label(column: NuisanceColumn, number: int) -> str:

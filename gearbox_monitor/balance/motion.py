@@ -5,10 +5,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.interpolate import CubicSpline
-from scipy.signal import butter, sosfiltfilt, welch
-from scipy.special import erf
+import scipy
 
 from gearbox_monitor.balance.robot_log import LogSection, RobotLog
 from gearbox_monitor.balance.settings import SETTINGS, Settings
@@ -59,11 +56,11 @@ def motion_of(log: RobotLog, settings: Settings = SETTINGS) -> RobotMotion:
     for grid in grids:
         if len(grid.t) < 2 * margin + 2.0 * settings.hop * rate + 2:
             continue
-        smooth = np.column_stack([
-            sosfiltfilt(butter(4, cut[j], fs=rate, output='sos'), grid.q[:, j])
-            for j in range(len(cut))])
+        filters = [scipy.signal.butter(4, f, fs=rate, output='sos') for f in cut]
+        smooth = np.column_stack([scipy.signal.sosfiltfilt(filter_, grid.q[:, j])
+                                  for j, filter_ in enumerate(filters)])
         middle = slice(margin, len(grid.t) - margin)
-        speed = CubicSpline(grid.t, smooth)(grid.t[middle], 1)
+        speed = scipy.interpolate.CubicSpline(grid.t, smooth)(grid.t[middle], 1)
         input_speed = np.gradient(grid.input, 1.0 / rate, axis=0)[middle] if (
             log.kind == 'setpoint') else np.zeros_like(speed)
         parts.append((grid.t[middle], smooth[middle], speed, grid.input[middle], input_speed))
@@ -88,14 +85,14 @@ def _on_grid(section: LogSection, rate: float, of_log: float) -> _Grid:
 
         def means(x: Array) -> Array:
             """Return the integral of `x` [N, J] between grid points over their distance."""
-            whole = cumulative_trapezoid(x, section.t, axis=0, initial=0.0)
+            whole = scipy.integrate.cumulative_trapezoid(x, section.t, axis=0, initial=0.0)
             at = np.column_stack([np.interp(edges, section.t, c) for c in whole.T])
             return np.diff(at, axis=0) / np.maximum(width, 1e-9)
         good = width[:, 0] > 0.5 / rate
         return _Grid((t + 0.5 / rate)[good], means(section.position)[good],
                      means(section.input)[good])
     onto = np.column_stack([np.interp(t, section.t, c) for c in section.input.T])
-    return _Grid(t, CubicSpline(section.t, section.position)(t), onto)
+    return _Grid(t, scipy.interpolate.CubicSpline(section.t, section.position)(t), onto)
 
 
 def _cut_offs(grids: list[_Grid], rate: float, settings: Settings) -> tuple[Array, Array]:
@@ -103,7 +100,8 @@ def _cut_offs(grids: list[_Grid], rate: float, settings: Settings) -> tuple[Arra
     q = max((grid.q for grid in grids), key=len)
     low, high = settings.cut_off
     high = min(high, 0.4 * rate)
-    f, power = welch(q - q.mean(axis=0), rate, nperseg=min(len(q), int(4 * rate)), axis=0)
+    length = min(len(q), int(4 * rate))
+    f, power = scipy.signal.welch(q - q.mean(axis=0), rate, nperseg=length, axis=0)
     floor = np.median(power[f > 0.35 * rate], axis=0)
     cut = np.empty(q.shape[1])
     for j in range(q.shape[1]):
@@ -114,4 +112,4 @@ def _cut_offs(grids: list[_Grid], rate: float, settings: Settings) -> tuple[Arra
 
 def smooth_sign(v: Array, sigma: Array, settings: Settings = SETTINGS) -> Array:
     """Return the expected sign of speeds `v` [N, J] +- `sigma` [J]; `settings`: presliding."""
-    return erf(v / np.sqrt(2.0) / np.maximum(sigma, settings.presliding))
+    return scipy.special.erf(v / np.sqrt(2.0) / np.maximum(sigma, settings.presliding))

@@ -21,8 +21,7 @@ from dataclasses import dataclass, replace
 import math
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.special import logsumexp
+import scipy
 
 from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.local_cosines import TestFunctions
@@ -272,7 +271,7 @@ class PayloadTracker:
         step = float(self._grid[1] - self._grid[0])
         # The means of the effort about the points of the grid: nothing is lost of a faster log.
         edges = np.append(self._grid - 0.5 * step, self._grid[-1] + 0.5 * step)
-        whole = cumulative_trapezoid(u, t, axis=0, initial=0.0)
+        whole = scipy.integrate.cumulative_trapezoid(u, t, axis=0, initial=0.0)
         effort = np.diff(np.column_stack([np.interp(edges, t, c) for c in whole.T]), axis=0) / step
         motion = RobotMotion(self._grid, at @ coefficients, speed, effort, np.zeros_like(speed),
                              sigma * math.sqrt(inverse[1, 1]) / s.reach, sigma, step,
@@ -382,7 +381,7 @@ class PayloadTracker:
         for x in held:
             state, likelihood = self._corrected(x.state, window)
             weighted.append(replace(x, state=state, weight=x.weight + likelihood))
-        total = float(logsumexp([x.weight for x in weighted]))
+        total = float(scipy.special.logsumexp([x.weight for x in weighted]))
         return sorted((replace(x, weight=x.weight - total) for x in weighted),
                       key=lambda x: -x.weight)
 

@@ -13,8 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.signal import butter, sosfiltfilt
+import scipy
 
 from gearbox_monitor.balance.local_cosines import local_cosines, TestFunctions
 from gearbox_monitor.balance.motion import motion_of, RobotMotion, smooth_sign
@@ -216,14 +215,17 @@ def _rate(motion: RobotMotion, x: Array) -> Array:
     """Return dx/dt of `x` [N, K], section by section."""
     out = np.empty_like(x)
     for section in motion.sections:
-        out[section] = CubicSpline(motion.t[section], x[section])(motion.t[section], 1)
+        t = motion.t[section]
+        out[section] = scipy.interpolate.CubicSpline(t, x[section])(t, 1)
     return out
 
 
 def _steady(motion: RobotMotion, effort: Array) -> Array:
     """Return the effort [N, J] without what is faster than STEADY."""
-    filter_ = butter(3, min(STEADY, 0.4 / motion.step), fs=1.0 / motion.step, output='sos')
-    return np.concatenate([sosfiltfilt(filter_, effort[s], axis=0) for s in motion.sections])
+    filter_ = scipy.signal.butter(3, min(STEADY, 0.4 / motion.step), fs=1.0 / motion.step,
+                                  output='sos')
+    return np.concatenate([scipy.signal.sosfiltfilt(filter_, effort[s], axis=0)
+                           for s in motion.sections])
 
 
 def _bodies(robot: RobotModel, mean: Mapping[str, float] | None) -> Array:

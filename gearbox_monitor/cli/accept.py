@@ -27,7 +27,7 @@ import re
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+import scipy
 
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Replay, replay
@@ -180,7 +180,7 @@ def _below(combined: Any, limit: float) -> float:
     """Return the probability that the value lies below `limit`."""
     if combined.std <= 0.0:
         return float(combined.value <= limit)
-    return float(norm.cdf((limit - combined.value) / combined.std))
+    return float(scipy.stats.norm.cdf((limit - combined.value) / combined.std))
 
 
 def write_model(path: str, model: DriveModel, data: Mapping[str, Any], bag: str) -> None:

@@ -16,7 +16,7 @@ import math
 from typing import TypeAlias
 
 import numpy as np
-from scipy.optimize import minimize, minimize_scalar
+import scipy
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.sensor_noise import MAD_TO_SIGMA, quantisation_step, white_noise_std
@@ -311,10 +311,9 @@ def search(evaluate: Evaluate, guess: dict[str, float],
             value, *around = costs([x, *(x + steps), *(x - steps)], coarse)
             return value, np.subtract(around[:n], around[n:]) / (2.0 * SLOPE_STEP)
 
-        done = minimize(with_slope, x, jac=True, method='L-BFGS-B',
-                        bounds=[(-REACH, REACH)] * n,
-                        options={'maxfun': 30 if coarse else 20,
-                                 'ftol': 5e-6 if coarse else 5e-7})
+        done = scipy.optimize.minimize(
+            with_slope, x, jac=True, method='L-BFGS-B', bounds=[(-REACH, REACH)] * n,
+            options={'maxfun': 30 if coarse else 20, 'ftol': 5e-6 if coarse else 5e-7})
         return done.x, float(done.fun)
 
     ends = [descend(start, True, (0.15 * k, 0.15 * k + 0.15)) for k, start in enumerate(starts)]
@@ -361,8 +360,9 @@ def with_another(result: Tuned, evaluate: Evaluate, name: str, guess: float) -> 
 
     heights = costs(GRID)
     lowest = min(max(int(np.argmin(heights)), 1), len(GRID) - 2)
-    between = minimize_scalar(lambda x: costs([x])[0], bounds=(GRID[lowest - 1], GRID[lowest + 1]),
-                              method='bounded', options={'xatol': ACCURACY})
+    between = scipy.optimize.minimize_scalar(
+        lambda x: costs([x])[0], bounds=(GRID[lowest - 1], GRID[lowest + 1]), method='bounded',
+        options={'xatol': ACCURACY})
     return replace(result, parameters={**result.parameters, name: guess * math.exp(between.x)},
                    value=-float(between.fun), evaluations=result.evaluations + len(evaluations),
                    failed=result.failed + sum(evaluations))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimates, Samples
@@ -23,7 +23,7 @@ from gearbox_monitor.plant.drive import DriveModel
 AnyEstimates: TypeAlias = Estimates | ReferenceEstimates
 # What one divergence costs in log-likelihood: more than any good parameter can gain.
 DIVERGENCE_COST = 1e4
-WHITE_LIMIT = float(stats.chi2.isf(0.025, LAGS))  # two encoders share 5 %
+WHITE_LIMIT = float(scipy.special.chdtri(LAGS, 0.025))  # two encoders share 5 %
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def score(estimates: AnyEstimates, name: str = '', diverged: int = 0,
     innovations = (estimates.innovation_motor, estimates.innovation_arm)
     return Score(
         name, n, float(estimates.loglik[keep].sum()), float(nis.mean()),
-        float(stats.chi2.ppf(0.025, dof) / n), float(stats.chi2.isf(0.025, dof) / n),
+        float(scipy.stats.chi2.ppf(0.025, dof) / n), float(scipy.stats.chi2.isf(0.025, dof) / n),
         tuple(_rms(_finite(innovation[keep])) for innovation in innovations),
         tuple(float(c.mean()) if len(c) else np.nan for c in channels),
         tuple(ljung_box(c)[0] if len(c) > LAGS else np.nan for c in channels), int(diverged))

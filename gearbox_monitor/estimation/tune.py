@@ -12,7 +12,7 @@ import math
 from typing import Any, TypeAlias
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search, sample_loop
@@ -310,7 +310,7 @@ def _nis_band(score: Score, motion: EncoderMotion) -> tuple[float, float]:
     if not motion.standstill_noise:
         return low, high
     readings = motion.standstill_seconds * score.estimates / motion.seconds
-    middle, added = 0.5 * (low + high), 4.0 * stats.norm.isf(0.025) ** 2 / readings
+    middle, added = 0.5 * (low + high), 4.0 * scipy.stats.norm.isf(0.025) ** 2 / readings
     half = math.sqrt((0.5 * (high - low)) ** 2 + added)
     return middle - half, middle + half
 

@@ -14,7 +14,7 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from gearbox_monitor.fleet.job import Row
 from gearbox_monitor.kernels.types import Array, Flags, Integers
@@ -123,7 +123,8 @@ def _change(start: Integers, value: Array, std: Array, limit: float) -> dict[str
                       line=[float(old) * (1.0 + g) for g in (past, trend.growth)])
         # The forecast starts at the measured growth, not at the end of the line. The scatter that
         # the slope is judged by comes from few bags: Student's t instead of the normal law.
-        quantile = stats.t.isf(stats.norm.sf(LIMITS.trend_deviations), int(usual.sum()) - 2)
+        tail = scipy.stats.norm.sf(LIMITS.trend_deviations)
+        quantile = scipy.stats.t.isf(tail, int(usual.sum()) - 2)
         if trend.slope > quantile * trend.slope_std:
             newest = Trend(trend.stamp_ns, growth, change['growth_std'], trend.slope,
                            trend.slope_std)
@@ -166,7 +167,7 @@ def _excursion(start: Integers, value: Array, variance: Array) -> tuple[int, int
         stretches += [(float(z), int(i), int(i) + size) for z, i in zip(score, first)]
         size *= 2
     score_max, begin, end = max(stretches)
-    if score_max < stats.t.isf(FALSE_ALARM / len(stretches), count - 2):
+    if score_max < scipy.stats.t.isf(FALSE_ALARM / len(stretches), count - 2):
         return None
     # The stretch has the size of a power of two: it ends where the bags are half as high.
     middle = 0.5 * (float(np.average(value[begin:end], weights=weight[begin:end]))

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
+import scipy
 
 from gearbox_monitor.kernels.types import Array
 
@@ -59,8 +59,9 @@ def motion(y: Array, dt: float, cuts: Sequence[int] = (0,)) -> dict[str, Array]:
     for begin, end in zip(cuts, (*cuts[1:], len(y))):
         width = min(2 * half + 1, (end - begin - 1) // 2 * 2 + 1)
         if width > 2:
-            smooth[begin:end] = savgol_filter(y[begin:end], width, 2, axis=0)
-            speed[begin:end] = savgol_filter(y[begin:end, 0], width, 2, deriv=1, delta=dt)
+            smooth[begin:end] = scipy.signal.savgol_filter(y[begin:end], width, 2, axis=0)
+            speed[begin:end] = scipy.signal.savgol_filter(y[begin:end, 0], width, 2, deriv=1,
+                                                          delta=dt)
     return {'speed': speed, 'angle': smooth[:, 1], 'twist': smooth[:, 0] - smooth[:, 1],
             'time': np.arange(len(y)) * dt}
 

@@ -11,7 +11,7 @@ that of any effect: innovations with their torque put in.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import combine_pvalues
+import scipy
 
 from gearbox_monitor.identification import basis_functions, input_estimation, localisation
 from gearbox_monitor.identification.adequacy import adequacy_of
@@ -206,7 +206,7 @@ def at_ends_of_travel(runs: WindowRuns, free: InputEstimate, mask: Flags) -> flo
         at = int(windows.first[w]) + round(h * SPACING / recording.dt)
         side = -np.sign(free.signal[w, h])
         beyond.append(float(np.mean(side * arm >= side * arm[min(at, len(arm) - 1)])))
-    return float(combine_pvalues(np.maximum(beyond, 1.0 / len(arm))).pvalue)
+    return float(scipy.stats.combine_pvalues(np.maximum(beyond, 1.0 / len(arm))).pvalue)
 
 
 def sine_share(runs: WindowRuns, free: InputEstimate) -> float:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from gearbox_monitor.identification.candidates import (
     CandidateModel, Coordinate, FREE_VALUE, with_effects)
@@ -98,7 +98,7 @@ def dependences(likelihood: JointLikelihood, at: FilteredFit,
              * scale).ravel() / size for row in np.eye(len(knots))], axis=1)
         columns[~np.isfinite(columns)] = 0.0
         gain, step = score_test(own, prior, columns, residual)
-        price = float(chi2.isf(THRESHOLDS.chance / len(choices), len(knots)))
+        price = float(scipy.stats.chi2.isf(THRESHOLDS.chance / len(choices), len(knots)))
         out.append(Dependence(place, WORDS[place, variable], gain if np.isfinite(gain) else 0.0,
                               price, table, step))
     return sorted(out, key=lambda d: d.price - d.gain)

@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.signal import savgol_filter
+import scipy
 
 from gearbox_monitor.identification import basis_functions, likelihood, window_states
 from gearbox_monitor.identification.input_estimation import (
@@ -105,8 +105,8 @@ def _motion(runs: WindowRuns) -> tuple[dict[str, Array], Flags]:
     dt = recording.dt
     index = windows.first[:, None] + np.arange(windows.length)
     positions = runs.data.positions(model, runs.point)
-    y = savgol_filter(positions, max(5, 2 * round(0.01 / dt) + 1), 2, axis=0)
-    speed = np.gradient(savgol_filter(
+    y = scipy.signal.savgol_filter(positions, max(5, 2 * round(0.01 / dt) + 1), 2, axis=0)
+    speed = np.gradient(scipy.signal.savgol_filter(
         positions[:, 0], max(5, 2 * round(0.02 / dt) + 1), 2), dt)
     twist = y[:, 0] - y[:, 1]
     b = model.transmission.half_gap
@@ -230,7 +230,7 @@ def command_or_motion(runs: Sequence[WindowRuns],
     for run, free in zip(runs, estimates):
         recording, windows, dt = run.recording, run.data.windows, run.recording.dt
         width = max(3, 2 * round(0.5 * SPACING / dt) + 1)
-        speed = np.gradient(savgol_filter(recording.positions[:, 0], width, 2), dt)
+        speed = np.gradient(scipy.signal.savgol_filter(recording.positions[:, 0], width, 2), dt)
         mean = np.ones(width) / width
         s = np.convolve(run.model.friction_side(speed), mean, 'same')
         u = np.convolve(recording.torque, mean, 'same')

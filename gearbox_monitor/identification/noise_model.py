@@ -3,7 +3,7 @@
 
 """Noise of the encoders: level, spectrum above the frequencies of motion, prewhitening."""
 import numpy as np
-from scipy.fft import dct
+import scipy
 
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Flags
@@ -27,7 +27,7 @@ def spectrum(residual: Array, dt: float) -> tuple[Array, Array, Flags]:
         dt: sample time, s.
     """
     length = residual.shape[1]
-    power = dct(residual, axis=1, norm='ortho') ** 2
+    power = scipy.fft.dct(residual, axis=1, norm='ortho') ** 2
     at = np.arange(length) * 0.5 / (length * dt)
     return power, at, at > MOTION if at[-1] > 2.0 * MOTION else at >= 0.0
 

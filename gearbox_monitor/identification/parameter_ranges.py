@@ -22,8 +22,7 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtr
-from scipy.stats import chi2
+import scipy
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification.candidates import BY_EFFECT, NUISANCES
@@ -139,7 +138,7 @@ class ParameterRanges(Shown, Saved):
             if isinstance(value, bool) or not isinstance(value, int) or value < lowest:
                 raise InputError(f'{name}: {value!r}, expected a whole number >= {lowest}')
         normal = np.random.default_rng(seed).standard_normal((count, len(self.names)))
-        level = ndtr(normal @ self.factor.T)
+        level = scipy.special.ndtr(normal @ self.factor.T)
         drawn = {}
         for i, name in enumerate(self.names):
             value = np.interp(level[:, i], LEVELS, self.quantiles[:, i])
@@ -336,7 +335,7 @@ def _mixture(y: Array, variance: Array) -> tuple[Array, Array, Array, float]:
         total = weight.sum(axis=0)
         mean = (weight * y[:, None]).sum(axis=0) / total
         return (weight * (y[:, None] - mean) ** 2).sum(axis=0), mean, 1.0 / total
-    q = chi2.ppf((np.arange(COMPONENTS) + 0.5) / COMPONENTS, count - 1)
+    q = scipy.stats.chi2.ppf((np.arange(COMPONENTS) + 0.5) / COMPONENTS, count - 1)
     target = np.append(q, count - 1.0)  # the last one: the estimate by moments
     low = np.zeros(len(target))
     none = scatter(low)[0] <= target
@@ -357,7 +356,7 @@ def _quantiles(means: Array, variances: Array, levels: Array) -> Array:
     high = np.full(len(levels), float((means + 10.0 * deviations).max()))
     for _ in range(HALVINGS // 2):
         middle = 0.5 * (low + high)
-        lower = ndtr((middle[:, None] - means) / deviations).mean(axis=1) < levels
+        lower = scipy.special.ndtr((middle[:, None] - means) / deviations).mean(axis=1) < levels
         low, high = np.where(lower, middle, low), np.where(lower, high, middle)
     return 0.5 * (low + high)
 

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import t as student
+import scipy
 
 from gearbox_monitor.identification.balance_likelihood import likelihood_of
 from gearbox_monitor.identification.candidates import CandidateModel
@@ -65,9 +64,10 @@ def pooled(values: Sequence[float], errors: Sequence[float]) -> RandomEffect:
         return mean, 1.0 / float(weight.sum()), float(weight @ (y - mean) ** 2) / (count - 1)
     bound = float(np.var(y)) * count + 1e-300
     between = 0.0 if spread(0.0)[2] <= 1.0 else float(
-        brentq(lambda v: spread(v)[2] - 1.0, 0.0, bound))
+        scipy.optimize.brentq(lambda v: spread(v)[2] - 1.0, 0.0, bound))
     mean, of_mean, scatter = spread(between)
-    reach = float(student.ppf(0.5 + 0.5 * CONFIDENCE, count - 1)) * math.sqrt(of_mean * scatter)
+    quantile = float(scipy.stats.t.ppf(0.5 + 0.5 * CONFIDENCE, count - 1))
+    reach = quantile * math.sqrt(of_mean * scatter)
     return RandomEffect(mean, mean - reach, mean + reach, math.sqrt(between), y.tolist(),
                         [float(e) for e in errors])
 

@@ -12,7 +12,7 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator
+import scipy
 
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import batch
@@ -105,7 +105,7 @@ def between_stamps(recording: UniformRecording, parts: int) -> Array:
         at = np.arange(len(u))
         ends = np.clip(np.arange(len(u) * parts + 1) / parts - recording.shift, 0.0, at[-1])
         # Outside of the stamps the first and the last torque act.
-        total = Akima1DInterpolator(at, u).antiderivative()(ends)
+        total = scipy.interpolate.Akima1DInterpolator(at, u).antiderivative()(ends)
         beyond = np.arange(len(ends)) / parts - recording.shift - ends
         means.append(parts * np.diff(total + np.where(beyond < 0.0, u[0], u[-1]) * beyond))
     return np.concatenate(means)

@@ -10,7 +10,7 @@ on: the log holds samples of its torque, which act later by up to half of the co
 from collections.abc import Sequence
 from dataclasses import replace
 
-from scipy.optimize import minimize_scalar
+import scipy
 
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
@@ -77,7 +77,7 @@ def _read(evidence: Evidence, fit: InnovationFit, number: int) -> UniformRecordi
     def _deviance(shift: float | None) -> float:
         part = replace(evidence, recordings=(replace(recording, shift=shift),))
         return float(part.fine.run(model, fit.torque).deviance)
-    sampled = minimize_scalar(_deviance, bounds=(0.0, LATEST), method='bounded',
-                              options={'xatol': 2e-3})
+    sampled = scipy.optimize.minimize_scalar(
+        _deviance, bounds=(0.0, LATEST), method='bounded', options={'xatol': 2e-3})
     return replace(recording, shift=None if _deviance(None) <= sampled.fun
                    else float(sampled.x))

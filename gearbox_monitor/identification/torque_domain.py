@@ -11,7 +11,7 @@ of the torque u.
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import savgol_coeffs, savgol_filter
+import scipy
 
 from gearbox_monitor.identification.shooting import ShootingWindows, Simulator
 from gearbox_monitor.kernels.sensor_noise import noise_levels
@@ -52,7 +52,7 @@ def driven(recording: UniformRecording, model: DriveModel) -> UniformRecording:
     width = 2 * max(2, round(TORQUE_HALF_WIDTH / recording.dt)) + 1
     motor = np.concatenate([
         np.column_stack([motion(recording.y[part, column], noise[1], half, recording.dt),
-                         savgol_filter(recording.u[part], width, DEGREE)])
+                         scipy.signal.savgol_filter(recording.u[part], width, DEGREE)])
         for part in recording.segments])
     y = recording.y.copy()
     y[:, 0] = recording.u
@@ -70,7 +70,7 @@ def half_width(gain: float, dt: float) -> int:
     """
     for seconds in HALF_WIDTHS:
         half = max(2, round(seconds / dt))
-        weights = savgol_coeffs(2 * half + 1, DEGREE, deriv=2, delta=dt)
+        weights = scipy.signal.savgol_coeffs(2 * half + 1, DEGREE, deriv=2, delta=dt)
         if np.linalg.norm(weights) <= gain:
             break
     return half
@@ -87,8 +87,8 @@ def motion(y: Array, noise: float, half: int, dt: float) -> Array:
         dt: sample time, s.
     """
     width = min(2 * half + 1, (len(y) - 1) // 2 * 2 + 1)
-    x, v, a = (savgol_filter(y, width, DEGREE, deriv=i, delta=dt) for i in (0, 1, 2))
-    weights = savgol_coeffs(width, DEGREE, deriv=1, delta=dt)
+    x, v, a = (scipy.signal.savgol_filter(y, width, DEGREE, deriv=i, delta=dt) for i in (0, 1, 2))
+    weights = scipy.signal.savgol_coeffs(width, DEGREE, deriv=1, delta=dt)
     threshold = max(STANDING * np.percentile(np.abs(v), TOP),
                     SPEED_NOISE * noise * np.linalg.norm(weights))
     stands = np.abs(v) < threshold

@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.constants import g as STANDARD_GRAVITY
+import scipy
 
 from gearbox_monitor.errors import Undecided
 from gearbox_monitor.identification import closed_model, localisation, window_states
@@ -405,7 +405,7 @@ def equivalents(findings: Sequence[Finding], model: DriveModel) -> list[str]:
     elif added > 0.0 and GRAVITY.id in values:
         weight = values[GRAVITY.id]['G'] - weight_of(model.effects)[0]
         if weight > 0.0:
-            distance = STANDARD_GRAVITY * added / weight
+            distance = scipy.constants.g * added / weight
             out.append(f'a payload of {added / distance ** 2:.3g} kg at {distance:.3g} m from the '
                        'axis has this inertia and this weight')
     elif added > 0.0:

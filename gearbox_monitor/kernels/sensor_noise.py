@@ -3,7 +3,7 @@
 
 """White noise of an encoder, from fourth differences, and the step of its quantisation."""
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 from gearbox_monitor.kernels.types import Array
 
@@ -46,7 +46,7 @@ def white_noise_std(y: Array, quantum: float = 0.0) -> float:
     if middle > COARSE * quantum > 0.0:
         # The median jumps by whole steps: how many differences are within it tells the rest.
         edge = (round(middle / quantum) + 0.5) * quantum
-        spread = edge / ndtri(0.5 + 0.5 * np.mean(differences < edge))
+        spread = edge / scipy.special.ndtri(0.5 + 0.5 * np.mean(differences < edge))
     elif np.mean(differences > longest) < FEW:
         spread = np.sqrt(np.mean(np.minimum(differences, longest) ** 2))
     # Slow motion on a coarse lattice: most differences are 0 and say nothing.

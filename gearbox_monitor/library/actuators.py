@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 from gearbox_monitor.errors import InputError, most_similar, unknown
 from gearbox_monitor.files.resources import config_path
@@ -75,7 +75,7 @@ def _ranges(data: Mapping[str, Any]) -> ParameterRanges:
     between = np.array([row.get('between', np.nan) for row in rows.values()], float)
     ends = [np.where(logarithmic, np.log(np.where(logarithmic, v, 1.0)), v)
             for v in (low, centre, high)]
-    steps = ndtri(LEVELS)[:, None] / NORMAL
+    steps = scipy.special.ndtri(LEVELS)[:, None] / NORMAL
     quantiles = ends[1] + np.where(steps < 0.0, steps * (ends[1] - ends[0]),
                                    steps * (ends[2] - ends[1]))
     return ParameterRanges(

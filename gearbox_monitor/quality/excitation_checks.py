@@ -5,7 +5,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import oaconvolve
+import scipy
 
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.quality.encoders import NAMES
@@ -48,7 +48,7 @@ def kernel_of(width: int) -> Array:
 def low_pass(x: Array, width: int) -> Array:
     """Return x [N, C] or [N] without its first and last `width` samples, smoothed."""
     kernel = kernel_of(width)
-    return oaconvolve(x, kernel[:, None] if x.ndim > 1 else kernel, 'valid', axes=0)
+    return scipy.signal.oaconvolve(x, kernel[:, None] if x.ndim > 1 else kernel, 'valid', axes=0)
 
 
 def motion(part: EvenStretch, sigma: Array, width: int) -> LowPassedMotion:

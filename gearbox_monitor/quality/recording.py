@@ -13,7 +13,7 @@ import math
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.signal import savgol_filter
+import scipy
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.sample_loop import stamp_codes, START
@@ -105,7 +105,7 @@ class UniformRecording:
             return self
         width = 2 * max(2, round(SPEED_SPAN / self.dt)) + 1
         position = self.y[:, self.channels[0]]
-        speed = savgol_filter(position, width, 2, deriv=1, delta=self.dt)
+        speed = scipy.signal.savgol_filter(position, width, 2, deriv=1, delta=self.dt)
         return replace(self, servo_torque=controller.torque(self.u, position, speed, self.dt))
 
     @property

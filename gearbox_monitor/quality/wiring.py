@@ -24,8 +24,7 @@ from itertools import groupby, product
 from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import next_fast_len
-from scipy.optimize import nnls
+import scipy
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
@@ -194,7 +193,7 @@ def _solution(gram: Array, low: Array, room: Array) -> Array:
     matrix = np.zeros((bounded + 1 + slack, bounded + slack))
     matrix[:bounded + 1, :bounded] = r[free:, free:-1]
     matrix[bounded + 1:, :slack] = matrix[bounded + 1:, bounded:] = np.diag(weight)
-    z = nnls(matrix, np.concatenate([r[free:, -1], weight * room]))[0][:bounded]
+    z = scipy.optimize.nnls(matrix, np.concatenate([r[free:, -1], weight * room]))[0][:bounded]
     x = np.linalg.solve(r[:free, :free], r[:free, -1] - r[:free, free:-1] @ z)
     return np.concatenate([low + z / scale[:bounded], x / scale[bounded:-1]])
 
@@ -221,7 +220,7 @@ def evidence(recorded: ReadingFit, other: ReadingFit) -> Array:
 
 def independent(residual: Array) -> float:
     """Return how many independent samples a residual [M] counts for: M over its correlation."""
-    length = next_fast_len(2 * len(residual), real=True)
+    length = scipy.fft.next_fast_len(2 * len(residual), real=True)
     r = np.fft.irfft(np.abs(np.fft.rfft(residual, length)) ** 2, length)[:len(residual)]
     r = r / max(r[0], 1e-300)
     end = int(np.argmax(r <= 0.0)) or len(r)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Flags, Integers
@@ -166,7 +167,6 @@ def unexplained(t: Array, regressors: Array, at: Array, y: Array) -> float:
 
 def _minimum(function: Callable[[float], float], low: float, high: float) -> float:
     """Return the argument between `low` and `high` with the least value (golden section)."""
-    from scipy.optimize import minimize_scalar
-    result = minimize_scalar(function, bounds=(low, high), method='bounded',
-                             options={'xatol': 1e-7})
+    result = scipy.optimize.minimize_scalar(
+        function, bounds=(low, high), method='bounded', options={'xatol': 1e-7})
     return float(result.x)

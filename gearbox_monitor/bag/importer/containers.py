@@ -20,7 +20,7 @@ import zipfile
 import zlib
 
 import numpy as np
-import scipy.io
+import scipy
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.packed_files import PIECE, read_unpacked

@@ -12,7 +12,7 @@ import functools
 import math
 
 import numpy as np
-from scipy.special import ndtr  # scipy.stats would take a third of the time of a start
+import scipy
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.alert_limits import LIMITS
@@ -21,7 +21,7 @@ from gearbox_monitor.monitoring.alert_limits import LIMITS
 def _overshoot(x: float) -> float:
     """Siegmund's nu(x), the factor of a random walk in discrete time."""
     h = 0.5 * x
-    return (ndtr(h) - 0.5) / (h * (h * ndtr(h) + _normal_density(h)))
+    return (scipy.special.ndtr(h) - 0.5) / (h * (h * scipy.special.ndtr(h) + _normal_density(h)))
 
 
 def _normal_density(x: float) -> float:
@@ -34,17 +34,15 @@ def false_alarm_rate(threshold: float) -> float:
 
     Siegmund and Venkatraman, Annals of Statistics 23(1), 1995.
     """
-    from scipy.integrate import quad  # a fifth of the time of a start, and not needed before
-    inner, _ = quad(lambda x: x * _overshoot(x) ** 2, threshold / math.sqrt(LIMITS.horizon),
-                    threshold)
+    inner, _ = scipy.integrate.quad(lambda x: x * _overshoot(x) ** 2,
+                                    threshold / math.sqrt(LIMITS.horizon), threshold)
     return 0.5 * threshold * _normal_density(threshold) * inner
 
 
 @functools.lru_cache(maxsize=64)
 def threshold(windows: float) -> float:
     """Return the normal score that gives one false alarm per `windows` windows."""
-    from scipy.optimize import brentq
-    return brentq(lambda b: math.log(false_alarm_rate(b) * windows), 1.2, 15.0)
+    return scipy.optimize.brentq(lambda b: math.log(false_alarm_rate(b) * windows), 1.2, 15.0)
 
 
 def normal_score(t: Array, dof: Array) -> Array:

@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from gearbox_monitor.kernels.jit import jit, jit_allocating, jit_inline
 from gearbox_monitor.kernels.types import Array
@@ -29,7 +29,7 @@ FIRST, LAST = VISCOUS, GAIN + 1  # of TORQUE
 (D_TWIST, D_RATE, D_X2, D_X4, D_X3, D_FRICTION, D_U, D_TORQUE, D_STD, N_DATA) = range(10)
 BLOCKS = 20                   # parts of a window that count as independent
 SIGMA = LIMITS.curve_sigma
-OFTEN = float(stdtrit(BLOCKS - 1, LIMITS.curve_often))  # not in a block or two
+OFTEN = float(scipy.special.stdtrit(BLOCKS - 1, LIMITS.curve_often))  # not in a block or two
 HUBER, ITERATIONS, ENOUGH = LIMITS.huber, 12, 1e-3
 ZEROS = 13                    # of the grid that the fit starts from
 ROUNDING, TINY = 1e-12, 1e-300
@@ -469,7 +469,7 @@ def share_beyond(columns: Array, stds: Array, optimum: CurveFit, at: list[int]) 
         at: places of the A parameters.
 
     """
-    certain = float(-stdtrit(_moving_blocks(columns), LIMITS.curve_significance / 2))
+    certain = float(-scipy.special.stdtrit(_moving_blocks(columns), LIMITS.curve_significance / 2))
     return _share_beyond(columns, stds, optimum.theta[at], optimum.covariance[at][:, at], certain)
 
 

@@ -15,7 +15,7 @@ from functools import lru_cache
 import math
 
 import numpy as np
-from scipy.special import chdtri, ndtri
+import scipy
 
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box, MIN_SAMPLES
 from gearbox_monitor.kernels.jit import jit_allocating
@@ -23,8 +23,8 @@ from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 
-MEAN_LIMIT = float(-ndtri(LIMITS.error_significance / 4))  # two channels, two sides
-LJUNG_BOX_LIMIT = float(chdtri(LAGS, LIMITS.error_significance / 2))
+MEAN_LIMIT = float(-scipy.special.ndtri(LIMITS.error_significance / 4))  # two channels, two sides
+LJUNG_BOX_LIMIT = float(scipy.special.chdtri(LAGS, LIMITS.error_significance / 2))
 _TUNE = 'check friction, inertia and torque scale of the model'
 
 BIASED = Condition(
@@ -111,8 +111,8 @@ def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float
 @lru_cache(maxsize=64)
 def nis_limits(dof: float) -> tuple[float, float]:
     """Return (low, high) of the mean NIS per degree of freedom, of `dof` in all."""
-    return (float(chdtri(dof, 1.0 - LIMITS.error_significance / 2)) / dof,
-            float(chdtri(dof, LIMITS.error_significance / 2)) / dof)
+    return (float(scipy.special.chdtri(dof, 1.0 - LIMITS.error_significance / 2)) / dof,
+            float(scipy.special.chdtri(dof, LIMITS.error_significance / 2)) / dof)
 
 
 def _mean(white: Array) -> float:
