@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Bursts: energy of what remains that comes in few segments."""
+"""Energy of what remains: that comes in few segments, that is more than references leave."""
 import numpy as np
 
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
@@ -38,6 +38,21 @@ def burstiness(evidence: RobotEvidence,
             out[j] = e[top].mean() / np.median(e[use])
             times[j] = [where[s] for s in sorted(top)]
     return out, times
+
+
+def energy_over(evidence: RobotEvidence, fit: RobotFit, variance: Array) -> Array:
+    """
+    Return the energy [J] that `fit` leaves over that of a `variance` [J, bands], 0 without rows.
+
+    Where the level of the noise is known, what follows no variable is seen all the same.
+    """
+    out = np.zeros(evidence.joints)
+    for j, a in enumerate(evidence.at):
+        usual = variance[j][a.band]
+        energy = np.array([np.sum(fit.residual[j][cell] ** 2) for cell in a.cells])
+        if (usual > 0.0).any():
+            out[j] = (energy[usual > 0.0] / usual[usual > 0.0]).sum() / a.count[usual > 0.0].sum()
+    return out
 
 
 def worst_segments(evidence: RobotEvidence, fit: RobotFit) -> Array:

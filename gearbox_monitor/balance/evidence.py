@@ -19,6 +19,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.balance.candidates import Candidate
+from gearbox_monitor.balance.motion import highest_kept
 from gearbox_monitor.balance.rows import NuisanceColumn, Rows
 from gearbox_monitor.kernels.types import Array, Integers
 
@@ -158,7 +159,10 @@ class RobotEvidence:
             segment.append(begin + np.repeat(np.arange(len(rows.tests.starts)), per_segment))
             model.append(rows.model[j])
             begin += len(rows.tests.starts)
-        order = np.argsort(np.concatenate(cell), kind='stable')
+        kept = np.flatnonzero(np.concatenate([
+            rows.tests.frequency <= highest_kept(rows.motion, rows.settings.smoothed)[j]
+            for rows in self.recordings]))
+        order = kept[np.argsort(np.concatenate(cell)[kept], kind='stable')]
         z, y, cells = np.concatenate(blocks)[order], np.concatenate(target)[order], np.concatenate(
             cell)[order]
         y = y - z @ self.mean[own]

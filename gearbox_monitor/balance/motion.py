@@ -12,6 +12,8 @@ from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 
+ORDER = 4  # of the smoother, which runs forwards and backwards
+
 
 @dataclass(frozen=True, eq=False)
 class RobotMotion:
@@ -20,7 +22,8 @@ class RobotMotion:
 
     t [N] s from the begin; q, v [N, J] smoothed; input [N, J]: torque or setpoint;
     input_speed [N, J]: derivative of a setpoint, else zeros. sigma_v [J]: deviation of v;
-    sigma_q [J]: of q as measured. step s; sections: slices of samples without a gap.
+    sigma_q [J]: of q as measured. step s; sections: slices of samples without a gap;
+    cut_off [J] Hz: of the smoother, None for q and v that are not smoothed.
     """
 
     t: Array
@@ -32,6 +35,7 @@ class RobotMotion:
     sigma_q: Array
     step: float
     sections: tuple[slice, ...]
+    cut_off: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +60,7 @@ def motion_of(log: RobotLog, settings: Settings = SETTINGS) -> RobotMotion:
     for grid in grids:
         if len(grid.t) < 2 * margin + 2.0 * settings.hop * rate + 2:
             continue
-        filters = [scipy.signal.butter(4, f, fs=rate, output='sos') for f in cut]
+        filters = [scipy.signal.butter(ORDER, f, fs=rate, output='sos') for f in cut]
         smooth = np.column_stack([scipy.signal.sosfiltfilt(filter_, grid.q[:, j])
                                   for j, filter_ in enumerate(filters)])
         middle = slice(margin, len(grid.t) - margin)
@@ -72,7 +76,14 @@ def motion_of(log: RobotLog, settings: Settings = SETTINGS) -> RobotMotion:
     t, q, v, inputs, input_speed = (np.concatenate(x) for x in zip(*parts))
     return RobotMotion(t - log.sections[0].t[0], q, v, inputs, input_speed,
                   np.sqrt(floor * (2.0 * np.pi) ** 2 * cut ** 3 / 3.0),
-                  np.sqrt(floor * rate / 2.0), 1.0 / rate, tuple(sections))
+                  np.sqrt(floor * rate / 2.0), 1.0 / rate, tuple(sections), cut)
+
+
+def highest_kept(motion: RobotMotion, lost: float) -> Array:
+    """Return the frequencies [J], Hz, up to which the smoother takes `lost` of a motion."""
+    if motion.cut_off is None:
+        return np.full(motion.q.shape[1], np.inf)
+    return motion.cut_off * (lost / (1.0 - lost)) ** (0.5 / ORDER)
 
 
 def _on_grid(section: LogSection, rate: float, of_log: float) -> _Grid:

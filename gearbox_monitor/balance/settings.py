@@ -26,6 +26,7 @@ class Settings:
     highest_servo: float = 4.0
     bands: tuple[float, ...] = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.5, 7.5, 10.01)
     cut_off: tuple[float, float] = (4.0, 20.0)
+    smoothed: float = 0.05       # of a motion that the smoother takes: faster rows are no evidence
     slow: float = 0.02
     ramp: float = 0.06
     presliding: float = 0.005
@@ -58,6 +59,7 @@ class Settings:
     shrink: float = 60.0         # rows' worth of belief that the spectrum of a residual is smooth
     floor: float = 3e-4          # no model is better than this part of its own torque
     bursts: float = 12.0         # energy of the worst tenth of segments over the median
+    excess: float = 4.0          # energy over what healthy references leave: twice their rms
     share_unknown: float = 0.25  # of the gain so far that a function without a law must add
     visited: float = 0.8         # of a motion's samples near those of the reference
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.balance.bursts import burstiness, worst_segments
+from gearbox_monitor.balance.bursts import burstiness, energy_over, worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
 from gearbox_monitor.balance.contest import (
     Contender, contest, ContestScales, cost, informed, over_dispersion, pruned, scales_of,
@@ -379,7 +379,7 @@ def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 
 def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowledge | None,
                 settings: Settings) -> tuple[Remainder, ...]:
-    """Return what no law explains: functions that were taken, and bursts."""
+    """Return what no law explains: functions that were taken, bursts, more than in references."""
     out, chain, fit = [], evidence.recordings[0].robot.chain, search.fit
     for i, (c, step) in enumerate(zip(fit.chosen, search.steps)):
         if c.free and c.joint is not None:
@@ -400,6 +400,12 @@ def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowled
                 chain.joints[j], tuple((begin, end) for _, begin, end in times[j]),
                 tuple(name for name, *_ in times[j]) if several else (),
                 {'burstiness': round(float(size[j]), 2)}))
+    if knowledge is not None:
+        more = energy_over(evidence, fit, knowledge.variance) / knowledge.dispersion
+        out += [Remainder('arm_side', 'effort', _rms(evidence, j, fit.residual[j]), None,
+                          chain.joints[j], figures={'excess': round(float(more[j]), 2)})
+                for j in np.argsort(-more) if more[j] > settings.excess
+                and all(r.joint != chain.joints[j] for r in out)]
     return tuple(out)
 
 

@@ -114,6 +114,9 @@ def remainder_words(remainder: Mapping[str, Any], axes: Mapping[str, str]) -> st
         times = ', '.join(f'{begin:.0f} s' + (f' of {name}' if name else '')
                           for name, (begin, _) in list(zip(names, remainder['times']))[:4])
         return f'{remainder["joint"]}: {size} in bursts, at {times}'
+    if remainder['over'] is None:
+        return (f'{remainder["joint"]}: {size} over no variable, '
+                f'{remainder["excess"] ** 0.5:.2g} times what healthy parts leave')
     return f'{remainder["joint"]}: {size} over {remainder["over"]}, by no law of the library'
 
 

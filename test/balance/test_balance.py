@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 import random_robots
 import robot_gap
+from scipy.signal import butter, sosfreqz
 
 from gearbox_monitor.balance.candidates import Candidate
 from gearbox_monitor.balance.contest import _allowed
 from gearbox_monitor.balance.evidence import RobotEvidence
 from gearbox_monitor.balance.local_cosines import local_cosines
-from gearbox_monitor.balance.motion import RobotMotion
+from gearbox_monitor.balance.motion import highest_kept, RobotMotion
 from gearbox_monitor.balance.robot_effects import compact
 from gearbox_monitor.balance.rows import RobotModel, rows_of
 from gearbox_monitor.balance.settings import SETTINGS
@@ -51,6 +52,18 @@ def healthy_evidence():
     evidence = RobotEvidence([rows_of(random_robots.log(case, 2, 15.0, False)[0],
                                       model_of(case))])
     return evidence, evidence.fit()
+
+
+def test_rows_that_the_smoother_takes_away_are_no_evidence():
+    evidence, _ = healthy_evidence()
+    rows = evidence.recordings[0]
+    rate, lost = 1.0 / rows.motion.step, SETTINGS.smoothed
+    for j, highest in enumerate(highest_kept(rows.motion, lost)):
+        sos = butter(4, rows.motion.cut_off[j], fs=rate, output='sos')
+        gain = np.abs(sosfreqz(sos, [highest], fs=rate)[1][0]) ** 2
+        assert gain == pytest.approx(1.0 - lost, abs=0.02)
+        used = rows.tests.frequency[evidence.at[j].order]
+        assert used.max() <= highest < rows.motion.cut_off[j]
 
 
 def test_local_cosines_are_orthonormal():
@@ -210,7 +223,7 @@ def test_gains_of_a_servo_may_be_wrong(factor, tolerance):
     (7, False, [], 'none: right'), (10, False, ['motor_viscous'], 'one: right'),
     (10, False, ['payload'], 'one: right'), (3, False, ['friction_jump'], 'outside: right'),
     pytest.param(16, True, [], 'none: right', marks=pytest.mark.system),
-    (16, True, ['gravity'], 'one: right')])
+    (16, True, ['gravity'], 'one: right'), (9, True, ['swinging'], 'outside: right')])
 def test_random_robots(seed, pair, kinds, how):
     """Small: test/system/robot_gap.py judges many."""
     record = robot_gap.case_of(seed, pair, change=kinds, rate=100)
