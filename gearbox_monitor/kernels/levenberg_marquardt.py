@@ -6,9 +6,8 @@ Nonlinear least squares by Levenberg and Marquardt (Levenberg 1944, Marquardt 19
 
 `minimise` solves many small problems side by side, each with its own damping; `damped_step` takes
 one step of a large one, whose outer loop does more than steps (noise annealed, states eliminated).
-Two loops stand elsewhere: that of monitoring.checks.elastic_fit is compiled, because a live
-Monitor runs it each second; identification.torque_regression takes plain Gauss-Newton steps,
-because errors in variables leave no cost that a step could lower.
+One loop stands elsewhere: identification.torque_regression takes plain Gauss-Newton steps, because
+errors in variables leave no cost that a step could lower.
 """
 from collections.abc import Callable
 from dataclasses import dataclass

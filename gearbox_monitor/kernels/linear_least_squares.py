@@ -9,8 +9,8 @@ directions with less than RANK of the largest eigenvalue count as undetermined. 
 the matrix: 1 over its variance on the diagonal. Elsewhere stand, on purpose: bounded least squares
 (quality.wiring), noise profiled per band (balance.evidence), noise in the columns
 (identification.torque_regression), a roughness penalty with its own cutoff
-(identification.basis_functions), window states eliminated in a batch (identification.likelihood)
-and compiled kernels (monitoring.checks).
+(identification.basis_functions) and window states eliminated in a batch
+(identification.likelihood).
 """
 import numpy as np
 

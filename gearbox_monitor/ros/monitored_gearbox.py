@@ -23,7 +23,8 @@ from gearbox_monitor.files.baselines import (
 from gearbox_monitor.files.state_file import StateFile
 from gearbox_monitor.interfaces.signals import ARM, DIAGNOSIS, MOTOR, SNAPSHOT, TRANSMISSION
 from gearbox_monitor.kernels.jit import COMPILED, KERNELS
-from gearbox_monitor.monitoring.backlash import drift_words, shape
+from gearbox_monitor.monitoring import elastic_regression
+from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.change import Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
 from gearbox_monitor.monitoring.checks import usability
@@ -421,7 +422,7 @@ def warm_up(model: DriveModel, parameters: EstimatorParameters,
     monitor = Monitor(model, parameters.replace(drift_window=window), robot=robot)
     zeros = tuple(0.0 for _ in monitor.estimator.robot_joints)
     if parameters.arm_joint:  # the fit of a window, which this motion does not excite
-        shape.warm_up()
+        elastic_regression.warm_up()
     for k in range(2200):  # 4.4 s: trust is judged from the third second on
         angle = 0.5 * math.sin(0.02 * k)
         monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, -angle), zeros))

@@ -16,9 +16,12 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.rts_smoother import (
+    N_SMOOTHED, S_MOTOR_SIDE, S_TWIST, S_U, S_X3)
 from gearbox_monitor.export.c99 import firmware
 from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.monitoring.backlash.shape import N_SHAPE, normal_equations
+from gearbox_monitor.monitoring.elastic_regression import (
+    data_of, Law, N_SHAPE, normal_equations)
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -262,19 +265,21 @@ def test_window_sums_are_those_of_the_package(tmp_path):
     library.gm_window_begin(window, pointer(theta), 7)
     codes, _, out = run(library, stamps, u, y, None, window)
     row = out[codes == 0]
-    data = np.column_stack([row[:, 3], row[:, 10], row[:, 6], model.friction_side(row[:, 6]),
-                            row[:, 11]])
+    rows = np.zeros((len(row), N_SMOOTHED))
+    rows[:, [S_TWIST, S_MOTOR_SIDE, S_X3, S_U]] = row[:, [3, 10, 6, 11]] * (1.0, 1.0, 1.0, -1.0)
+    data = data_of(rows, model)
     ratio = (row[:, 6] / (3.0 * row[:, 12])) ** 2
     m = len(row) // 7
     weights = (0.01 + ratio / (1.0 + ratio))[:7 * m].reshape(m, 7).mean(axis=1)
-    normal, right = np.zeros((N_SHAPE, N_SHAPE)), np.zeros(N_SHAPE)
-    normal_equations(theta, np.ones(N_SHAPE, bool), False, data, 7, weights, m, normal, right,
-                     np.zeros((2, N_SHAPE)), np.zeros(m))
+    normal, right = np.zeros((2, N_SHAPE, N_SHAPE)), np.zeros((2, N_SHAPE))
+    law = Law(False, True, 0.0, (0.0, 0.0, 0.0), 7, True, m, math.inf)
+    normal_equations(np.append(theta, np.zeros(N_SHAPE - 8)), np.arange(N_SHAPE) < 7, law, data,
+                     weights, np.ones(m), (normal, right), np.zeros(m))
     sums = np.zeros(56)
     library.sums(window, pointer(sums))
-    np.testing.assert_allclose(sums[:49].reshape(7, 7), np.tril(normal[:7, :7]), rtol=1e-9,
+    np.testing.assert_allclose(sums[:49].reshape(7, 7), normal[0, :7, :7], rtol=1e-9,
                                atol=1e-9)
-    np.testing.assert_allclose(sums[49:], right[:7], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(sums[49:], right[0, :7], rtol=1e-9, atol=1e-9)
 
 
 @needs_gcc

@@ -25,8 +25,8 @@ DRIVE, PARAMETERS = DriveModel(), EstimatorParameters()
 # stand beside their class.
 NUMERICAL = {
     'history': {'ROOM'}, 'observability': {'POSITION_SCALE', 'ROUNDING', 'TINY'},
-    'elastic_fit': {'HUBER', 'ENOUGH', 'ROUNDING', 'TINY', 'ITERATIONS'},
-    'shape': {'TOLERANCE'}, 'change': {'HOUR'}, 'change_tests': {'PRIORS', 'TESTS'},
+    'elastic_curve': {'ENOUGH', 'TINY', 'ITERATIONS'},
+    'features': {'TOLERANCE'}, 'change': {'HOUR'}, 'change_tests': {'PRIORS', 'TESTS'},
     'operating_point': {'TINY'},
     'hidden_arm': {'STEP', 'LONGEST', 'SCAN', 'SHIFT', 'SPREAD', 'LOADS', 'NOISE'}}
 

@@ -18,7 +18,6 @@ from gearbox_monitor.estimation.rts_smoother import (
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.monitoring.backlash import features
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
-from gearbox_monitor.monitoring.backlash.shape import N_SHAPE, normal_equations
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
@@ -115,31 +114,6 @@ def test_the_torque_that_is_fitted_decides_whether_gap_and_compliance_separate()
     rows[:, S_TAU_K] = 2.0 * np.sign(rows[:, S_TWIST]) * (np.abs(rows[:, S_TWIST]) > 0.4)
     found = features.fit(rows, DriveModel(), 0)
     assert found.separable and found.gap == pytest.approx(0.8, rel=2e-3)
-
-
-def test_derivatives_of_the_shape():
-    """The right side is minus half the gradient of the cost, for both kinds."""
-    rows = curve('play', 7.0, 0.4, 0.15)[:2000]
-    rng = np.random.default_rng(0)
-    data = np.ascontiguousarray(np.column_stack([
-        rows[:, S_TWIST], rows[:, S_TAU_K] + 0.3 * rng.standard_normal(2000), rows[:, S_X3],
-        np.sign(rows[:, S_X3]), rows[:, S_U]]))
-    normal, right, scores = np.zeros((8, 8)), np.zeros(8), np.zeros((21, 8))
-
-    def cost(theta, passive):
-        return normal_equations(theta, np.ones(8, bool), passive, data, 4, np.ones(500), 25,
-                                normal, right, scores, np.zeros(500))
-    assert N_SHAPE == 8
-    for passive, width in ((False, 0.12), (False, -0.12), (True, 0.12)):
-        theta = np.array([6.0, 0.35, width, 0.02, 0.01, 0.1, 0.02, 0.4 if passive else 0.0])
-        cost(theta, passive)
-        analytic = right.copy()
-        np.testing.assert_allclose(scores.sum(axis=0), analytic, rtol=1e-9, atol=1e-9)
-        for i in range(8 if passive else 7):
-            step = np.zeros(8)
-            step[i] = 1e-7
-            slope = (cost(theta + step, passive) - cost(theta - step, passive)) / 2e-7
-            assert -0.5 * slope == pytest.approx(analytic[i], rel=2e-3, abs=1e-3), (passive, i)
 
 
 @pytest.mark.parametrize('rows, reason', [

@@ -12,8 +12,7 @@ from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST,
     S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.monitoring import monitor as monitor_module
-from gearbox_monitor.monitoring.checks import (
-    elastic_curve, elastic_fit, innovation, passivity, twist_range)
+from gearbox_monitor.monitoring.checks import elastic_curve, innovation, passivity, twist_range
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.checks.row_check import RowCheck
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -91,26 +90,6 @@ def test_hysteresis_of_the_model_is_no_delay_and_a_delay_is_found_beside_it(kind
     broken, values = elastic_curve.check(rows, drive)
     assert broken == [elastic_curve.OTHER_TWIST]
     assert values['elastic_delay_s'] == pytest.approx(0.005, rel=0.1)
-
-
-def test_slopes_are_those_of_the_curve():
-    for drive, rows in (hysteretic('play'), hysteretic('passive_play'), (MODEL, rows_of())):
-        data = elastic_curve.data_of(rows, drive)
-        for with_inertia in (False, True):
-            law = elastic_fit.law_of(drive, 1.0, with_inertia)
-            theta = 0.01 * np.random.default_rng(3).standard_normal(elastic_fit.N_SHAPE)
-            slopes, unused = np.empty((2, len(rows), elastic_fit.N_SHAPE))
-            torque, high, low = np.empty((3, len(rows)))
-            elastic_fit.curve(theta, data, law, torque, slopes)
-            for i in range(elastic_fit.N_SHAPE):
-                step = 1e-6 * np.eye(elastic_fit.N_SHAPE)[i]
-                elastic_fit.curve(theta + step, data, law, high, unused)
-                elastic_fit.curve(theta - step, data, law, low, unused)
-                numeric = (high - low) / 2e-6
-                if i == elastic_fit.WIDTH and law.width == 0.0:
-                    numeric = np.zeros(len(rows))
-                # But for the few rows that a step brings across a corner.
-                assert np.mean(np.abs(slopes[:, i] - numeric) < 1e-5) > 0.98, i
 
 
 def slow(arm=1.5, **errors):

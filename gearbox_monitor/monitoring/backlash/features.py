@@ -4,8 +4,10 @@
 """
 Backlash, stiffness, hysteresis and friction from a window of smoothed torque over twist.
 
-One regression fits them together (see shape). Fit on smoothed values only: the filter's lag draws
-a hysteresis loop that is not there.
+One elastic_regression fits them together. Torque and model are averaged over pairs of neighbouring
+groups of samples before they are compared: the noise of a smoothed torque is high-frequency. Each
+group belongs to two pairs, so that nothing is lost between them. Fit on smoothed values only: the
+filter's lag draws a hysteresis loop that is not there.
 """
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,20 +16,23 @@ import math
 import numpy as np
 
 from gearbox_monitor.estimation.rts_smoother import (
-    S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3,
-    S_X4)
+    S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4)
+from gearbox_monitor.kernels.levenberg_marquardt import Damping
 from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.backlash.shape import (
-    COULOMB, GAIN, HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
+from gearbox_monitor.monitoring.elastic_regression import (
+    BLOCKS, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_U, D_X3, data_of, GAIN, HALF_GAP,
+    HEIGHT, Law, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
 from gearbox_monitor.plant.drive import DriveModel
 
 MAX_POINTS = 2500
 GROUPS = 300       # of points; the fit compares averages of two neighbours
-BLOCKS = 20        # parts of a window that count as independent
 START_POINTS = 250
 REWEIGHTS = 2
+RULE = Damping(1e-3, 10.0, 1e-3, hopeless=1e5, relative=1e-12, level=True)  # differ by 1e10
+TOLERANCE = 1e-7   # of the cost, for another step
+ERRORS = [VISCOUS, COULOMB, GAIN]
 # What windows have in common, see pooling.PooledFeatures.
 COMMON = (VISCOUS, COULOMB, GAIN, STIFFNESS)
 
@@ -165,14 +170,12 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     points = rows[::max(1, len(rows) // MAX_POINTS)]
     group = max(1, len(points) // GROUPS)
     count = len(points) // group
-    friction = model.friction_side(points[:, S_X3])
-    data = np.column_stack([points[:, S_TWIST], points[:, S_MOTOR_SIDE], points[:, S_X3], friction,
-                            points[:, S_U]])
+    data = data_of(points, model)
+    data[:, D_U] *= -1.0  # a torque gain above the model's is missing in the torque
     certain = _weights(points, model)
     weights = certain[:count * group].reshape(count, group).mean(axis=1)
     expected = _expected(data, model)
-    regression = Regression(data, group, weights.copy(), BLOCKS, np.zeros(N_SHAPE),
-                            float(np.ptp(data[:, 0])))
+    regression = _regression(data, group, weights.copy())
 
     def without_gap(reason: str) -> NotExcited:
         regression.weights[:] = weights
@@ -217,7 +220,7 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
 
 def _transmitted(data: Array, theta: Array) -> Array:
     """Return tau_K [N] of the motor's side in `data` without the errors that `theta` names."""
-    tau_k: Array = data[:, 1] - data[:, 2:] @ (theta[[VISCOUS, COULOMB, GAIN]] * (1.0, 1.0, -1.0))
+    tau_k: Array = data[:, D_TORQUE] - data[:, [COLUMN_OF[i] for i in ERRORS]] @ theta[ERRORS]
     return tau_k
 
 
@@ -255,15 +258,33 @@ def _weights(rows: Array, model: DriveModel) -> Array:
     return 0.01 + ratio / (1.0 + ratio)
 
 
+def _regression(data: Array, group: int, weights: Array, paired: bool = True) -> Regression:
+    """
+    Return the Regression of a window.
+
+    Args:
+        data: [N, N_DATA].
+        group: samples that are averaged.
+        weights: of the groups [N // group].
+        paired: whether each is compared together with the one before.
+
+    """
+    result = Regression(data, Law(False, True, 0.0, (0.0, 0.0, 0.0), group, paired, max(
+        1, -(-len(weights) // BLOCKS)), math.inf), weights)
+    span = float(np.ptp(data[:, D_TWIST]))
+    result.high[HALF_GAP], result.high[WIDTH], result.low[WIDTH] = span, 0.5 * span, -0.5 * span
+    return result
+
+
 def _start(data: Array) -> tuple[Array, float]:
     """Return (theta, variance of residuals) of a dead zone through every so many points."""
     points = np.ascontiguousarray(data[::max(1, len(data) // START_POINTS)])
-    twist, tau_k = points[:, 0], points[:, 1]
+    twist, tau_k = points[:, D_TWIST], points[:, D_TORQUE]
     span = float(np.ptp(twist))
     middle = 0.5 * float(twist.max() + twist.min())
     free = np.zeros(N_SHAPE, bool)
     free[[STIFFNESS, HALF_GAP, ZERO]] = True
-    regression = Regression(points, 1, np.ones(len(points)), 1, np.zeros(N_SHAPE), span)
+    regression = _regression(points, 1, np.ones(len(points)))
     chosen: Array = np.zeros(N_SHAPE)
     lowest_cost = math.inf
     for share in (0.1, 0.25, 0.4):  # the cost has a local minimum where a flank is missed
@@ -271,15 +292,15 @@ def _start(data: Array) -> tuple[Array, float]:
         theta[HALF_GAP], theta[ZERO] = share * span, middle
         basis = np.sign(twist - middle) * np.maximum(np.abs(twist - middle) - share * span, 0.0)
         theta[STIFFNESS] = max(float(basis @ tau_k / max(basis @ basis, 1e-300)), 1e-12)
-        cost = regression.solve(theta, free, iterations=20)
+        cost = regression.solve(theta, free, RULE, TOLERANCE, 20)
         if cost < lowest_cost:
-            chosen, lowest_cost = regression.theta, cost
+            chosen, lowest_cost = regression.optimum.theta, cost
     return chosen, lowest_cost / len(points)
 
 
 def _expected(data: Array, model: DriveModel) -> Array:
     """Return the standard deviations [N_SHAPE] expected of the changes, inf for the rest."""
-    load, speed = (float(np.sqrt(np.mean(data[:, i] ** 2))) for i in (1, 2))
+    load, speed = (float(np.sqrt(np.mean(data[:, i] ** 2))) for i in (D_TORQUE, D_X3))
     expected = np.full(N_SHAPE, np.inf)
     if speed > 0.0:
         expected[VISCOUS] = math.hypot(LIMITS.friction_prior * model.viscous_friction,
@@ -322,26 +343,24 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
 
     """
     base = regression.weights.copy()
-    free = np.ones(N_SHAPE, bool)
-    free[HEIGHT], free[WIDTH], free[HALF_GAP] = False, loop, gap
-    free[VISCOUS] = regression.data[:, 2].any()
-    free[COULOMB] = regression.data[:, 3].any()
-    free[GAIN] = regression.data[:, 4].any()
+    free = np.zeros(N_SHAPE, bool)
+    free[[STIFFNESS, ZERO]], free[WIDTH], free[HALF_GAP] = True, loop, gap
+    for error in ERRORS:
+        free[error] = regression.data[:, COLUMN_OF[error]].any()
 
-    def refit(theta: Array, free: Flags, passive: bool = False,
-              rounds: int = 0) -> tuple[Array, Array]:
+    def refit(theta: Array, free: Flags, rounds: int = 0) -> tuple[Array, Array]:
         nonlocal variance
         for i in range(rounds + 1):
             regression.prior = variance / expected ** 2
-            regression.solve(theta, free, passive)
-            theta = regression.theta
+            regression.solve(theta, free, RULE, TOLERANCE, 30)
+            theta = regression.optimum.theta
             if i < rounds:
                 size = np.abs(regression.residuals)
                 scale = 1.4826 * float(np.median(size))
                 variance = scale ** 2
                 regression.weights[:] = base / np.maximum(1.0,
                                                           size / max(LIMITS.huber * scale, 1e-300))
-        return theta, regression.covariance(variance)
+        return theta, regression.optimum.covariance(variance)
 
     theta, covariance = refit(theta, free, rounds=REWEIGHTS)
     gain = bool(free[GAIN]) and \
@@ -350,7 +369,7 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
         free[GAIN], theta = False, theta.copy()
         theta[GAIN] = 0.0
         theta, covariance = refit(theta, free)
-    theta_free, covariance_free, normal = theta, covariance, regression.normal
+    theta_free, covariance_free, normal = theta, covariance, regression.optimum.normal()
     width, doubt = theta[WIDTH], LIMITS.loaded * math.sqrt(max(covariance[WIDTH, WIDTH], 0.0))
     if width < -doubt:
         passive_theta = theta.copy()
@@ -359,11 +378,13 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
         passive_free[HEIGHT] = True
         weights, off = regression.weights.copy(), np.median(np.abs(regression.residuals))
         regression.weights[:] = base  # those at hand belong to residuals of the other structure
-        passive_theta, passive_covariance = refit(
-            passive_theta, passive_free, passive=True, rounds=REWEIGHTS)
+        law, low = regression.law, regression.low[WIDTH]
+        regression.law, regression.low[WIDTH] = law._replace(passive=True), -2e-3 * low
+        passive_theta, passive_covariance = refit(passive_theta, passive_free, rounds=REWEIGHTS)
+        regression.law, regression.low[WIDTH] = law, low
         if np.median(np.abs(regression.residuals)) < off:
             return _Fit(passive_theta, passive_covariance, passive_theta, passive_covariance,
-                        regression.normal, True, gain, loop)
+                        regression.optimum.normal(), True, gain, loop)
         regression.weights[:] = weights
     # Shrunk towards none, without a jump: a loop that is not seen adds noise to the gap only.
     theta = theta.copy()
@@ -374,7 +395,7 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
     if theta[WIDTH] != 0.0:
         covariance = covariance_free
     else:
-        normal = regression.normal
+        normal = regression.optimum.normal()
     return _Fit(theta, covariance, theta_free, covariance_free, normal, False, gain, loop)
 
 
@@ -393,11 +414,10 @@ def _friction_on_one_flank(rows: Array, regression: Regression, expected: Array,
         The Friction.
 
     """
-    twist, torque = regression.data[:, 0], regression.data[:, 1]
-    theta = np.zeros(N_SHAPE)
-    theta[HALF_GAP] = regression.span
-    theta[ZERO] = twist.min() - regression.span if torque.sum() > 0.0 \
-        else twist.max() + regression.span
+    twist, torque = regression.data[:, D_TWIST], regression.data[:, D_TORQUE]
+    theta, span = np.zeros(N_SHAPE), float(np.ptp(twist))
+    theta[HALF_GAP] = span
+    theta[ZERO] = twist.min() - span if torque.sum() > 0.0 else twist.max() + span
     centred = twist - twist.mean()
     theta[STIFFNESS] = max(float(centred @ torque / max(centred @ centred, 1e-300)), 1e-12)
     variance = float(np.var(torque - theta[STIFFNESS] * twist))
@@ -419,17 +439,14 @@ def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals
               separable: bool, load: float) -> Backlash:
     theta, covariance = fitted.theta, fitted.covariance
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    to_gap = np.zeros(N_SHAPE)
-    to_gap[HALF_GAP] = 2.0
+    to_gap, to_height = np.zeros((2, N_SHAPE))
+    to_gap[HALF_GAP], to_gap[WIDTH] = 2.0, 0.0 if fitted.passive else 2.0 * np.sign(theta[WIDTH])
+    k, c = fitted.theta_free[STIFFNESS], fitted.theta_free[WIDTH]
     if fitted.passive:
-        hysteresis, hysteresis_std = -2.0 * theta[HEIGHT], 2.0 * std[HEIGHT]
+        hysteresis, to_height[HEIGHT] = -2.0 * theta[HEIGHT], -2.0
     else:
-        to_gap[WIDTH] = 2.0 * np.sign(theta[WIDTH])
-        to_height = np.zeros(N_SHAPE)
-        k, c = fitted.theta_free[STIFFNESS], fitted.theta_free[WIDTH]
-        to_height[STIFFNESS], to_height[WIDTH] = 2.0 * c, 2.0 * k
-        hysteresis = 2.0 * k * c
-        hysteresis_std = math.sqrt(max(to_height @ fitted.covariance_free @ to_height, 0.0))
+        hysteresis, to_height[STIFFNESS], to_height[WIDTH] = 2.0 * k * c, 2.0 * c, 2.0 * k
+    hysteresis_std = math.sqrt(max(to_height @ fitted.covariance_free @ to_height, 0.0))
     if not fitted.loop:
         hysteresis = hysteresis_std = math.nan
     lost_motion, lost_motion_std = lost_motion_of(rows)

@@ -6,7 +6,7 @@ Whether tau_K, which comes from the motor's torque, is what the elastic curve sa
 
 Both encoders and the model's stiffness give the torque of the transmission a second time, and a
 load on the arm, known or not, has no part in it. Over a window the difference of the two is fitted
-with what may be wrong (linearised, Gauss-Newton with Huber weights and priors, see elastic_fit):
+with what may be wrong (robust, with priors, see elastic_regression):
 
     tau_K = K' dz(y, b') + k_s (z - w) + g u + dCv x3 + dCc (2/pi) atan(alpha x3) + e
     z = twist - o - s x2 - d x4,  w = play of half width c' behind z
@@ -26,26 +26,31 @@ late encoder is viscous friction. Where neither is certain, each is asked for on
 other held to its tolerances in the model file: one of the two is wrong then.
 """
 import numpy as np
+from scipy.special import stdtrit
 
 from gearbox_monitor.estimation.process_model import UNIFORM
 from gearbox_monitor.estimation.rts_smoother import (
-    S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE,
-    S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
+    S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TWIST, S_TWIST_NOISE_STD,
+    S_TWIST_RATE_NOISE_STD, S_U, S_X3)
+from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.levenberg_marquardt import Damping
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.checks import elastic_fit
-from gearbox_monitor.monitoring.checks.elastic_fit import (
-    COULOMB, D_FRICTION, D_U, D_X2, D_X3, D_X4, DELAY, GAIN, HALF_GAP, INERTIA, lasting_share,
-    N_SHAPE, SCALE, share_beyond, SIGMA, STIFFNESS, TORQUE, TWIST, VISCOUS, WIDTH, ZERO)
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.monitoring.checks.row_check import MAX_ROWS, middle, Result, RowCheck
+from gearbox_monitor.monitoring.elastic_regression import (
+    BLOCKS, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_X2, D_X4, data_of, DELAY, GAIN, HALF_GAP,
+    HEIGHT, INERTIA, Law, N_SHAPE, Optimum, Regression, SCALE, STIFFNESS, VISCOUS, WIDTH, ZERO)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 
-# Columns of the smoothed rows in the order of elastic_fit.D_*, but for D_FRICTION.
-COLUMNS = (S_TWIST, S_TWIST_RATE, S_X2, S_X4, S_X3, S_X3, S_U, S_MOTOR_SIDE,
-           S_MOTOR_SIDE_NOISE_STD)
-COLUMN_OF = {VISCOUS: D_X3, COULOMB: D_FRICTION, GAIN: D_U}  # what errors of torque multiply
+TORQUE, TWIST = [VISCOUS, COULOMB, GAIN], [SCALE, DELAY]
+SIGMA = LIMITS.curve_sigma
+OFTEN = float(stdtrit(BLOCKS - 1, LIMITS.curve_often))  # not in a block or two
+RULE = Damping(1e-3, relative=1e-12)
+ITERATIONS, ENOUGH = 12, 1e-3
+ZEROS = 13  # of the grid that the fit starts from
+TINY = 1e-300
 _WINDOW = f'{LIMITS.curve_window:g} s'
 
 NO_CURVE = Condition(
@@ -81,8 +86,7 @@ def _friction_estimated(rows: Array) -> bool:
 def _prior(drive: DriveModel) -> Array:
     """Return 1 / variance [N_SHAPE] of what is expected of the parameters."""
     shape, tolerance = drive.transmission, drive.tolerance
-    std = np.empty(N_SHAPE)
-    std[ZERO] = np.inf
+    std = np.full(N_SHAPE, np.inf)
     std[STIFFNESS] = np.hypot(LIMITS.curve_stiffness, tolerance) * shape.stiffness
     std[HALF_GAP] = max(LIMITS.curve_gap * shape.half_gap, 1e-3)
     std[WIDTH] = max(LIMITS.curve_gap * shape.hysteresis_width, LIMITS.curve_fixed)
@@ -105,17 +109,16 @@ def _within_tolerances(drive: DriveModel, at: list[int]) -> Array:
     return result
 
 
-def data_of(rows: Array, drive: DriveModel) -> Array:
-    """Return the data [N, N_DATA] that elastic_fit takes of `rows` of a `drive`."""
-    data: Array = rows[:, COLUMNS]
-    data[:, D_FRICTION] = drive.friction_side(rows[:, S_X3])
-    return data
+def _play_width(drive: DriveModel) -> float:
+    """Return half the width of the play in the transmission of `drive`, rad; 0 without one."""
+    shape = drive.transmission
+    return shape.hysteresis_width if shape.kind in ('play', 'passive_play') else 0.0
 
 
 def _remembered(twist: Array, drive: DriveModel) -> tuple[int, float]:
     """Return the first row of `twist` [N] at which the play is known, N if none, and its end."""
     high, low = np.maximum.accumulate(twist), np.minimum.accumulate(twist)
-    carried = high - low >= 2.0 * elastic_fit.play_width(drive)
+    carried = high - low >= 2.0 * _play_width(drive)
     first = int(np.argmax(carried)) if carried[-1] else len(twist)
     return first, 1.0 if first == len(twist) or twist[first] == high[first] else -1.0
 
@@ -127,6 +130,104 @@ def _weights(rows: Array, drive: DriveModel) -> Array:
     doubt = LIMITS.standstill * middle(rows[:, S_TWIST_RATE_NOISE_STD])
     ratio = (rows[:, S_X3] / max(doubt, 1e-12)) ** 2
     return LIMITS.curve_standstill_weight + ratio / (1.0 + ratio)
+
+
+def _fitted(data: Array, rows: Array, drive: DriveModel, side: float, with_inertia: bool
+            ) -> tuple[Optimum, Array]:
+    """
+    Return the Optimum of a window, and its residuals [N] in stated deviations.
+
+    Args:
+        data: of `rows` [N, N_DATA].
+        rows: [N, N_SMOOTHED].
+        drive: of the filter.
+        side: which end carried the play to the first row, 1 or -1.
+        with_inertia: whether an error of the motor's inertia is fitted.
+
+    """
+    shape, width = drive.transmission, _play_width(drive)
+    friction = drive.viscous_friction, drive.coulomb_friction, drive.damping
+    fit = Regression(data, Law(shape.kind != 'play', False, side, friction, 1, False,
+                               len(data) // BLOCKS, LIMITS.huber), _weights(rows, drive))
+    fit.units, fit.prior = 1.0 / rows[:, S_MOTOR_SIDE_NOISE_STD], _prior(drive)
+    at = [STIFFNESS, HALF_GAP, WIDTH]
+    fit.base[at] = shape.stiffness, shape.half_gap, width
+    fit.base[HEIGHT] = shape.hysteresis_stiffness if shape.kind == 'passive_play' else 0.0
+    fit.low[at], fit.strict = -fit.base[at], True
+    free = np.ones(N_SHAPE, bool)
+    free[HEIGHT], free[WIDTH], free[INERTIA] = False, width > 0.0, with_inertia
+    fit.solve(_start(fit, middle(data[:, D_TWIST] - data[:, D_TORQUE] / shape.stiffness)), free,
+              RULE, ENOUGH, ITERATIONS)
+    return fit.optimum, fit.residuals
+
+
+def _start(fit: Regression, centre: float) -> Array:
+    """Return parameters [N_SHAPE] to start `fit` from: a zero about `centre`, errors of torque."""
+    k, b, width, spring = fit.base[[STIFFNESS, HALF_GAP, WIDTH, HEIGHT]]
+    data, weights, prior = fit.data, fit.weights, fit.prior[TORQUE]
+    stretch = np.zeros(len(data))
+    if width > 0.0:
+        _stretches(data[:, D_TWIST], width, fit.law.side, stretch)
+    zeros = np.append(0.0, centre + 1.5 * (b + width) * (
+        2.0 * np.arange(ZEROS) / (ZEROS - 1.0) - 1.0))
+    twist = data[:, D_TWIST] - zeros[:, None] - (0.0 if fit.law.passive else stretch)
+    e = (data[:, D_TORQUE] - spring * stretch - k * (twist - np.clip(twist, -b, b))) * fit.units
+    columns = data[:, [COLUMN_OF[i] for i in TORQUE]] * fit.units[:, None]
+    robust = weights / np.maximum(1.0, np.abs(e) / LIMITS.huber)  # [ZEROS + 1, N]
+    normal = columns.T @ (robust[:, :, None] * columns) + np.diag(prior)
+    errors = np.linalg.solve(normal, ((robust * e) @ columns)[:, :, None])[:, :, 0]
+    costs = np.stack([np.minimum(np.abs(e), SIGMA) @ weights, errors ** 2 @ prior + np.minimum(
+        np.abs(e - errors @ columns.T), SIGMA) @ weights], axis=1)
+    at, with_errors = divmod(int(np.argmin(costs)), 2)
+    theta = np.zeros(N_SHAPE)
+    theta[ZERO] = zeros[at]
+    theta[TORQUE] = errors[at] * with_errors
+    return theta
+
+
+@jit
+def _stretches(twist: Array, width: float, side: float, stretch: Array) -> None:
+    """Write by how much `twist` [N] leads the play behind it, `side` the end that carried it."""
+    memory = twist[0] - side * width
+    for i in range(len(twist)):
+        memory = min(max(memory, twist[i] - width), twist[i] + width)
+        stretch[i] = twist[i] - memory
+
+
+def _lasting_share(residuals: Array) -> float:
+    """Return the lower confidence bound of the share of `residuals` [N] beyond SIGMA."""
+    length = len(residuals) // BLOCKS
+    shares = (np.abs(residuals) > SIGMA)[:length * BLOCKS].reshape(BLOCKS, length).mean(axis=1)
+    return float(max(shares.mean() - OFTEN * shares.std(ddof=1) / BLOCKS ** 0.5, 0.0))
+
+
+def _share_beyond(columns: Array, stds: Array, optimum: Optimum, at: list[int]) -> float:
+    """
+    Return the share of the rows at which an error is beyond SIGMA stated deviations, and certain.
+
+    Certain is that it exceeds one of them: so much smoothing and a play that follows an uncertain
+    twist leave on a healthy drive.
+
+    Args:
+        columns: what the parameters multiply [A, N].
+        stds: stated standard deviations [N].
+        optimum: of the window.
+        at: places of the A parameters.
+
+    """
+    certain = float(-stdtrit(_moving_blocks(columns), LIMITS.curve_significance / 2))
+    size = np.abs(optimum.theta[at] @ columns)
+    covariance = optimum.covariance(held=True)[np.ix_(at, at)]
+    variance = np.maximum(((covariance @ columns) * columns).sum(axis=0), 0.0)
+    return float(((size > SIGMA * stds) & (size - stds > certain * np.sqrt(variance))).mean())
+
+
+def _moving_blocks(columns: Array) -> float:
+    """Return how many blocks count, by how `columns` [A, N] vary in them: a rest tells nothing."""
+    length = columns.shape[1] // BLOCKS
+    blocks = columns[:, :length * BLOCKS].reshape(len(columns), BLOCKS, length)
+    moved = (blocks.var(axis=2) / np.maximum(columns.var(axis=1), TINY)[:, None]).sum(axis=0)
+    return max(float(moved.sum()) ** 2 / max(float(moved @ moved), TINY), 1.0)
 
 
 def check(rows: Array, drive: DriveModel) -> Result:
@@ -147,32 +248,30 @@ def check(rows: Array, drive: DriveModel) -> Result:
         return None
     friction_estimated = _friction_estimated(rows)
     data = data_of(rows, drive)
-    fit = elastic_fit.fit(data, elastic_fit.law_of(drive, side, friction_estimated),
-                          _weights(rows, drive), _prior(drive))
-    if fit.contact < LIMITS.curve_contact:
+    optimum, residuals = _fitted(data, rows, drive, side, friction_estimated)
+    if optimum.contact < LIMITS.curve_contact:
         return None
-    torque, twist = (np.ascontiguousarray(rows[:, i]) for i in (
-        S_MOTOR_SIDE_NOISE_STD, S_TWIST_NOISE_STD))
+    torque, twist = rows[:, S_MOTOR_SIDE_NOISE_STD], rows[:, S_TWIST_NOISE_STD]
     of_twist = np.stack([data[:, i] - middle(data[:, i]) for i in (D_X2, D_X4)])
     wrong = TORQUE
     if friction_estimated:
         wrong, precision = [GAIN], _within_tolerances(drive, TORQUE + TWIST)
         torque = np.sqrt(torque ** 2 + rows[:, S_U] ** 2 / precision[GAIN])
         twist = np.sqrt(twist ** 2 + (1.0 / precision[TWIST]) @ of_twist ** 2)
-    of_torque = np.ascontiguousarray(data[:, [COLUMN_OF[i] for i in wrong]].T)
-    shares = {'misfit': lasting_share(fit.residuals),
-              'torque': share_beyond(of_torque, torque, fit, wrong),
-              'twist': share_beyond(of_twist, twist, fit, TWIST)}
-    by_tolerance = [elastic_fit.held(fit, _within_tolerances(drive, at)) for at in (TWIST, TORQUE)]
+    of_torque = data[:, [COLUMN_OF[i] for i in wrong]].T
+    shares = {'misfit': _lasting_share(residuals),
+              'torque': _share_beyond(of_torque, torque, optimum, wrong),
+              'twist': _share_beyond(of_twist, twist, optimum, TWIST)}
     if not max(shares.values()) > LIMITS.curve_share:
-        shares['torque'] = share_beyond(of_torque, torque, by_tolerance[0], wrong)
-        shares['twist'] = share_beyond(of_twist, twist, by_tolerance[1], TWIST)
+        by_twist, by_torque = (optimum.with_prior(_within_tolerances(drive, at))
+                               for at in (TWIST, TORQUE))
+        shares['torque'] = _share_beyond(of_torque, torque, by_twist, wrong)
+        shares['twist'] = _share_beyond(of_twist, twist, by_torque, TWIST)
     values = {f'elastic_{name}_share': share for name, share in shares.items()}
     values |= {f'elastic_{name}_share_threshold': LIMITS.curve_share for name in shares}
-    values |= {'elastic_gain': float(fit.theta[GAIN]), 'elastic_scale': float(fit.theta[SCALE]),
-               'elastic_delay_s': float(fit.theta[DELAY]),
-               'elastic_viscous': float(fit.theta[VISCOUS]),
-               'elastic_coulomb': float(fit.theta[COULOMB])}
+    values |= {f'elastic_{name}': float(optimum.theta[at]) for name, at in (
+        ('gain', GAIN), ('scale', SCALE), ('delay_s', DELAY), ('viscous', VISCOUS),
+        ('coulomb', COULOMB))}
     broken = [condition for condition, name in (
         (NO_CURVE, 'misfit'), (OTHER_TORQUE, 'torque'), (OTHER_TWIST, 'twist'))
         if shares[name] > LIMITS.curve_share]

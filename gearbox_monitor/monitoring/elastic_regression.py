@@ -1,0 +1,324 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Torque over twist with errors of torque and twist beside it, and its least squares.
+
+    tau = K dz(y, b) + k_s (z - w) + dCv x3 + dCc (2/pi) atan(alpha x3) + g u + dm m
+    z = twist - t0 - s x2 - d x4,  w = play of half width |c| behind z
+    m = u - K dz(y, b) - k_s (z - w) - D twist' - Cv x3 - Cc (2/pi) atan(alpha x3)
+
+    play, c >= 0   y = w           lower branch while the twist grows (the paper's)
+    play, c < 0    y = 2 z - w     upper branch while it grows, on the flanks only
+    passive        y = z           a loop of height 2 k_s c everywhere, in the gap, too
+
+Which of them are fitted says a mask. What friction or a torque gain that have changed do to tau_K
+cannot pass for a gap then, nor the reverse.
+"""
+from dataclasses import dataclass, replace
+import math
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from gearbox_monitor.estimation.rts_smoother import (
+    S_MOTOR_SIDE, S_TWIST, S_TWIST_RATE, S_U, S_X2, S_X3, S_X4)
+from gearbox_monitor.kernels.jit import jit_allocating
+from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
+from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.transmission import dead_zone
+
+(STIFFNESS, HALF_GAP, WIDTH, ZERO, VISCOUS, COULOMB, GAIN, HEIGHT, SCALE, DELAY, INERTIA,
+ N_SHAPE) = range(12)
+# Columns of the data; D_FRICTION: share of Coulomb friction that acts.
+D_TWIST, D_RATE, D_X2, D_X4, D_X3, D_FRICTION, D_U, D_TORQUE, N_DATA = range(9)
+COLUMNS = (S_TWIST, S_TWIST_RATE, S_X2, S_X4, S_X3, S_X3, S_U, S_MOTOR_SIDE)  # of smoothed rows
+COLUMN_OF = {VISCOUS: D_X3, COULOMB: D_FRICTION, GAIN: D_U}  # what errors of torque multiply
+BLOCKS = 20  # parts of a window that count as independent
+
+
+def data_of(rows: Array, drive: DriveModel) -> Array:
+    """Return the data [N, N_DATA] of smoothed `rows` [N, N_SMOOTHED] of a `drive`."""
+    data = np.ascontiguousarray(rows[:, COLUMNS])
+    data[:, D_FRICTION] = drive.friction_side(rows[:, S_X3])
+    return data
+
+
+class Law(NamedTuple):
+    """
+    What a regression compares, and how.
+
+    passive: whether the loop is open in the backlash, too. by_height: whether HEIGHT is k_s |c|,
+    N m, not k_s. side: which end carries the play at the
+    first row, 1 or -1; 0: not known, and what comes before it is carried does not count. friction:
+    viscous, Coulomb and damping of the model. group: rows averaged before they are compared.
+    paired: whether each group is compared together with the one before. block: groups whose errors
+    may go together. huber: residuals beyond count less.
+    """
+
+    passive: bool
+    by_height: bool
+    side: float
+    friction: tuple[float, float, float]
+    group: int
+    paired: bool
+    block: int
+    huber: float
+
+
+@jit_allocating
+def normal_equations(theta: Array, free: Flags, law: Law, data: Array, weights: Array,
+                     units: Array, blocks: tuple[Array, Array], residuals: Array
+                     ) -> tuple[float, float]:
+    """
+    Write the weighted normal equations at `theta` [N_SHAPE], block by block.
+
+    Args:
+        theta: parameters [N_SHAPE].
+        free: which are fitted [N_SHAPE].
+        law: see Law.
+        data: [N, N_DATA].
+        weights: of the groups [M].
+        units: 1 over the stated deviations of the groups [M].
+        blocks: written, lower triangles [M // law.block + 1, N_SHAPE, N_SHAPE] and right sides of
+            the step [M // law.block + 1, N_SHAPE].
+        residuals: written, of each group, or of each with the one before, in stated deviations
+            [M]; 0 before the play is known.
+
+    Returns:
+        The cost, and the share of rows in contact.
+
+    """
+    k, b, zero, r = theta[STIFFNESS], theta[HALF_GAP], theta[ZERO], abs(theta[WIDTH])
+    per_width = 1.0 / r if law.by_height and r > 0.0 else 0.0
+    spring = theta[HEIGHT] * (per_width if law.by_height else 1.0)
+    sign, lower = 1.0, 0.0 if law.passive else 1.0
+    if theta[WIDTH] < 0.0:
+        sign, lower = -1.0, -lower
+    normal, right = blocks
+    normal[:] = 0.0
+    right[:] = 0.0
+    slope, last, part = np.zeros(N_SHAPE), np.zeros(N_SHAPE), np.zeros(N_SHAPE)
+    w, side, x2_carried, x4_carried = 0.0, law.side, data[0, D_X2], data[0, D_X4]
+    error_last, cost, contacts, paired = 0.0, 0.0, 0, not law.paired
+    share = (0.5 if law.paired else 1.0) / law.group
+    elastic_share = 1.0 - theta[INERTIA]
+    for j in range(residuals.shape[0]):
+        slope[:] = 0.0
+        error = 0.0
+        for i in range(j * law.group, (j + 1) * law.group):
+            x2, x4, x3, u, friction = (data[i, D_X2], data[i, D_X4], data[i, D_X3], data[i, D_U],
+                                       data[i, D_FRICTION])
+            z = data[i, D_TWIST] - zero - theta[SCALE] * x2 - theta[DELAY] * x4
+            if i == 0:
+                w = z - side * r
+            if z - w > r or w - z > r:
+                side = 1.0 if z > w else -1.0
+                w, x2_carried, x4_carried = z - side * r, x2, x4
+            stretch = z - w
+            load = dead_zone(z - lower * stretch, b)
+            flank = 1.0 if load > 0.0 else (-1.0 if load < 0.0 else 0.0)
+            if load != 0.0:
+                contacts += 1
+            steep = k * abs(flank)
+            of_stretch = spring - lower * steep
+            elastic = k * load + spring * stretch
+            slope[STIFFNESS] += elastic_share * load
+            slope[HALF_GAP] -= elastic_share * k * flank
+            slope[WIDTH] += elastic_share * sign * (
+                of_stretch * side - spring * per_width * stretch)
+            slope[ZERO] -= elastic_share * steep
+            slope[HEIGHT] += elastic_share * stretch * (per_width if law.by_height else 1.0)
+            slope[SCALE] -= elastic_share * (steep * x2 + of_stretch * (x2 - x2_carried))
+            slope[DELAY] -= elastic_share * (steep * x4 + of_stretch * (x4 - x4_carried))
+            slope[VISCOUS] += x3
+            slope[COULOMB] += friction
+            slope[GAIN] += u
+            torque = (elastic + theta[VISCOUS] * x3 + theta[COULOMB] * friction
+                      + theta[GAIN] * u)
+            if free[INERTIA]:  # M1 x3', by the curve: tau_K itself would explain itself
+                viscous, coulomb, damping = law.friction
+                missing = (u - elastic - damping * data[i, D_RATE] - viscous * x3
+                           - coulomb * friction)
+                slope[INERTIA] += missing
+                torque += theta[INERTIA] * missing
+            error += data[i, D_TORQUE] - torque
+        residuals[j] = 0.0
+        if side == 0.0:
+            continue
+        both = share * units[j]
+        for p in range(N_SHAPE):
+            part[p] = both * (slope[p] + last[p])
+            if law.paired:
+                last[p] = slope[p]
+        e = both * (error + error_last)
+        if law.paired:
+            error_last = error
+            if not paired:
+                paired = True
+                continue
+        residuals[j] = e
+        size = abs(e)
+        weight = weights[j] / max(1.0, size / law.huber)
+        cost += weights[j] * (e * e if size < law.huber
+                              else law.huber * (2.0 * size - law.huber))
+        at = j // law.block
+        for p in range(N_SHAPE):
+            if free[p]:
+                weighted = weight * part[p]
+                right[at, p] += weighted * e
+                for q in range(p + 1):
+                    if free[q]:
+                        normal[at, p, q] += weighted * part[q]
+    return cost, contacts / max(data.shape[0], 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """
+    The linear problem at a minimum, by B blocks.
+
+    theta [N_SHAPE]. free [N_SHAPE]: what was fitted. normals [B, N_SHAPE, N_SHAPE], rights
+    [B, N_SHAPE]: of the step. prior [N_SHAPE]: 1 over the variance of the deviation of a parameter
+    from 0, in units of the residuals' variance. contact: share of the rows that a flank holds.
+    """
+
+    theta: Array
+    free: Flags
+    normals: Array
+    rights: Array
+    prior: Array
+    contact: float
+
+    def normal(self) -> Array:
+        """Return the normal matrix [N_SHAPE, N_SHAPE], 0 of what was not fitted."""
+        total: Array = self.normals.sum(axis=0) + np.diag(self.prior)
+        return total
+
+    def covariance(self, variance: float = 1.0, held: bool = False) -> Array:
+        """
+        Return the covariance [N_SHAPE, N_SHAPE] of theta, 0 where nothing was fitted.
+
+        The scatter of the blocks decides, not that of samples: residuals are correlated. They
+        scatter less than errors, by what the fit has taken up: G blocks with p parameters count as
+        G - p (Cameron and Miller 2015).
+
+        Args:
+            variance: that of the residuals that the prior was given in.
+            held: whether p is without what priors hold.
+
+        Returns:
+            The covariance.
+
+        """
+        free, prior = self.free, self.prior[self.free]
+        scores = self.rights[:BLOCKS, free]
+        inverse = covariance_of(self.normal()[np.ix_(free, free)])
+        blocks = int((np.abs(scores).sum(axis=1) > 0.0).sum())
+        fitted = len(prior) - (float(np.diag(inverse) @ prior) if held else 0.0)
+        middle = scores.T @ scores * (blocks / max(blocks - fitted, 1.0))
+        result = np.zeros((N_SHAPE, N_SHAPE))
+        result[np.ix_(free, free)] = inverse @ (middle + np.diag(prior * variance)) @ inverse
+        return result
+
+    def with_prior(self, prior: Array) -> Self:
+        """Return the optimum of the same linear problem with another `prior` [N_SHAPE]."""
+        moved = replace(self, prior=np.where(self.free, prior, 0.0))
+        right = self.rights.sum(axis=0) + self.normals.sum(axis=0) @ self.theta
+        theta = np.where(self.free, covariance_of(moved.normal()) @ right, self.theta)
+        return replace(moved, theta=theta, rights=self.rights + self.normals @ (
+            self.theta - theta))
+
+
+class Regression:
+    """
+    Least squares of the torque over one window, by Levenberg and Marquardt.
+
+    data [N, N_DATA], law: see normal_equations. weights, units [N // law.group]: of the groups,
+    see there. prior: see Optimum. low, high [N_SHAPE]: bounds of the parameters; beyond them is no
+    step where `strict`, else the bound. base [N_SHAPE]: what the parameters are changes of.
+    """
+
+    def __init__(self, data: Array, law: Law, weights: Array) -> None:
+        self.data, self.law, self.weights = data, law, weights
+        self.units: Array = np.ones(len(weights))
+        self.prior: Array = np.zeros(N_SHAPE)
+        self.base = np.zeros(N_SHAPE)
+        self.low, self.high = np.full(N_SHAPE, -np.inf), np.full(N_SHAPE, np.inf)
+        self.low[[STIFFNESS, HALF_GAP]] = 0.0
+        self.strict = False
+        self.residuals = np.zeros(len(weights))
+        self.optimum = self.evaluate(np.zeros(N_SHAPE), np.zeros(N_SHAPE, bool))[1]
+
+    def evaluate(self, theta: Array, free: Flags) -> tuple[float, Optimum]:
+        """Return the cost and the linear problem at `theta` [N_SHAPE]; free: see Optimum."""
+        count = len(self.weights) // self.law.block + 1
+        normals, rights = np.zeros((count, N_SHAPE, N_SHAPE)), np.zeros((count, N_SHAPE))
+        cost, contact = normal_equations(
+            self.base + theta, free, self.law, self.data, self.weights, self.units,
+            (normals, rights), self.residuals)
+        normals += np.tril(normals, -1).transpose(0, 2, 1)
+        prior = np.where(free, self.prior, 0.0)
+        return cost + float(prior @ theta ** 2), Optimum(
+            theta, free, normals, rights, prior, contact)
+
+    def solve(self, theta: Array, free: Flags, rule: Damping, tolerance: float,
+              iterations: int) -> float:
+        """
+        Minimise the cost; `optimum` and `residuals` are those of the minimum.
+
+        Args:
+            theta: start [N_SHAPE].
+            free: which parameters are fitted [N_SHAPE].
+            rule: of the damping.
+            tolerance: of the cost, for another step.
+            iterations: at most.
+
+        Returns:
+            The cost at the minimum.
+
+        """
+        problem = _Free(self, theta, free)
+        solved, _, _ = minimise(problem, theta[None, free], rule, tolerance, iterations)
+        # The residuals at hand may be those of a step that was not taken.
+        cost, self.optimum = self.evaluate(problem.whole(solved[0]), free)
+        return cost
+
+
+@dataclass(frozen=True, eq=False)
+class _Free:
+    """A Regression as a problem in those parameters of `start` that are free."""
+
+    regression: Regression
+    start: Array
+    free: Flags
+
+    def whole(self, part: Array) -> Array:
+        """Return all parameters [N_SHAPE] within their bounds, the free ones from `part`."""
+        theta = self.start.copy()
+        theta[self.free] = part
+        return np.clip(theta, self.regression.low, self.regression.high)
+
+    def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
+        """See LeastSquaresProblems: `theta` of the problems `index`."""
+        whole = self.whole(theta[0])
+        cost, o = self.regression.evaluate(whole, self.free)
+        if self.regression.strict and (whole[self.free] != theta[0]).any():
+            cost = math.inf
+        theta[0] = whole[self.free]
+        right = o.rights.sum(axis=0) - o.prior * whole
+        return np.append(o.normal()[self.free][:, self.free], right[self.free])[None], np.array(
+            [cost])
+
+    def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
+        """See LeastSquaresProblems: `theta`, `residual` of the problems `index`."""
+        count = theta.shape[1]
+        return residual[:, :-count].reshape(1, count, count), residual[:, -count:]
+
+
+def warm_up() -> None:
+    """Compile normal_equations, or load it."""
+    law = Law(False, True, 0.0, (0.0, 0.0, 0.0), 1, True, 1, math.inf)
+    Regression(np.zeros((2, N_DATA)), law, np.ones(2))

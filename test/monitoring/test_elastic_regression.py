@@ -1,0 +1,74 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The normal equations of torque over twist, against differences of their cost."""
+import math
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.kernels.levenberg_marquardt import Damping
+from gearbox_monitor.monitoring.elastic_regression import (
+    COULOMB, DELAY, GAIN, HALF_GAP, HEIGHT, INERTIA, Law, N_DATA, N_SHAPE,
+    Regression, SCALE, STIFFNESS, VISCOUS, WIDTH, ZERO)
+
+FRICTION = (0.02, 0.3, 0.1)
+SHAPE = [STIFFNESS, HALF_GAP, WIDTH, ZERO, VISCOUS, COULOMB, GAIN]
+
+
+def data(seed=0):
+    """Return a motion [2000, N_DATA] whose columns differ, with noise on the torque."""
+    t, random = np.linspace(0.0, 2.5, 2000), np.random.default_rng(seed)
+    twist = np.sin(5.7 * t) + 0.5 * np.sin(14.0 * t)
+    x3 = 12.0 * np.cos(4.1 * t) + 6.0 * np.sin(11.0 * t)
+    rows = np.column_stack([
+        twist, np.gradient(twist, t), 2.0 * np.sin(5.3 * t), 10.6 * np.cos(5.3 * t), x3,
+        np.sign(x3), 3.0 * np.sin(23.0 * t),
+        7.0 * (twist - np.clip(twist, -0.4, 0.4)) + 0.3 * random.standard_normal(len(t))])
+    assert rows.shape[1] == N_DATA
+    return rows
+
+
+@pytest.mark.parametrize('law, free, width', [
+    (Law(False, True, 0.0, FRICTION, 4, True, 25, math.inf), SHAPE, 0.12),
+    (Law(False, True, 0.0, FRICTION, 4, True, 25, math.inf), SHAPE, -0.12),
+    (Law(True, True, 0.0, FRICTION, 4, True, 25, math.inf), [*SHAPE, HEIGHT], 0.12),
+    (Law(False, False, -1.0, FRICTION, 1, False, 100, 1.5), [*SHAPE, SCALE, DELAY, INERTIA], 0.12),
+    (Law(True, False, 1.0, FRICTION, 1, False, 100, 1.5), [*SHAPE, SCALE, DELAY, INERTIA], 0.12),
+    (Law(True, False, 1.0, FRICTION, 1, False, 100, 1.5), [
+        p for p in SHAPE if p != WIDTH] + [SCALE, DELAY], 0.0)])
+def test_the_right_side_is_minus_half_the_gradient_of_the_cost(law, free, width):
+    rows = data()
+    fit = Regression(rows, law, np.linspace(0.5, 1.5, len(rows) // law.group))
+    fit.units *= 1.0 / 0.3
+    mask = np.isin(np.arange(N_SHAPE), free)
+    theta = np.array([6.0, 0.35, width, 0.02, 0.01, 0.1, 0.02, 0.4, 0.003, 0.002, 0.01])
+    theta[(theta != 0.0) & ~mask & (np.arange(N_SHAPE) >= SCALE)] = 0.0
+    _, optimum = fit.evaluate(theta, mask)
+    right = optimum.rights.sum(axis=0)
+    for i in free:
+        step = 1e-7 * np.eye(N_SHAPE)[i]
+        slope = (fit.evaluate(theta + step, mask)[0] - fit.evaluate(theta - step, mask)[0]) / 2e-7
+        assert -0.5 * slope == pytest.approx(right[i], rel=2e-3, abs=2e-2), i
+    assert not right[~mask].any()
+
+
+def test_another_prior_is_the_fit_that_it_gives():
+    """Of a linear problem: gap and zero held."""
+    rows, free = data(), np.isin(np.arange(N_SHAPE), [STIFFNESS, VISCOUS, COULOMB, GAIN])
+    law = Law(True, False, 1.0, FRICTION, 1, False, 100, math.inf)
+    theta = np.zeros(N_SHAPE)
+    theta[HALF_GAP] = 0.4
+    held = np.where(np.arange(N_SHAPE) == GAIN, 1e9, 1e-3)
+    found = []
+    for prior in (np.full(N_SHAPE, 1e-3), held):
+        fit = Regression(rows, law, np.ones(len(rows)))
+        fit.prior = prior
+        fit.solve(theta, free, Damping(0.0), 0.0, 3)
+        found.append(fit.optimum)
+    again = found[0].with_prior(held)
+    np.testing.assert_allclose(again.theta, found[1].theta, rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(again.covariance(held=True), found[1].covariance(held=True),
+                               rtol=1e-4, atol=1e-9)
+    assert again.theta[STIFFNESS] == pytest.approx(7.0, rel=0.05)
+    assert abs(again.theta[GAIN]) < 1e-6 < abs(found[0].theta[GAIN])
