@@ -54,8 +54,8 @@ class Law(NamedTuple):
     N m, not k_s. side: which end carries the play at the
     first row, 1 or -1; 0: not known, and what comes before it is carried does not count. friction:
     viscous, Coulomb and damping of the model. group: rows averaged before they are compared.
-    paired: whether each group is compared together with the one before. block: groups whose errors
-    may go together. huber: residuals beyond count less.
+    paired: whether each group is compared together with the previous one. block: groups whose
+    errors may go together. huber: residuals beyond count less.
     """
 
     passive: bool
@@ -84,8 +84,8 @@ def normal_equations(theta: Array, free: Flags, law: Law, data: Array, weights: 
         units: 1 over the stated deviations of the groups [M].
         blocks: written, lower triangles [M // law.block + 1, N_SHAPE, N_SHAPE] and right sides of
             the step [M // law.block + 1, N_SHAPE].
-        residuals: written, of each group, or of each with the one before, in stated deviations
-            [M]; 0 before the play is known.
+        residuals: written, of each group, or of each with the previous one, in stated
+            deviations [M]; 0 before the play is known.
 
     Returns:
         The cost, and the share of rows in contact.

@@ -266,7 +266,7 @@ def _regression(data: Array, group: int, weights: Array, paired: bool = True) ->
         data: [N, N_DATA].
         group: samples that are averaged.
         weights: of the groups [N // group].
-        paired: whether each is compared together with the one before.
+        paired: whether each is compared together with the previous one.
 
     """
     result = Regression(data, Law(False, True, 0.0, (0.0, 0.0, 0.0), group, paired, max(

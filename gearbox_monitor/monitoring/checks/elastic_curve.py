@@ -26,7 +26,7 @@ late encoder is viscous friction. Where neither is certain, each is asked for on
 other held to its tolerances in the model file: one of the two is wrong then.
 """
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from gearbox_monitor.estimation.process_model import UNIFORM
 from gearbox_monitor.estimation.rts_smoother import (
@@ -46,7 +46,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 
 TORQUE, TWIST = [VISCOUS, COULOMB, GAIN], [SCALE, DELAY]
 SIGMA = LIMITS.curve_sigma
-OFTEN = float(stdtrit(BLOCKS - 1, LIMITS.curve_often))  # not in a block or two
+OFTEN = float(scipy.special.stdtrit(BLOCKS - 1, LIMITS.curve_often))  # not in a block or two
 RULE = Damping(1e-3, relative=1e-12)
 ITERATIONS, ENOUGH = 12, 1e-3
 ZEROS = 13  # of the grid that the fit starts from
@@ -215,7 +215,8 @@ def _share_beyond(columns: Array, stds: Array, optimum: Optimum, at: list[int]) 
         at: places of the A parameters.
 
     """
-    certain = float(-stdtrit(_moving_blocks(columns), LIMITS.curve_significance / 2))
+    certain = -float(scipy.special.stdtrit(
+        _moving_blocks(columns), LIMITS.curve_significance / 2))
     size = np.abs(optimum.theta[at] @ columns)
     covariance = optimum.covariance(held=True)[np.ix_(at, at)]
     variance = np.maximum(((covariance @ columns) * columns).sum(axis=0), 0.0)
