@@ -156,7 +156,7 @@ def main() -> int:
     except (Refused, MemoryError, OSError, UnicodeDecodeError, RecursionError) as error:
         words = ' '.join(str(error).split())
         print(words or type(error).__name__, file=sys.stderr)
-        short = isinstance(error, MemoryError) or any(word in words for word in SHORT)
+        short = isinstance(error, MemoryError) or any(word in words.lower() for word in SHORT)
         return TOO_LARGE if short else FAILED
     sys.stdout.buffer.write(data)
     return 0

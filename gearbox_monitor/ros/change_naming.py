@@ -145,7 +145,8 @@ class ChangeNamer:
         last = lines[-1] if lines else ''
         if code == FAILED and last:
             return last
-        if code == SHORT_OF_MEMORY or any(word in line for word in SHORT_WORDS for line in lines):
+        if code == SHORT_OF_MEMORY or any(
+                word in line.lower() for word in SHORT_WORDS for line in lines):
             return f'the diagnosis took more than {order.memory} MB (name_changes_memory)'
         ended = f'signal {-code}' if code < 0 else f'exit code {code}'
         return f'the diagnosis ended with {ended}: {last}'.rstrip(': ')
