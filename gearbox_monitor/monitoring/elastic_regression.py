@@ -46,7 +46,7 @@ def data_of(rows: Array, drive: DriveModel) -> Array:
     return data
 
 
-class Law(NamedTuple):
+class ElasticLaw(NamedTuple):
     """
     What a regression compares, and how.
 
@@ -69,7 +69,7 @@ class Law(NamedTuple):
 
 
 @jit_allocating
-def normal_equations(theta: Array, free: Flags, law: Law, data: Array, weights: Array,
+def normal_equations(theta: Array, free: Flags, law: ElasticLaw, data: Array, weights: Array,
                      units: Array, blocks: tuple[Array, Array], residuals: Array
                      ) -> tuple[float, float]:
     """
@@ -78,7 +78,7 @@ def normal_equations(theta: Array, free: Flags, law: Law, data: Array, weights: 
     Args:
         theta: parameters [N_SHAPE].
         free: which are fitted [N_SHAPE].
-        law: see Law.
+        law: see ElasticLaw.
         data: [N, N_DATA].
         weights: of the groups [M].
         units: 1 over the stated deviations of the groups [M].
@@ -241,7 +241,7 @@ class Regression:
     step where `strict`, else the bound. base [N_SHAPE]: what the parameters are changes of.
     """
 
-    def __init__(self, data: Array, law: Law, weights: Array) -> None:
+    def __init__(self, data: Array, law: ElasticLaw, weights: Array) -> None:
         self.data, self.law, self.weights = data, law, weights
         self.units: Array = np.ones(len(weights))
         self.prior: Array = np.zeros(N_SHAPE)
@@ -320,5 +320,5 @@ class _Free:
 
 def warm_up() -> None:
     """Compile normal_equations, or load it."""
-    law = Law(False, True, 0.0, (0.0, 0.0, 0.0), 1, True, 1, math.inf)
+    law = ElasticLaw(False, True, 0.0, (0.0, 0.0, 0.0), 1, True, 1, math.inf)
     Regression(np.zeros((2, N_DATA)), law, np.ones(2))

@@ -21,7 +21,7 @@ from gearbox_monitor.estimation.rts_smoother import (
 from gearbox_monitor.export.c99 import firmware
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.monitoring.elastic_regression import (
-    data_of, Law, N_SHAPE, normal_equations)
+    data_of, ElasticLaw, N_SHAPE, normal_equations)
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -272,7 +272,7 @@ def test_window_sums_are_those_of_the_package(tmp_path):
     m = len(row) // 7
     weights = (0.01 + ratio / (1.0 + ratio))[:7 * m].reshape(m, 7).mean(axis=1)
     normal, right = np.zeros((2, N_SHAPE, N_SHAPE)), np.zeros((2, N_SHAPE))
-    law = Law(False, True, 0.0, (0.0, 0.0, 0.0), 7, True, m, math.inf)
+    law = ElasticLaw(False, True, 0.0, (0.0, 0.0, 0.0), 7, True, m, math.inf)
     normal_equations(np.append(theta, np.zeros(N_SHAPE - 8)), np.arange(N_SHAPE) < 7, law, data,
                      weights, np.ones(m), (normal, right), np.zeros(m))
     sums = np.zeros(56)

@@ -9,8 +9,8 @@ import pytest
 
 from gearbox_monitor.kernels.levenberg_marquardt import Damping
 from gearbox_monitor.monitoring.elastic_regression import (
-    COULOMB, DELAY, GAIN, HALF_GAP, HEIGHT, INERTIA, Law, N_DATA, N_SHAPE,
-    Regression, SCALE, STIFFNESS, VISCOUS, WIDTH, ZERO)
+    COULOMB, DELAY, ElasticLaw, GAIN, HALF_GAP, HEIGHT, INERTIA, N_DATA, N_SHAPE, Regression,
+    SCALE, STIFFNESS, VISCOUS, WIDTH, ZERO)
 
 FRICTION = (0.02, 0.3, 0.1)
 SHAPE = [STIFFNESS, HALF_GAP, WIDTH, ZERO, VISCOUS, COULOMB, GAIN]
@@ -30,12 +30,14 @@ def data(seed=0):
 
 
 @pytest.mark.parametrize('law, free, width', [
-    (Law(False, True, 0.0, FRICTION, 4, True, 25, math.inf), SHAPE, 0.12),
-    (Law(False, True, 0.0, FRICTION, 4, True, 25, math.inf), SHAPE, -0.12),
-    (Law(True, True, 0.0, FRICTION, 4, True, 25, math.inf), [*SHAPE, HEIGHT], 0.12),
-    (Law(False, False, -1.0, FRICTION, 1, False, 100, 1.5), [*SHAPE, SCALE, DELAY, INERTIA], 0.12),
-    (Law(True, False, 1.0, FRICTION, 1, False, 100, 1.5), [*SHAPE, SCALE, DELAY, INERTIA], 0.12),
-    (Law(True, False, 1.0, FRICTION, 1, False, 100, 1.5), [
+    (ElasticLaw(False, True, 0.0, FRICTION, 4, True, 25, math.inf), SHAPE, 0.12),
+    (ElasticLaw(False, True, 0.0, FRICTION, 4, True, 25, math.inf), SHAPE, -0.12),
+    (ElasticLaw(True, True, 0.0, FRICTION, 4, True, 25, math.inf), [*SHAPE, HEIGHT], 0.12),
+    (ElasticLaw(False, False, -1.0, FRICTION, 1, False, 100, 1.5),
+     [*SHAPE, SCALE, DELAY, INERTIA], 0.12),
+    (ElasticLaw(True, False, 1.0, FRICTION, 1, False, 100, 1.5),
+     [*SHAPE, SCALE, DELAY, INERTIA], 0.12),
+    (ElasticLaw(True, False, 1.0, FRICTION, 1, False, 100, 1.5), [
         p for p in SHAPE if p != WIDTH] + [SCALE, DELAY], 0.0)])
 def test_the_right_side_is_minus_half_the_gradient_of_the_cost(law, free, width):
     rows = data()
@@ -56,7 +58,7 @@ def test_the_right_side_is_minus_half_the_gradient_of_the_cost(law, free, width)
 def test_another_prior_is_the_fit_that_it_gives():
     """Of a linear problem: gap and zero held."""
     rows, free = data(), np.isin(np.arange(N_SHAPE), [STIFFNESS, VISCOUS, COULOMB, GAIN])
-    law = Law(True, False, 1.0, FRICTION, 1, False, 100, math.inf)
+    law = ElasticLaw(True, False, 1.0, FRICTION, 1, False, 100, math.inf)
     theta = np.zeros(N_SHAPE)
     theta[HALF_GAP] = 0.4
     held = np.where(np.arange(N_SHAPE) == GAIN, 1e9, 1e-3)

@@ -22,8 +22,8 @@ from gearbox_monitor.kernels.linear_least_squares import covariance as covarianc
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.elastic_regression import (
-    BLOCKS, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_U, D_X3, data_of, GAIN, HALF_GAP,
-    HEIGHT, Law, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
+    BLOCKS, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_U, D_X3, data_of, ElasticLaw, GAIN,
+    HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
 from gearbox_monitor.plant.drive import DriveModel
 
 MAX_POINTS = 2500
@@ -269,7 +269,7 @@ def _regression(data: Array, group: int, weights: Array, paired: bool = True) ->
         paired: whether each is compared together with the previous one.
 
     """
-    result = Regression(data, Law(False, True, 0.0, (0.0, 0.0, 0.0), group, paired, max(
+    result = Regression(data, ElasticLaw(False, True, 0.0, (0.0, 0.0, 0.0), group, paired, max(
         1, -(-len(weights) // BLOCKS)), math.inf), weights)
     span = float(np.ptp(data[:, D_TWIST]))
     result.high[HALF_GAP], result.high[WIDTH], result.low[WIDTH] = span, 0.5 * span, -0.5 * span

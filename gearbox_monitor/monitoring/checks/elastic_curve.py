@@ -39,8 +39,9 @@ from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.monitoring.checks.row_check import MAX_ROWS, middle, Result, RowCheck
 from gearbox_monitor.monitoring.elastic_regression import (
-    BLOCKS, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_X2, D_X4, data_of, DELAY, GAIN, HALF_GAP,
-    HEIGHT, INERTIA, Law, N_SHAPE, Optimum, Regression, SCALE, STIFFNESS, VISCOUS, WIDTH, ZERO)
+    BLOCKS, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_X2, D_X4, data_of, DELAY, ElasticLaw, GAIN,
+    HALF_GAP, HEIGHT, INERTIA, N_SHAPE, Optimum, Regression, SCALE, STIFFNESS, VISCOUS, WIDTH,
+    ZERO)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 
@@ -147,7 +148,7 @@ def _fitted(data: Array, rows: Array, drive: DriveModel, side: float, with_inert
     """
     shape, width = drive.transmission, _play_width(drive)
     friction = drive.viscous_friction, drive.coulomb_friction, drive.damping
-    fit = Regression(data, Law(shape.kind != 'play', False, side, friction, 1, False,
+    fit = Regression(data, ElasticLaw(shape.kind != 'play', False, side, friction, 1, False,
                                len(data) // BLOCKS, LIMITS.huber), _weights(rows, drive))
     fit.units, fit.prior = 1.0 / rows[:, S_MOTOR_SIDE_NOISE_STD], _prior(drive)
     at = [STIFFNESS, HALF_GAP, WIDTH]
