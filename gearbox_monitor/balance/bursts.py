@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Energy of what remains: that comes in few segments, that is more than references leave."""
+"""Energy of what remains: in how few segments it comes, and how it compares with references."""
 import numpy as np
 
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
@@ -42,9 +42,9 @@ def burstiness(evidence: RobotEvidence,
 
 def energy_over(evidence: RobotEvidence, fit: RobotFit, variance: Array) -> Array:
     """
-    Return the energy [J] that `fit` leaves over that of a `variance` [J, bands], 0 without rows.
+    Return the energy [J] that `fit` leaves, over that of a `variance` [J, bands]; 0 without rows.
 
-    Where the level of the noise is known, what follows no variable is seen all the same.
+    Where references state the level of the noise, even what follows no variable stands out.
     """
     out = np.zeros(evidence.joints)
     for j, a in enumerate(evidence.at):

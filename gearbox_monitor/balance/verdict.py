@@ -106,7 +106,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     remainders = _remainders(evidence, search, knowledge, settings)
     cautions, strange = _cautions(knowledge.joints, shares, settings) if knowledge else ((), set())
     # What a joint does where no reference was is no evidence of a fault.
-    usual = tuple(f'{r.joint}: what remains over {r.over} may be usual there'
+    usual = tuple(f'{r.joint}: what remains over {r.over or "no variable"} may be usual there'
                   for r in remainders if r.joint in strange)
     return RobotVerdict(
         _findings(evidence, search), tuple(r for r in remainders if r.joint not in strange),
@@ -379,7 +379,7 @@ def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 
 def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowledge | None,
                 settings: Settings) -> tuple[Remainder, ...]:
-    """Return what no law explains: functions that were taken, bursts, more than in references."""
+    """Return what no law explains: functions, bursts, what references do not leave."""
     out, chain, fit = [], evidence.recordings[0].robot.chain, search.fit
     for i, (c, step) in enumerate(zip(fit.chosen, search.steps)):
         if c.free and c.joint is not None:

@@ -58,6 +58,7 @@ def test_rows_that_the_smoother_takes_away_are_no_evidence():
     evidence, _ = healthy_evidence()
     rows = evidence.recordings[0]
     rate, lost = 1.0 / rows.motion.step, SETTINGS.smoothed
+    assert highest_kept(rows.motion, lost).min() < rows.tests.frequency.max()
     for j, highest in enumerate(highest_kept(rows.motion, lost)):
         sos = butter(4, rows.motion.cut_off[j], fs=rate, output='sos')
         gain = np.abs(sosfreqz(sos, [highest], fs=rate)[1][0]) ** 2
