@@ -115,7 +115,7 @@ def remainder_words(remainder: Mapping[str, Any], axes: Mapping[str, str]) -> st
                           for name, (begin, _) in list(zip(names, remainder['times']))[:4])
         return f'{remainder["joint"]}: {size} in bursts, at {times}'
     if remainder['over'] is None:
-        return (f'{remainder["joint"]}: {size} that follow no variable, '
+        return (f'{remainder["joint"]}: {size} without a pattern, '
                 f'{remainder["excess"] ** 0.5:.2g} times what healthy parts leave')
     return f'{remainder["joint"]}: {size} over {remainder["over"]}, by no law of the library'
 
