@@ -89,7 +89,8 @@ def run(args: Namespace) -> int:
             noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)  # refuses it
             seconds = expected_seconds(inputs.model, inputs.parameters, samples,
                                        time.perf_counter)
-            print(f'tune: takes about {max(seconds, 1.0):.0f} s', file=sys.stderr)
+            print(f'tune: takes about {max(seconds, 1.0):.0f} s once kernels are compiled',
+                  file=sys.stderr)
             data = tune(inputs.model, inputs.parameters, [samples], reference,
                         not args.fix_speeds, args.smoother,
                         lambda share: bar.update(100.0 * share - bar.n))

@@ -3,6 +3,7 @@
 
 """Tuning through the command line and its parts; no ROS, no truth needed."""
 import json
+import re
 import math
 
 import numpy as np
@@ -169,7 +170,8 @@ def test_reference_fits_error_and_coverage(bag, tmp_path, capsys):
     assert main(['tune', str(bag), '--params', params(tmp_path / 'start.yaml', q_std_tau_k=1.0),
                  '--reference', 'plant/transmission_state', '--fix-speeds', '--out',
                  str(out)]) == 0
-    text = capsys.readouterr().out
+    text, told = capsys.readouterr()
+    assert re.search(r'^tune: takes about \d+ s once kernels are compiled$', told, re.M)
     assert 'gain and offset' in text and 'within 1 sigma' in text
     values = yaml.safe_load(out.read_text())['estimator']['ros__parameters']
     assert 4.0 < values['q_std_tau_k'] < 20.0
