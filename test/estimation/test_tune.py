@@ -3,8 +3,8 @@
 
 """Tuning through the command line and its parts; no ROS, no truth needed."""
 import json
-import re
 import math
+import re
 
 import numpy as np
 import pytest
