@@ -12,8 +12,8 @@ Torque over twist with errors of torque and twist beside it, and its least squar
     play, c < 0    y = 2 z - w     upper branch while it grows, on the flanks only
     passive        y = z           a loop of height 2 k_s c everywhere, in the gap, too
 
-Which of them are fitted says a mask. What friction or a torque gain that have changed do to tau_K
-cannot pass for a gap then, nor the reverse.
+A mask states which parameters are fitted. Fitted together, a change of friction or torque gain
+cannot pass for a gap, nor the reverse.
 """
 from dataclasses import dataclass, replace
 import math
