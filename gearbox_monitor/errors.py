@@ -47,10 +47,10 @@ def expect_matplotlib(what: str) -> None:
                          f'{installed_by("pictures")}')
 
 
-def expect_whole(value: object, name: str) -> None:
-    """Raise InputError if `value`, called `name`, is no whole number from 0 on."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
-        raise InputError(f'{name}: {value!r}, expected a whole number >= 0')
+def expect_whole(value: object, name: str, lowest: int = 0) -> None:
+    """Raise InputError if `value`, called `name`, is no whole number from `lowest` on."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < lowest:
+        raise InputError(f'{name}: {value!r}, expected a whole number >= {lowest}')
 
 
 def installed_by(extra: str) -> str:

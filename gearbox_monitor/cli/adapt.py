@@ -26,9 +26,9 @@ from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_drive, load_recording, paths_of)
 from gearbox_monitor.cli.exit_codes import UNDECIDED
 from gearbox_monitor.cli.fit_nominal import largest_change
-from gearbox_monitor.cli.options import check_jobs, plain
+from gearbox_monitor.cli.options import plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
 from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.library.tuning import adapt, write_adapted
@@ -50,7 +50,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    check_jobs(args.jobs)
+    expect_whole(args.jobs, '--jobs', 1)
     folder = Path(args.out)
     if folder.exists() or not folder.parent.is_dir():
         raise InputError(f'--out {folder}: expected a new folder in one that exists')

@@ -40,7 +40,7 @@ from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, joint_options, load_drive, load_recording, paths_of,
     recording_options)
-from gearbox_monitor.cli.options import check_jobs, dump, expect_new, JSON_FILE_HELP, plain
+from gearbox_monitor.cli.options import dump, expect_new, JSON_FILE_HELP, plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
 from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by
 from gearbox_monitor.export.mjcf import refused
@@ -95,7 +95,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    check_jobs(args.jobs)
+    expect_whole(args.jobs, '--jobs', 1)
     expect_whole(args.seed, '--seed')
     if diagnose_robot.is_robot(args):
         return diagnose_robot.run(args)

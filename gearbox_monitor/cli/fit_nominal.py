@@ -34,9 +34,9 @@ from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_drive, load_recording, paths_of, time_limit)
-from gearbox_monitor.cli.options import check_jobs, plain
+from gearbox_monitor.cli.options import plain
 from gearbox_monitor.cli.progress import percent_bar, progress_of
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.quality.recording import at_one_rate
@@ -68,7 +68,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    check_jobs(args.jobs)
+    expect_whole(args.jobs, '--jobs', 1)
     if not args.windows >= SECONDS:
         raise InputError(f'--windows: {args.windows:g}, expected at least {SECONDS:g} s')
     if not args.time_limit > 0.0:

@@ -51,12 +51,6 @@ def check_filter(name: str, extra: Sequence[str] = ()) -> str:
     return name
 
 
-def check_jobs(jobs: int) -> None:
-    """Raise InputError if the number of threads `jobs` is below one."""
-    if jobs < 1:
-        raise InputError(f'--jobs: {jobs}, expected a whole number >= 1')
-
-
 def expect_new(path: str | Path | None) -> None:
     """Raise InputError if the file `path` exists; None and '-' (standard output) never do."""
     if path and path != '-' and Path(path).exists():

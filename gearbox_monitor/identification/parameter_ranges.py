@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.identification.candidates import BY_EFFECT, NUISANCES
 from gearbox_monitor.identification.nominal import FittedValue
 from gearbox_monitor.identification.thresholds import THRESHOLDS
@@ -134,9 +134,8 @@ class ParameterRanges(Shown, Saved):
         Raises:
             InputError: count or seed is no such number.
         """
-        for name, value, lowest in (('count', count, 1), ('seed', seed, 0)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < lowest:
-                raise InputError(f'{name}: {value!r}, expected a whole number >= {lowest}')
+        expect_whole(count, 'count', 1)
+        expect_whole(seed, 'seed')
         normal = np.random.default_rng(seed).standard_normal((count, len(self.names)))
         level = scipy.special.ndtr(normal @ self.factor.T)
         drawn = {}

@@ -79,7 +79,7 @@ class BacklashWindows(Drawn):
     @property
     def ends(self) -> Array:
         """End [W] of each window from the first sample of the recording, s."""
-        stamps = np.array([one.stamp_ns for one in self.fits], np.int64)
+        stamps = np.array([fit.stamp_ns for fit in self.fits], np.int64)
         return (stamps - self.recording.stamp_ns.min()) / SECOND
 
     @property
@@ -106,7 +106,7 @@ class BacklashWindows(Drawn):
     def reason(self) -> str:
         """What the motion lacks, '' where some window shows the gap."""
         return '' if self._used[0] else reason_of(
-            [one for one in self.fits if isinstance(one, NotExcited)])
+            [fit for fit in self.fits if isinstance(fit, NotExcited)])
 
 
 def estimate(recording: Recording, model: DriveModel | None = None, *,

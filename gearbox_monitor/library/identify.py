@@ -50,7 +50,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     expect_model(model)
     for option, ids in (('only', only), ('exclude', exclude)):
         _expect_ids(option, ids)
-    expect_jobs(jobs)
+    expect_whole(jobs, 'jobs', 1)
     expect_whole(seed, 'seed')
     parts, validation, notes = uniform(recordings, model, validate, weigh=True)
     verdict = identification.diagnose(
@@ -89,7 +89,7 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
     _expect_list('free', free, 'names')
     if seconds is not None and not (isinstance(seconds, (int, float)) and seconds >= 1.0):
         raise InputError(f'seconds: {seconds!r}, expected at least 1 s')
-    expect_jobs(jobs)
+    expect_whole(jobs, 'jobs', 1)
     parts, validation, _ = uniform(recordings, model, validate)
     return fit_nominal(parts, model, free, validate=validation, seconds=seconds, jobs=jobs,
                        progress=progress)
@@ -133,12 +133,6 @@ def _expect_ids(option: str, ids: object) -> None:
     for name in _expect_list(option, ids, 'ids of effects'):
         if name not in effects:
             raise InputError(f'{option}: unknown effect {name!r}, {unknown(name, effects)}')
-
-
-def expect_jobs(jobs: Any) -> None:
-    """Raise InputError unless `jobs` is a number of threads."""
-    if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
-        raise InputError(f'jobs: {jobs!r}, expected a whole number >= 1')
 
 
 def _expect_list(option: str, names: Any, what: str) -> Iterable[object]:

@@ -76,7 +76,7 @@ def _(estimates: Estimates) -> Figure:
 @picture.register
 def _(windows: BacklashWindows) -> Figure:
     sketch = Figure(figsize=(9, 4), layout='constrained')
-    fits = [one for one in windows.fits if isinstance(one, Backlash)]
+    fits = [fit for fit in windows.fits if isinstance(fit, Backlash)]
     axes = sketch.subplots()
     if fits:
         length = float(np.median(np.diff(windows.ends, prepend=0.0)))

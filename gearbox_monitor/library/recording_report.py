@@ -115,8 +115,8 @@ def _of_robot(bag: str, page: Path, estimators: Sequence[str],
     if len(set(names)) < len(names):
         names = [node.strip('/').replace('/', '_') for node in estimators]
     pages = {name: page.with_name(f'{page.stem}.{name}.html') for name in names}
-    for one in pages.values():
-        _expect_new(one)
+    for new in pages.values():
+        _expect_new(new)
     joints, bags = {}, {name: bag_arguments(bag, node) for name, node in zip(names, estimators)}
     for name, node in zip(names, estimators):
         joints[name] = recorded(node, name)

@@ -33,11 +33,11 @@ class SuggestedRobotMotion:
     @property
     def trajectory(self) -> dict[str, Any]:
         """The fields of a trajectory_msgs/JointTrajectory, as plain data."""
-        d, every = self.design, round(RATE / POINTS)
+        d, stride = self.design, round(RATE / POINTS)
         points = [{'positions': np.round(q, 5).tolist(), 'velocities': np.round(v, 5).tolist(),
                    'accelerations': np.round(a, 4).tolist(),
                    'time_from_start': {'sec': int(t), 'nanosec': round(t % 1.0 * 1e9)}}
-                  for t, q, v, a in zip(*(x[::every] for x in (d.t, d.q, d.v, d.a)))]
+                  for t, q, v, a in zip(*(x[::stride] for x in (d.t, d.q, d.v, d.a)))]
         return {'joint_names': list(self.joints), 'points': points}
 
     @property
@@ -95,9 +95,9 @@ def suggest_robot(robot: Robot, effects: Sequence[str] | None = None, *, seconds
     limits = _limits(joints, limits_in(file), speed, torque, travel)
     touches, note = contacts_in(file, RATE)
     targets: list[Target] = [(a, b) for a in ids for b in ids if a != b] or [(ids[0], None)]
-    found = design(robot_model(file, robot.values, True), limits, targets, link or links[-1],
+    motion = design(robot_model(file, robot.values, True), limits, targets, link or links[-1],
                    round(seconds * POINTS) / POINTS, touches, progress=progress)
-    return SuggestedRobotMotion(found, joints, limits, (note,) if note else ())
+    return SuggestedRobotMotion(motion, joints, limits, (note,) if note else ())
 
 
 def _limits(joints: Sequence[str], stated: RobotLimits, speed: float, torque: float,

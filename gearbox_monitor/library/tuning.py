@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.estimation.score import run_score
 from gearbox_monitor.estimation.tune import tune as tuned
 from gearbox_monitor.files.parameter_file import write_parameters
@@ -17,7 +17,7 @@ from gearbox_monitor.identification.unit_adaptation import Adapted, samples_of
 from gearbox_monitor.kernels.array_input import column
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.estimation import estimator_values, expect_recording, Parameters
-from gearbox_monitor.library.identify import expect_jobs, Recorded, uniform
+from gearbox_monitor.library.identify import Recorded, uniform
 from gearbox_monitor.library.recording import Recording
 from gearbox_monitor.parameters import EstimatorParameters, MIXED, resolve
 from gearbox_monitor.plant.drive import DriveModel, expect_model
@@ -124,7 +124,7 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     Raises:
         InputError: the recordings do not suit it.
     """
-    expect_jobs(jobs)
+    expect_whole(jobs, 'jobs', 1)
     base = parameters if isinstance(parameters, EstimatorParameters) and not changes else (
         EstimatorParameters.of({'tau_k_model': MIXED, **estimator_values(parameters, changes)}))
     parts, _, _ = uniform(recordings, expect_model(model))

@@ -65,10 +65,10 @@ def words(result: Any) -> str:
 @brief.register
 def _(recording: Recording) -> str:
     driving = 'torque' if recording.model.controller is None else 'setpoint'
-    seen = [name for name in (driving, 'motor', 'arm', 'arm_torque')
-            if not np.isnan(getattr(recording, name)).all()]
+    measured = [name for name in (driving, 'motor', 'arm', 'arm_torque')
+                if not np.isnan(getattr(recording, name)).all()]
     return (f'Recording({recording.name!r}: {len(recording)} samples, '
-            f'{recording.duration:.2f} s, {recording.rate:.4g} Hz; {", ".join(seen)})')
+            f'{recording.duration:.2f} s, {recording.rate:.4g} Hz; {", ".join(measured)})')
 
 
 @words.register
@@ -130,17 +130,17 @@ def _(verdict: Verdict) -> str:
 
 @brief.register
 def _(fit: NominalFit) -> str:
-    before = '' if fit.gap_before is None else f'{fit.gap_before:.4g} -> '
+    start = '' if fit.gap_before is None else f'{fit.gap_before:.4g} -> '
     values = ', '.join(f'{v.name} {v.value:.4g}' for v in fit.values if v.determined)
-    return f'NominalFit({values or "no value determined"}; gap {before}{fit.gap_after:.4g})'
+    return f'NominalFit({values or "no value determined"}; gap {start}{fit.gap_after:.4g})'
 
 
 @brief.register
 def _(tuned: TunedParameters) -> str:
     values = ', '.join(f'{name} {value:.4g}' for name, value in tuned.values.items()
                        if not isinstance(value, str))
-    kept = '; nothing is more likely than those before' if tuned.kept else ''
-    return f'TunedParameters({tuned.parameters.filter}: {values}{kept})'
+    note = '; nothing is more likely than those before' if tuned.kept else ''
+    return f'TunedParameters({tuned.parameters.filter}: {values}{note})'
 
 
 @words.register
@@ -174,11 +174,11 @@ def _(adapted: Adapted) -> str:
 
 @brief.register
 def _(file: SimulatorFile) -> str:
-    what = 'the drive alone' if file.into is None else f'changes in {file.into}'
+    extent = 'the drive alone' if file.into is None else f'changes in {file.into}'
     if file.patch is None:
-        what = f'{len(file.entries)} parameters'
+        extent = f'{len(file.entries)} parameters'
     lacking = ', '.join(row.id for row in file.lacking)
-    return f'SimulatorFile({file.to}: {what}' + (f'; lacking {lacking}' if lacking else '') + ')'
+    return f'SimulatorFile({file.to}: {extent}' + (f'; lacking {lacking}' if lacking else '') + ')'
 
 
 @words.register
@@ -205,9 +205,9 @@ def _(track: PayloadTrack) -> str:
 
 @words.register
 def _(track: PayloadTrack) -> str:
-    held = payload_words(track.mass[-1], track.mass_std[-1], track.centre[-1], track.link,
+    load = payload_words(track.mass[-1], track.mass_std[-1], track.centre[-1], track.link,
                          track.since[-1])
-    return f'{held}; {push_words(track.t, track.external, track.external_std, track.joints)}.'
+    return f'{load}; {push_words(track.t, track.external, track.external_std, track.joints)}.'
 
 
 @brief.register
@@ -258,7 +258,7 @@ def _(windows: BacklashWindows) -> Columns:
              'lost_motion', 'lost_motion_std', 'separable', 'reason')
     usual = dict.fromkeys(names, np.nan) | {'separable': False, 'reason': ''}
     return {'end': windows.ends, **{
-        name: [getattr(one, name, usual[name]) for one in windows.fits] for name in names}}
+        name: [getattr(fit, name, usual[name]) for fit in windows.fits] for name in names}}
 
 
 @columns.register

@@ -12,8 +12,8 @@ Torque over twist with errors of torque and twist beside it, and its least squar
     play, c < 0    y = 2 z - w     upper branch while it grows, on the flanks only
     passive        y = z           a loop of height 2 k_s c everywhere, in the gap, too
 
-Which of them are fitted says a mask. What friction or a torque gain that have changed do to tau_K
-cannot pass for a gap then, nor the reverse.
+A mask states which parameters are fitted. Fitted together, a change of friction or torque gain
+cannot pass for a gap, nor the reverse.
 """
 from dataclasses import dataclass, replace
 import math
@@ -50,22 +50,22 @@ class ElasticLaw(NamedTuple):
     """
     What a regression compares, and how.
 
-    passive: whether the loop is open in the backlash, too. by_height: whether HEIGHT is k_s |c|,
-    N m, not k_s. side: which end carries the play at the
-    first row, 1 or -1; 0: not known, and what comes before it is carried does not count. friction:
-    viscous, Coulomb and damping of the model. group: rows averaged before they are compared.
-    paired: whether each group is compared together with the previous one. block: groups whose
-    errors may go together. huber: residuals beyond count less.
+    passive: whether the loop is open in the backlash, too. by_height: whether HEIGHT is k_s |c|
+    (N m) instead of k_s. side: end that carries the play at the first row, 1 or -1; 0: unknown,
+    and rows until the twist carries it do not count. friction: viscous, Coulomb and damping of the
+    model, for INERTIA. group: rows that are averaged. paired: whether each group is compared
+    together with the previous one. block: groups whose errors may be correlated. huber: stated
+    deviations beyond which residuals count less.
     """
 
-    passive: bool
-    by_height: bool
-    side: float
-    friction: tuple[float, float, float]
-    group: int
-    paired: bool
-    block: int
-    huber: float
+    passive: bool = False
+    by_height: bool = False
+    side: float = 0.0
+    friction: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    group: int = 1
+    paired: bool = False
+    block: int = 1
+    huber: float = math.inf
 
 
 @jit_allocating
@@ -250,7 +250,6 @@ class Regression:
         self.low[[STIFFNESS, HALF_GAP]] = 0.0
         self.strict = False
         self.residuals = np.zeros(len(weights))
-        self.optimum = self.evaluate(np.zeros(N_SHAPE), np.zeros(N_SHAPE, bool))[1]
 
     def evaluate(self, theta: Array, free: Flags) -> tuple[float, Optimum]:
         """Return the cost and the linear problem at `theta` [N_SHAPE]; free: see Optimum."""
@@ -320,5 +319,5 @@ class _Free:
 
 def warm_up() -> None:
     """Compile normal_equations, or load it."""
-    law = ElasticLaw(False, True, 0.0, (0.0, 0.0, 0.0), 1, True, 1, math.inf)
-    Regression(np.zeros((2, N_DATA)), law, np.ones(2))
+    Regression(np.zeros((2, N_DATA)), ElasticLaw(), np.ones(2)).evaluate(
+        np.zeros(N_SHAPE), np.zeros(N_SHAPE, bool))

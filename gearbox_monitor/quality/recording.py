@@ -211,10 +211,11 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
     index = index - index[0]
     n = int(index[-1]) + 1
     wander = _wander(jitter, dt)
-    missing = n - len(index)
-    if wander.any():  # late by any time; lost is a sample only where the next one was due
+    absent = np.diff(index) - 1
+    if wander.any():  # late by any time; lost is a sample only where the next one was due, too
         usual, spread = _usual_step(t)
-        missing = int((np.maximum(1.0, np.diff(t) // (usual - spread)) - 1.0).sum())
+        absent = np.minimum(absent, np.maximum(1.0, np.diff(t) // (usual - spread)) - 1.0)
+    missing = int(absent.sum())
     if missing > LIMITS.max_repaired * n:
         raise InputError(f'{where}{missing} of {n} samples lost by their stamps '
                          f'({100 * missing / n:.1f} %), expected at most '

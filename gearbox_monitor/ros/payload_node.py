@@ -23,7 +23,7 @@ from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from gearbox_monitor.balance.payload import PayloadEstimate, SECOND
+from gearbox_monitor.balance.payload import PayloadEstimate, PayloadTracker, SECOND
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import load_knowledge
 from gearbox_monitor.interfaces.signals import (
@@ -55,6 +55,7 @@ class PayloadNode(TableNode):
         names = recorded_names(filter(None, values.recorded), 'payload: recorded')
         self._joints = [names.get(joint, joint) for joint in robot.joints]
         self._tracker = payload_tracker(robot, values.link, knowledge, values.empty)
+        warm_up(payload_tracker(robot, values.link, knowledge), len(self._joints))
         self._payload = [advertise(self, InertiaStamped, topic, 10)
                          for topic in (PAYLOAD, PAYLOAD_STD)]
         self._external = [advertise(self, JointState, topic, 10)
@@ -138,6 +139,13 @@ class PayloadNode(TableNode):
                               KeyValue(key='payload_std_kg', value=f'{e.mass_std:.6g}')]
         self._taken = self._incomplete = 0
         self._diagnostics.publish(to_diagnostics([status], self.get_clock().now().to_msg()))
+
+
+def warm_up(tracker: PayloadTracker, joints: int) -> None:
+    """Load what the first windows of `tracker` need: the first samples must not wait for it."""
+    for k in range(300):  # 3 s: the first estimate
+        angle = 0.5 * math.sin(0.02 * k)
+        tracker.take(SECOND + k * SECOND // 100, [angle] * joints, [angle] * joints)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -9,6 +9,7 @@ import os
 from pathlib import Path
 import subprocess
 import sys
+from types import SimpleNamespace
 
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
@@ -24,6 +25,7 @@ from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.bag.stamp_matching import match_stamps, StampMatcher
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample
 from gearbox_monitor.interfaces.signals import ARM, joint_values, MOTOR, SIGNALS
 from gearbox_monitor.kernels.jit import COMPILED
@@ -303,6 +305,48 @@ def test_tables_hold_the_same_numbers(drive, tmp_path, capsys, monkeypatch):
     smooth = parquet.read_table(tmp_path / 'smooth.parquet')
     assert smooth.column_names[10:] == list(estimate_table.SMOOTHED_COLUMNS)
     assert smooth.select(table.column_names).equals(table)
+
+
+NUMBERS = np.array([np.nan, np.inf, -np.inf, -0.0, 0.0, 1e300, 5e-324, 1.0 / 3.0, 1e16, 2.0])
+STAMPS = np.array([2 ** 63 - 1, -1, 0, *[1_700_000_000_123_456_789] * 7])
+PLAYER = SimpleNamespace(estimator=SimpleNamespace(learned_curve=lambda: None))
+
+
+@pytest.fixture(params=[True, False], ids=['pyarrow', 'without'])
+def arrow(request, monkeypatch):
+    """Let CSV be printed by pyarrow, or without it."""
+    if request.param:
+        pytest.importorskip('pyarrow')
+    else:
+        monkeypatch.setitem(sys.modules, 'pyarrow', None)
+
+
+def test_csv_has_all_bits_of_any_number(arrow, tmp_path):
+    """In two parts, the second empty."""
+    columns = {name: np.roll(NUMBERS, k) for k, name in enumerate(estimate_table.COLUMNS)}
+    table = estimate_table.CsvTable(tmp_path / 'out', PLAYER)
+    for end in (len(STAMPS), 0):
+        table.write(SimpleNamespace(stamp_ns=STAMPS[:end], **{
+            name: column[:end] for name, column in columns.items()}))
+    table.close()
+    with open(tmp_path / 'out', newline='') as stream:
+        rows = list(csv.DictReader(stream))
+    assert [int(row['stamp_ns']) for row in rows] == STAMPS.tolist()
+    for name, column in columns.items():
+        numbers = np.array([float(row[name]) for row in rows])
+        np.testing.assert_array_equal(numbers.view(np.int64), column.view(np.int64))
+
+
+@pytest.mark.parametrize('rows', [1, 100_000], ids=['at the end', 'at once'])
+def test_csv_on_a_full_disk_is_refused_and_leaves_nothing(arrow, rows, tmp_path):
+    (tmp_path / 'out.part').symlink_to('/dev/full')
+    table = estimate_table.CsvTable(tmp_path / 'out', PLAYER)
+    with pytest.raises(InputError, match='out: No space left on device, expected a new, writable'):
+        table.write(SimpleNamespace(stamp_ns=np.arange(rows), **{
+            name: np.linspace(0.0, 1.0, rows) for name in estimate_table.COLUMNS}))
+        table.close()
+    table.abandon()
+    assert not list(tmp_path.iterdir())
 
 
 def test_no_half_table_and_no_pyarrow(drive, tmp_path, capsys, monkeypatch):

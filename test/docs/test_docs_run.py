@@ -115,15 +115,27 @@ def module(monkeypatch, name, code):
     return made
 
 
+def with_filter(folder):
+    """Copy the package into `folder`, the page's filter where it says; return what runs it."""
+    for name in ('gearbox_monitor', 'config'):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns('__pycache__'))
+    shutil.copy(ROOT / 'package.xml', folder)  # of a checkout
+    (folder / 'gearbox_monitor/estimation/filters/gated.py').write_text(
+        blocks(DOCS / 'extend.md', 'python')[0])
+
+    def run(*words):
+        """Return what Python prints with `words`; interpreted: compiling takes longer."""
+        done = subprocess.run(
+            [sys.executable, *words], cwd=folder, capture_output=True, text=True, check=False,
+            env={**os.environ, 'GEARBOX_MONITOR_JIT': '0', 'PYTHONPATH': str(folder)})
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+    return run
+
+
 def test_the_filter_of_the_page_is_found_by_its_file(tmp_path):
     """A jump of the arm encoder moves the EKF, not the filter of the page."""
-    for folder in ('gearbox_monitor', 'config'):
-        shutil.copytree(ROOT / folder, tmp_path / folder,
-                        ignore=shutil.ignore_patterns('__pycache__'))
-    shutil.copy(ROOT / 'package.xml', tmp_path)  # of a checkout
-    (tmp_path / 'gearbox_monitor/estimation/filters/gated.py').write_text(
-        blocks(DOCS / 'extend.md', 'python')[0])
-    (tmp_path / 'use.py').write_text(textwrap.dedent("""\
+    ekf, gated = map(float, with_filter(tmp_path)('-c', textwrap.dedent("""\
         from gearbox_monitor.estimation.filter import Filter
         from gearbox_monitor.plant.drive import DriveModel
         for name in ('ekf', 'gated'):
@@ -131,32 +143,15 @@ def test_the_filter_of_the_page_is_found_by_its_file(tmp_path):
             one.start(0.0, 0.0)
             assert all(one.step(2e-3, 0.0, 0.0, 3.0 * (k == 40)) for k in range(41))
             print(abs(one.tau_k))
-        """))
-    done = subprocess.run(
-        [sys.executable, 'use.py'], cwd=tmp_path, capture_output=True, text=True, check=True,
-        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0', 'PYTHONPATH': str(tmp_path)})
-    ekf, gated = map(float, done.stdout.split())
+        """)).split())
     assert ekf > 1.0 and gated < 1e-6
 
 
 @pytest.mark.system
 def test_a_filter_is_one_added_file(tmp_path):
-    """The page's filter, put where it says, is found; interpreted: compiling takes longer."""
-    gated, use, *_ = blocks(DOCS / 'extend.md', 'python')
-    for folder in ('gearbox_monitor', 'config'):
-        shutil.copytree(ROOT / folder, tmp_path / folder,
-                        ignore=shutil.ignore_patterns('__pycache__'))
-    shutil.copy(ROOT / 'package.xml', tmp_path)  # of a checkout
-    (tmp_path / 'gearbox_monitor/estimation/filters/gated.py').write_text(gated)
-    (tmp_path / 'use.py').write_text(use)
-
-    def run(*words):
-        done = subprocess.run(
-            [sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, check=False,
-            env={**os.environ, 'GEARBOX_MONITOR_JIT': '0', 'PYTHONPATH': str(tmp_path)})
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
+    """The page's filter, put where it says, does in page and command what the page says."""
+    run = with_filter(tmp_path)
+    (tmp_path / 'use.py').write_text(blocks(DOCS / 'extend.md', 'python')[1])
     plain, gated = map(float, re.findall(r'(\d\.\d+) N m', run('use.py')))
     assert gated < 0.9 * plain
     write_example_bag(tmp_path / 'BAG', DriveModel(), ExampleMotion(1.0, 200.0), 0)

@@ -12,7 +12,6 @@ from gearbox_monitor.monitoring.elastic_regression import (
     COULOMB, DELAY, ElasticLaw, GAIN, HALF_GAP, HEIGHT, INERTIA, N_DATA, N_SHAPE, Regression,
     SCALE, STIFFNESS, VISCOUS, WIDTH, ZERO)
 
-FRICTION = (0.02, 0.3, 0.1)
 SHAPE = [STIFFNESS, HALF_GAP, WIDTH, ZERO, VISCOUS, COULOMB, GAIN]
 
 
@@ -29,15 +28,16 @@ def data(seed=0):
     return rows
 
 
+WINDOW = ElasticLaw(by_height=True, group=4, paired=True, block=25)  # of features
+ROWS = ElasticLaw(friction=(0.02, 0.3, 0.1), block=100, huber=1.5)   # of the check
+
+
 @pytest.mark.parametrize('law, free, width', [
-    (ElasticLaw(False, True, 0.0, FRICTION, 4, True, 25, math.inf), SHAPE, 0.12),
-    (ElasticLaw(False, True, 0.0, FRICTION, 4, True, 25, math.inf), SHAPE, -0.12),
-    (ElasticLaw(True, True, 0.0, FRICTION, 4, True, 25, math.inf), [*SHAPE, HEIGHT], 0.12),
-    (ElasticLaw(False, False, -1.0, FRICTION, 1, False, 100, 1.5),
-     [*SHAPE, SCALE, DELAY, INERTIA], 0.12),
-    (ElasticLaw(True, False, 1.0, FRICTION, 1, False, 100, 1.5),
-     [*SHAPE, SCALE, DELAY, INERTIA], 0.12),
-    (ElasticLaw(True, False, 1.0, FRICTION, 1, False, 100, 1.5), [
+    (WINDOW, SHAPE, 0.12), (WINDOW, SHAPE, -0.12),
+    (WINDOW._replace(passive=True), [*SHAPE, HEIGHT], 0.12),
+    (ROWS._replace(side=-1.0), [*SHAPE, SCALE, DELAY, INERTIA], 0.12),
+    (ROWS._replace(passive=True, side=1.0), [*SHAPE, SCALE, DELAY, INERTIA], 0.12),
+    (ROWS._replace(passive=True, side=1.0), [
         p for p in SHAPE if p != WIDTH] + [SCALE, DELAY], 0.0)])
 def test_the_right_side_is_minus_half_the_gradient_of_the_cost(law, free, width):
     rows = data()
@@ -58,7 +58,7 @@ def test_the_right_side_is_minus_half_the_gradient_of_the_cost(law, free, width)
 def test_another_prior_is_the_fit_that_it_gives():
     """Of a linear problem: gap and zero held."""
     rows, free = data(), np.isin(np.arange(N_SHAPE), [STIFFNESS, VISCOUS, COULOMB, GAIN])
-    law = ElasticLaw(True, False, 1.0, FRICTION, 1, False, 100, math.inf)
+    law = ROWS._replace(passive=True, side=1.0, huber=math.inf)
     theta = np.zeros(N_SHAPE)
     theta[HALF_GAP] = 0.4
     held = np.where(np.arange(N_SHAPE) == GAIN, 1e9, 1e-3)

@@ -355,6 +355,14 @@ def test_a_loop_without_a_clock_is_late_and_loses_nothing():
         prepare(real[keep], real[keep], y[keep], kind=kind)
 
 
+def test_a_loop_of_any_period_loses_nothing():
+    real = np.cumsum(0.02 * np.random.default_rng(0).uniform(0.5, 1.5, 1000))
+    y = np.column_stack([np.nan * real, np.sin(5.0 * real)])
+    recording, notices = prepare(real, real, y, kind=RecordingKind(True, 'rotary', True))
+    assert 'the sample time wanders' in notices[0] and 'lost' not in ' '.join(notices)
+    assert np.abs(recording.y[:, 1] - np.sin(5.0 * (recording.t + real[0]))).max() < 1e-3
+
+
 def test_recordings_of_nearly_one_rate_are_brought_to_the_lower():
     t = np.arange(1200) * 5e-3
     fine = UniformRecording(t, np.cos(t), np.column_stack([np.sin(3 * t)] * 2), 5e-3)

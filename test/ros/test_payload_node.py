@@ -3,6 +3,8 @@
 
 """The payload node: live is what the library gives for the same samples, and what it refuses."""
 from array import array
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -66,6 +68,23 @@ def test_live_is_what_the_library_gives_and_incomplete_messages_are_told(graph):
     graph.until(lambda: any('held at flange' in status.message.lower()
                             for message in statuses for status in message.status), 'the status')
     graph.stop(process)
+
+
+def test_no_sample_waits_for_a_module():
+    code = f"""
+import sys
+import numpy as np
+import rclpy
+from gearbox_monitor.ros.payload_node import PayloadNode
+rclpy.init(args=['--ros-args', '-p', 'model:={config_path('arm6.urdf')}'])
+tracker = PayloadNode()._tracker
+loaded = set(sys.modules)
+out = [e for k in range(400) for e in tracker.take({T0} + k * {DT}, np.full(6, np.sin(0.02 * k)),
+                                                   np.full(6, np.cos(0.05 * k)))]
+print(len(out) > 0, sorted(set(sys.modules) - loaded))
+"""
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert done.stdout == 'True []\n'
 
 
 @pytest.mark.parametrize('parameters, words', [

@@ -213,7 +213,7 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     tau_k = _transmitted(data, theta)
     load = _rms(tau_k, certain)
     separable = all(
-        _correlation(data[on, 0], tau_k[on], certain[on]) >= LIMITS.flank_correlation
+        _correlation(data[on, D_TWIST], tau_k[on], certain[on]) >= LIMITS.flank_correlation
         for on in (side == 1, side == -1))
     return _features(rows, stamp_ns, fitted, flank, traversals, separable, load)
 
@@ -258,7 +258,7 @@ def _weights(rows: Array, model: DriveModel) -> Array:
     return 0.01 + ratio / (1.0 + ratio)
 
 
-def _regression(data: Array, group: int, weights: Array, paired: bool = True) -> Regression:
+def _regression(data: Array, group: int, weights: Array) -> Regression:
     """
     Return the Regression of a window.
 
@@ -266,11 +266,10 @@ def _regression(data: Array, group: int, weights: Array, paired: bool = True) ->
         data: [N, N_DATA].
         group: samples that are averaged.
         weights: of the groups [N // group].
-        paired: whether each is compared together with the previous one.
 
     """
-    result = Regression(data, ElasticLaw(False, True, 0.0, (0.0, 0.0, 0.0), group, paired, max(
-        1, -(-len(weights) // BLOCKS)), math.inf), weights)
+    result = Regression(data, ElasticLaw(
+        by_height=True, group=group, paired=True, block=-(-len(weights) // BLOCKS)), weights)
     span = float(np.ptp(data[:, D_TWIST]))
     result.high[HALF_GAP], result.high[WIDTH], result.low[WIDTH] = span, 0.5 * span, -0.5 * span
     return result
@@ -379,7 +378,8 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
         weights, off = regression.weights.copy(), np.median(np.abs(regression.residuals))
         regression.weights[:] = base  # those at hand belong to residuals of the other structure
         law, low = regression.law, regression.low[WIDTH]
-        regression.law, regression.low[WIDTH] = law._replace(passive=True), -2e-3 * low
+        regression.law = law._replace(passive=True)
+        regression.low[WIDTH] = 2e-3 * regression.high[WIDTH]  # its slope is undefined at 0
         passive_theta, passive_covariance = refit(passive_theta, passive_free, rounds=REWEIGHTS)
         regression.law, regression.low[WIDTH] = law, low
         if np.median(np.abs(regression.residuals)) < off:

@@ -148,8 +148,9 @@ def _fitted(data: Array, rows: Array, drive: DriveModel, side: float, with_inert
     """
     shape, width = drive.transmission, _play_width(drive)
     friction = drive.viscous_friction, drive.coulomb_friction, drive.damping
-    fit = Regression(data, ElasticLaw(shape.kind != 'play', False, side, friction, 1, False,
-                               len(data) // BLOCKS, LIMITS.huber), _weights(rows, drive))
+    fit = Regression(data, ElasticLaw(
+        passive=shape.kind != 'play', side=side, friction=friction, block=len(data) // BLOCKS,
+        huber=LIMITS.huber), _weights(rows, drive))
     fit.units, fit.prior = 1.0 / rows[:, S_MOTOR_SIDE_NOISE_STD], _prior(drive)
     at = [STIFFNESS, HALF_GAP, WIDTH]
     fit.base[at] = shape.stiffness, shape.half_gap, width
