@@ -37,6 +37,7 @@ BLOCK = 0.5      # s, of a block at least: unexplained torque lasts about 0.3 s 
 BLOCKS = 40      # in a recording at most
 LEAST_SHARE = 0.5  # of the normal matrix that its noise leaves at least
 WIDTH = 0.6      # of half the low pass: two deviations of its kernel
+INPUT_GAINS = ('kp', 'kt')  # torque of a servo over its setpoint
 P1, P2, V1, V2, A1, A2 = range(6)  # columns of a motion
 
 
@@ -112,6 +113,9 @@ class _Rows:
                 ends.append(self.imbalance(candidate.model(at), moved))
             out[:, i] = (ends[1] - ends[0]) / (2.0 * step)
         out[:, -1] = self.imbalance(candidate.model(z), moved)
+        if candidate.nominal.controller is not None:
+            # Counted in setpoint: smaller values throughout leave less torque, and explain no more.
+            out[:, [c.name in INPUT_GAINS for c in candidate.coordinates] + [False]] -= out[:, -1:]
         return out
 
 

@@ -165,26 +165,44 @@ def test_balance_of_torques_knows_a_delay_without_half_a_sample():
     assert np.allclose(np.sqrt(np.diag(found.covariance)), [v.error for v in found.values])
 
 
-def test_a_servo_has_values_where_no_search_arrives(monkeypatch):
+def followed(frequencies, effects):
+    """Return recordings of a servo that follows its setpoint, and its model with wrong values."""
     t, noise = np.arange(0.0, 8.0, 0.005), np.random.default_rng(3)
-    r = 0.6 * np.sin(2.0 * np.pi * 0.4 * t) + 0.4 * np.sin(2.0 * np.pi * 1.3 * t + 1.0)
     true = DriveModel().with_(
         kind='rigid', position_gain=0.0, motor_inertia=0.02, arm_inertia=1e-6, tolerance=0.3,
-        viscous_friction=0.06, coulomb_friction=0.08, effects=({'id': 'gravity', 'G': 0.5},),
+        viscous_friction=0.06, coulomb_friction=0.08, effects=effects,
         controller={'kp': 5.0, 'kd': 0.05, 'tolerance': 0.5})
     stated = true.with_(motor_inertia=0.03, viscous_friction=0.1, coulomb_friction=0.05,
                         controller={'kp': 6.0, 'kd': 0.05, 'tolerance': 0.5})
-    q = simulate(true, r, 0.005).x[:, 0] + 5e-4 * noise.standard_normal(len(t))
-    recording = load_recording({'t': t, 'setpoint': r, 'motor': q}, stated,
-                               name='run').uniform()[0]
+    recordings = []
+    for hertz in frequencies:
+        r = 0.6 * np.sin(2.0 * np.pi * hertz * t) + 0.4 * np.sin(2.0 * np.pi * 1.3 * t + 1.0)
+        q = simulate(true, r, 0.005).x[:, 0] + 5e-4 * noise.standard_normal(len(t))
+        recordings.append(load_recording({'t': t, 'setpoint': r, 'motor': q}, stated,
+                                         name='run').uniform()[0])
+    return recordings, stated
+
+
+def test_a_servo_has_values_where_no_search_arrives(monkeypatch):
+    recordings, stated = followed([0.4], ({'id': 'gravity', 'G': 0.5},))
 
     def lost(*_):
         raise Undecided('lost')
     monkeypatch.setattr(nominal, '_settled', lost)
-    fit = nominal.fit_nominal([recording], stated, ['m1', 'Cv', 'Cc', 'kp'])
+    fit = nominal.fit_nominal(recordings, stated, ['m1', 'Cv', 'Cc', 'kp'])
     assert fit.method == 'regression'
     for value, at in zip(fit.values, (0.02, 0.06, 0.08, 5.0)):
         assert abs(value.value - at) < 2.5 * value.error < 0.4 * at, value
-    late = stated.with_(controller={'kp': 6.0, 'delay': 0.005})  # its torque is not known
-    with pytest.raises(Undecided, match='determines no values'):
-        balanced([recording], late, ['m1'])
+    for memory in ({'delay': 0.005}, {'ki': 4.0}):  # the torque is not known
+        with pytest.raises(Undecided, match='determines no values'):
+            balanced(recordings, stated.with_(controller={'kp': 6.0, **memory}), ['m1'])
+
+
+def test_a_servo_without_a_known_load_has_ratios_only():
+    """A servo that is weaker throughout leaves less torque, and is no likelier."""
+    recordings, stated = followed([0.4, 0.6], ())
+    values = balanced(recordings, stated, ['m1', 'kp', 'Cv', 'Cc']).values
+    assert not any(value.determined for value in values)
+    inertia, gain = values[:2]
+    assert abs(gain.value - 5.0) < gain.error
+    assert inertia.value / gain.value == pytest.approx(0.02 / 5.0, rel=0.02)
