@@ -15,7 +15,7 @@ from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.closed_model import open_loop, with_starts_of
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import (
-    by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES)
+    coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES, likeliest_time)
 from gearbox_monitor.identification.isolability import (
     evidence_for, InnovationSpace, matrix, rivals, separations)
 from gearbox_monitor.identification.judge import decide, Decision
@@ -77,6 +77,10 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     otherwise = read_as_doubted(evidence)
     decision = decided_between(evidence, quantum)
     notes = [*decision.notes, *doubts(decision, otherwise)]
+    stated, lasts = (m.process_torque_time for m in (model, decision.evidence.model))
+    if lasts != stated:
+        notes.append(f'beside the verdict, torque that no model explains lasts {lasts:g} s, not '
+                     f'{stated:g} s (process_torque_time)')
     if ACTUATOR_DELAY.id in decision.ids and any(is_open(r, model) for r in recordings):
         notes.append('a log below 200 Hz tells a delay of the torque only to half a sample, '
                      f'{0.5e3 * recordings[0].dt:.3g} ms: how it acted between the stamps is open')
@@ -180,7 +184,8 @@ def in_its_time(decision: Decision) -> Decision:
     Return the decision where unexplained torque lasts as long as beside the effects.
 
     The model file states what lasts beside the model without them. An effect that is missing lasts
-    a stroke, so that it passes for such a torque, and its value is drawn towards zero.
+    a stroke, so that it passes for such a torque, and its value is drawn towards zero. A further
+    effect is worth its price beside the stated time, too.
     """
     evidence = decision.evidence
     stated = evidence.model.process_torque_time
@@ -190,18 +195,13 @@ def in_its_time(decision: Decision) -> Decision:
     def lasting(time: float) -> Evidence:
         return replace(evidence, model=replace(evidence.model, process_torque_time=time))
     likeliest_fit = decision.fits[0]
-    deviances = by_time(lambda time: lasting(time).whole, likeliest_fit.candidate,
-                        likeliest_fit.z, (stated, *LASTING_TIMES))
-    time = min(deviances, key=lambda time: deviances[time])
+    time = likeliest_time(lambda time: lasting(time).whole, likeliest_fit.candidate,
+                          likeliest_fit.z, stated, LASTING_TIMES)
     if time == stated:
         return decision
     again = decide(lasting(time))
     price = THRESHOLDS.effect_gain if len(again.ids) > len(decision.ids) else 0.0
-    if evidence.score(decision.fit) - evidence.score(again.fit) <= price:
-        return decision
-    return replace(again, notes=(*again.notes, (
-        f'beside the verdict, torque that no model explains lasts {time:g} s, not {stated:g} s '
-        '(process_torque_time)')))
+    return again if decision.score - again.score > price else decision
 
 
 def decided_between(evidence: Evidence, quantum: Array) -> Decision:
@@ -223,7 +223,7 @@ def decided_between(evidence: Evidence, quantum: Array) -> Decision:
         if gain < (0.0 if fit.candidate.n_effect < decision.fit.candidate.n_effect
                    else THRESHOLDS.scatter_gain):
             break
-    return min(decisions, key=lambda d: (d.remains, d.evidence.score(d.fit)))
+    return min(decisions, key=lambda d: (d.remains, d.score))
 
 
 def read_as_doubted(evidence: Evidence) -> dict[int, InnovationFit]:
@@ -337,7 +337,7 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
     if bursts is not None:
         d[DISTURBANCE.id] = bursts.gain
         gains['+'.join((*fit.candidate.ids, DISTURBANCE.id))] = (
-            decision.gain(fit) + bursts.gain - bursts.price)
+            evidence.score(none) - decision.score)
     return Explained(
         evidence.recordings, evidence.model, evidence.sigma, evidence.colour, quantum,
         fit.candidate, fit.z, None if evidence.balances else float(fit.torque[0]),

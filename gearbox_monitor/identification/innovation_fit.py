@@ -157,25 +157,28 @@ def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
     return at.alone()
 
 
-def by_time(likelihood_with: Callable[[float], Likelihood], candidate: CandidateModel, z: Array,
-            times: Iterable[float]) -> dict[float, float]:
+def likeliest_time(likelihood_with: Callable[[float], Likelihood], candidate: CandidateModel,
+                   z: Array, stated: float, times: Iterable[float]) -> float:
     """
-    Return {how long unexplained torque lasts, s: -2 log L of the fit with it}.
+    Return how long unexplained torque lasts (s) by the likelihood of fits.
 
     A fit for each time: with torque that lasts, values move, and a friction may go into it.
+    Another time than the stated one has to be worth its price.
 
     Args:
         likelihood_with: of the same readings, by the time.
         candidate: model with its coordinates.
         z: coordinates [P] with which fits begin.
-        times: s; 0: white noise.
+        stated: time of the model file, s.
+        times: others that are tried, s; 0: white noise.
     """
-    out = {}
-    for time in sorted(set(times)):
+    deviances = {}
+    for time in sorted({stated, *times}):
         likelihood = likelihood_with(time)
         start = InnovationFit(candidate, z, likelihood.first_noise)
-        out[time] = fitted(likelihood, start, TIME_ITERATIONS).deviance
-    return out
+        deviances[time] = fitted(likelihood, start, TIME_ITERATIONS).deviance + (
+            math.log(likelihood.readings) if time != stated else 0.0)
+    return min(deviances, key=lambda time: deviances[time])
 
 
 def _step(likelihood: Likelihood, fit: FilteredFit,

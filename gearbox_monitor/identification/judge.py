@@ -63,6 +63,14 @@ class Decision:
         """Effects that count."""
         return (*self.fit.candidate.ids, *((DISTURBANCE.id,) if self.bursts else ()))
 
+    @property
+    def score(self) -> float:
+        """BIC of all that counts."""
+        own, bursts = self.evidence.score(self.fit), self.bursts
+        if bursts is None:
+            return own
+        return own + bursts.price - (0.0 if self.fit is bursts.fit else bursts.gain)
+
     def gain(self, fit: InnovationFit) -> float:
         """Return by how much a fit beats none, in BIC."""
         return self.evidence.score(self.none) - self.evidence.score(fit)

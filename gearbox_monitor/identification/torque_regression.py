@@ -114,8 +114,9 @@ class _Rows:
             out[:, i] = (ends[1] - ends[0]) / (2.0 * step)
         out[:, -1] = self.imbalance(candidate.model(z), moved)
         if candidate.nominal.controller is not None:
-            # Counted in setpoint: smaller values throughout leave less torque, and explain no more.
-            out[:, [c.name in INPUT_GAINS for c in candidate.coordinates] + [False]] -= out[:, -1:]
+            # Counted in setpoint: smaller values throughout leave less torque, but no less motion.
+            gains = [i for i, c in enumerate(candidate.coordinates) if c.name in INPUT_GAINS]
+            out[:, gains] -= out[:, -1:]
         return out
 
 

@@ -11,7 +11,8 @@ import pytest
 from scipy.signal import lfilter
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification import closed_model, diagnose, isolability, localisation
+from gearbox_monitor.identification import (
+    closed_model, coloured_noise, diagnose, isolability, localisation)
 from gearbox_monitor.identification.adequacy import adequacy_of
 from gearbox_monitor.identification.bursts import at_ends_of_travel, best_pulses, pulses_in
 from gearbox_monitor.identification.candidates import sine_and_cosine
@@ -22,6 +23,7 @@ from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.input_estimation import InputEstimator, SPACING
 from gearbox_monitor.identification.judge import decide, Judge, simplest
+from gearbox_monitor.identification.noise_model import MOTION
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.verdict import remaining_place
@@ -412,6 +414,7 @@ def test_bursts_are_named_with_their_times():
     data = diagnose.diagnose([record(bursts, 6)], DriveModel(),
                              only=['disturbance', 'motor_viscous']).data
     assert data['effect'] == 'disturbance'
+    assert data['gains']['disturbance'] < data['findings'][0]['evidence']  # of a part, once
     assert sorted(b['t0'] for b in data['bursts']) == pytest.approx([1.62, 4.9], abs=0.08)
     assert data['findings'][0]['values']['t0'] == pytest.approx(4.9, abs=0.08)
 
@@ -538,28 +541,47 @@ def test_windows_after_settling_are_as_many(seconds, settling, count, length):
     assert (parts.first[::4] == windows.first).all() and (parts.begin[::4] == windows.begin).all()
 
 
+LASTS = 0.1  # s
+REAL = DriveModel().with_(kind='rigid', position_gain=0.0, tolerance=0.02,
+                          process_torque_time=1.0)
+
+
+def lasting_record(effects, size, seconds=10.0):
+    """Return a recording in which torque of `size` (N m rms) that lasts LASTS is unexplained."""
+    dt, noise = 0.005, np.random.default_rng(4)
+    t = np.arange(0.0, seconds, dt)
+    u = np.sign(np.sin(1.6 * t)) + 0.3 * np.sin(8.2 * t)
+    fade = np.exp(-dt / LASTS)
+    lasting = lfilter([size * np.sqrt(1.0 - fade ** 2)], [1.0, -fade],
+                      noise.standard_normal(len(t)))
+    x = simulate(REAL.with_(effects=effects), u + lasting, dt).x[:, :1]
+    return UniformRecording(
+        t, u, np.repeat(x + 2e-4 * noise.standard_normal(x.shape), 2, axis=1), dt, channels=(0,))
+
+
 def test_an_effect_is_not_what_lasts_beside_the_model_without_it():
     """A model file that was fitted without an effect takes its strokes for lasting torque."""
-    model = DriveModel().with_(kind='rigid', position_gain=0.0, tolerance=0.02,
-                               process_torque_time=1.0)
-    dt, lasts, noise = 0.005, 0.1, np.random.default_rng(4)
-    t = np.arange(0.0, 10.0, dt)
-    u = np.sign(np.sin(1.6 * t)) + 0.3 * np.sin(8.2 * t)
-    fade = np.exp(-dt / lasts)
-    lasting = lfilter([0.1 * np.sqrt(1.0 - fade ** 2)], [1.0, -fade], noise.standard_normal(2000))
-    x = simulate(model.with_(effects=({'id': 'viscous_asymmetry', 'Cva': 0.04},)),
-                 u + lasting, dt).x[:, :1]
-    recording = UniformRecording(
-        t, u, np.repeat(x + 2e-4 * noise.standard_normal(x.shape), 2, axis=1), dt, channels=(0,))
-    evidence, _ = diagnose.evidence_of([recording], model, ['viscous_asymmetry'], 1, silent)
+    recording = lasting_record(({'id': 'viscous_asymmetry', 'Cva': 0.04},), 0.1)
+    evidence, _ = diagnose.evidence_of([recording], REAL, ['viscous_asymmetry'], 1, silent)
     beside_none = decide(evidence)
     assert not beside_none.ids
     decision = diagnose.in_its_time(beside_none)
     assert decision.ids == ('viscous_asymmetry',)
-    assert decision.evidence.model.process_torque_time == lasts
+    assert decision.evidence.model.process_torque_time == LASTS
     (_, (effect,)), (errors, _) = (decision.fit.candidate.values(decision.fit.z),
                                    standard_errors(decision.evidence, decision.fit))
     assert abs(effect['Cva'] - 0.04) < 2.5 * errors['viscous_asymmetry']['Cva'] < 0.01
+
+
+def test_a_verdict_says_how_long_torque_lasts_also_beside_coloured_noise(monkeypatch):
+    """What is decided again, for another reason, was decided with the time that is not stated."""
+    monkeypatch.setattr(coloured_noise, 'measure', lambda decision, lowest: (
+        (decision.evidence.sigma, np.array([0.4, 0.0])) if lowest == MOTION else None))
+    verdict = diagnose.diagnose([lasting_record((), 0.4, 5.0)], REAL, only=['viscous_asymmetry'])
+    assert verdict.verdict == 'unknown' and verdict.noise_time[0]
+    lasts = verdict.model.process_torque_time
+    assert lasts != REAL.process_torque_time
+    assert any(f'lasts {lasts:g} s, not 1 s' in text for text in verdict.warnings)
 
 
 @pytest.mark.parametrize('name, holds', [('motor_inertia', True), ('stribeck', False)])
