@@ -15,7 +15,7 @@ from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.closed_model import open_loop, with_starts_of
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import (
-    coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES, likeliest_time)
+    by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES)
 from gearbox_monitor.identification.isolability import (
     evidence_for, InnovationSpace, matrix, rivals, separations)
 from gearbox_monitor.identification.judge import decide, Decision
@@ -195,8 +195,10 @@ def in_its_time(decision: Decision) -> Decision:
     def lasting(time: float) -> Evidence:
         return replace(evidence, model=replace(evidence.model, process_torque_time=time))
     likeliest_fit = decision.fits[0]
-    time = likeliest_time(lambda time: lasting(time).whole, likeliest_fit.candidate,
-                          likeliest_fit.z, stated, LASTING_TIMES)
+    # The likeliest, without a price: the stated time was chosen beside another model.
+    deviances = by_time(lambda time: lasting(time).whole, likeliest_fit.candidate,
+                        likeliest_fit.z, (stated, *LASTING_TIMES))
+    time = min(deviances, key=lambda time: deviances[time])
     if time == stated:
         return decision
     again = decide(lasting(time))

@@ -157,28 +157,25 @@ def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
     return at.alone()
 
 
-def likeliest_time(likelihood_with: Callable[[float], Likelihood], candidate: CandidateModel,
-                   z: Array, stated: float, times: Iterable[float]) -> float:
+def by_time(likelihood_with: Callable[[float], Likelihood], candidate: CandidateModel, z: Array,
+            times: Iterable[float]) -> dict[float, float]:
     """
-    Return how long unexplained torque lasts (s) by the likelihood of fits.
+    Return {how long unexplained torque lasts, s: -2 log L of the fit with it}.
 
     A fit for each time: with torque that lasts, values move, and a friction may go into it.
-    Another time than the stated one has to be worth its price.
 
     Args:
         likelihood_with: of the same readings, by the time.
         candidate: model with its coordinates.
         z: coordinates [P] with which fits begin.
-        stated: time of the model file, s.
-        times: others that are tried, s; 0: white noise.
+        times: s; 0: white noise.
     """
-    deviances = {}
-    for time in sorted({stated, *times}):
+    out = {}
+    for time in sorted(set(times)):
         likelihood = likelihood_with(time)
         start = InnovationFit(candidate, z, likelihood.first_noise)
-        deviances[time] = fitted(likelihood, start, TIME_ITERATIONS).deviance + (
-            math.log(likelihood.readings) if time != stated else 0.0)
-    return min(deviances, key=lambda time: deviances[time])
+        out[time] = fitted(likelihood, start, TIME_ITERATIONS).deviance
+    return out
 
 
 def _step(likelihood: Likelihood, fit: FilteredFit,

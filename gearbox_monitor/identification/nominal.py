@@ -283,7 +283,7 @@ def lasting_time(search: Search, fitted: CandidateFit) -> float:
     """
     Return how long unexplained torque lasts (s) by the likelihood of a fit.
 
-    All times see the same readings.
+    All times see the same readings. Another than that of the model has to be worth its price.
 
     Args:
         search: of a recording that the torque drives.
@@ -295,8 +295,11 @@ def lasting_time(search: Search, fitted: CandidateFit) -> float:
         return InnovationLikelihood(
             search.recording, replace(search.model, process_torque_time=time), search.long.sigma,
             search.spans).thinned(stride)
-    return innovation_fit.likeliest_time(likelihood_with, fitted.candidate, fitted.point.z, stated,
-                                         (0.0, *innovation_fit.LASTING_TIMES))
+    deviances = innovation_fit.by_time(likelihood_with, fitted.candidate, fitted.point.z,
+                                       (stated, 0.0, *innovation_fit.LASTING_TIMES))
+    best = min(deviances, key=lambda time: deviances[time])
+    price = math.log(likelihood_with(stated).readings)
+    return best if deviances[best] + price < deviances[stated] else stated
 
 
 def _decided(search: Search, data: likelihood.WindowData, candidate: CandidateModel,
