@@ -23,7 +23,7 @@ from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.input_estimation import InputEstimator, SPACING
 from gearbox_monitor.identification.judge import decide, Judge, simplest
-from gearbox_monitor.identification.noise_model import MOTION
+from gearbox_monitor.identification.noise_model import MOTION, spectrum
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.verdict import remaining_place
@@ -592,3 +592,21 @@ def test_unseen_readings_do_not_tell_a_value_that_moved_as_far(name, holds):
     fit = replace(none, candidate=judge.evidence.starts.candidates(name, None)[0])
     fit = replace(fit, z=fit.candidate.start() + 0.1)  # which fits the held-out readings worse
     assert judge.holds(fit, none) == holds
+
+
+def test_the_interval_of_the_closed_fraction_covers_the_error_of_the_noise():
+    """A right model leaves nothing: what its fraction is off 1 by is sigma's error, and chance."""
+    windows, length, covered = 12, 1000, []
+    signal = np.sin(np.linspace(0.0, 40.0, windows * length))[:, None]
+    for seed in range(60):
+        noise = np.random.default_rng(seed).standard_normal((windows * length, 2))
+        sigma, _ = sensor_noise.noise_levels(noise)
+        left, before = (x.reshape(windows, length, 2) for x in (
+            noise / sigma, (noise + signal) / sigma))
+        power, _, high = spectrum(left, DT)
+        power = power[:, high].mean(axis=(1, 2))
+        low, high = closed_model._interval(
+            *((x ** 2).mean(axis=(1, 2)) for x in (before, left)), power / power.mean(), left.size,
+            np.random.default_rng(seed))
+        covered.append(low <= 1.0 <= high)
+    assert 0.8 <= np.mean(covered) <= 0.98  # of 90 %
