@@ -23,9 +23,14 @@ from gearbox_monitor.robot.dynamics import coupled_inertia, move, RobotArrays, t
 LONGEST_STEP = 5e-4  # s: a light link on a stiff joint swings at some hundred Hz
 
 
-class Servos(NamedTuple):
-    """u = kp (r - x1) + kd (r' - x3) of each of n joints; N m/rad and N m s/rad, arm side."""
+class ServoDrives(NamedTuple):
+    """
+    Packed parameters [n, ...] of n drives and the gains of their servos.
 
+    u = kp (r - x1) + kd (r' - x3) of each joint; N m/rad and N m s/rad, arm side.
+    """
+
+    p: Array
     kp: Array
     kd: Array
 
@@ -89,17 +94,18 @@ def _slopes(robot: RobotArrays, p: Array, x: Array, u: Array, scratch: ArmScratc
 
 
 @jit
-def _run(robot: RobotArrays, p: Array, servo: Servos, references: Array, payload: Array, x: Array,
+def _run(robot: RobotArrays, drives: ServoDrives, references: Array, payload: Array, x: Array,
          dt: float, scratch: ArmScratch, out: Array) -> None:
     """Run the arm; references [N, 2, n], payload [N], x [4 n] changed, out [N, 4, n]."""
+    p, kp, kd = drives
     substeps = math.ceil(dt / LONGEST_STEP)
     n, slopes, h = p.shape[0], scratch.slopes, dt / substeps
     u = slopes[4, :n]
     for k in range(references.shape[0]):
         robot.amounts[-1] = payload[k]
         for i in range(n):
-            u[i] = (servo.kp[i] * (references[k, 0, i] - x[i])
-                    + servo.kd[i] * (references[k, 1, i] - x[2 * n + i]))
+            u[i] = (kp[i] * (references[k, 0, i] - x[i])
+                    + kd[i] * (references[k, 1, i] - x[2 * n + i]))
             out[k, 0, i], out[k, 1, i], out[k, 2, i] = u[i], x[i], x[n + i]
             out[k, 3, i] = p[i, STIFFNESS] * dead_zone(x[i] - x[n + i], p[i, HALF_GAP])
         for _ in range(substeps):
@@ -137,7 +143,7 @@ class ArmPlant:
         inertia = np.array([torque_on(robot, i)[2] + drive.motor_inertia
                             for i, drive in enumerate(drives)])
         omega = 2.0 * np.pi * bandwidth
-        self._servo = Servos(inertia * omega ** 2, 1.4 * inertia * omega)
+        self._gains = inertia * omega ** 2, 1.4 * inertia * omega
 
     def run(self, references: Array, payload: Array, dt: float) -> ArmRun:
         """
@@ -145,9 +151,9 @@ class ArmPlant:
 
         Returns the ArmRun; the next one continues.
         """
-        p = np.array([drive.pack() for drive in self.drives])
-        out = np.empty((len(references), 4, len(p)))
-        _run(self._robot, p, self._servo, np.ascontiguousarray(references),
+        drives = ServoDrives(np.array([drive.pack() for drive in self.drives]), *self._gains)
+        out = np.empty((len(references), 4, len(drives.p)))
+        _run(self._robot, drives, np.ascontiguousarray(references),
              np.ascontiguousarray(payload, float), self._x, dt, self._scratch, out)
         t = self._time + dt * np.arange(len(references))
         self._time, self.target = self._time + dt * len(references), references[-1, 0]
