@@ -410,7 +410,7 @@ def test_an_effect_that_shows_in_held_out_windows_alone_is_seen():
 def test_bursts_are_named_with_their_times():
     """Two of 44 ms in 6 s, hardly above the noise."""
     bursts = [{'id': 'disturbance', 't0': t0, 'duration': 0.044, 'amplitude': amplitude}
-              for t0, amplitude in ((1.62, -0.012), (4.9, 0.0144))]
+              for t0, amplitude in ((1.62, -0.0144), (4.9, 0.0173))]
     data = diagnose.diagnose([record(bursts, 6)], DriveModel(),
                              only=['disturbance', 'motor_viscous']).data
     assert data['effect'] == 'disturbance'
