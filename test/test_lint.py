@@ -33,6 +33,7 @@ def test_ruff_rules():
     check('ruff', 'check', *SOURCES)
 
 
+@pytest.mark.system
 def test_imports_are_in_the_order_of_ament_flake8():
     checker = pytest.importorskip('flake8_import_order.checker').ImportOrderChecker
     styles = pytest.importorskip('flake8_import_order.styles')
@@ -55,6 +56,7 @@ def test_spelling():
           'CHANGELOG.rst')
 
 
+@pytest.mark.system
 def test_types_of_the_core():
     check('mypy')
 

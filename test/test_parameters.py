@@ -28,6 +28,7 @@ def test_every_field_has_the_type_of_its_row(parameters):
         assert row.item_kind not in (int, float) or math.isfinite(row.high), row.name
 
 
+@pytest.mark.system
 def test_mypy_finds_a_misspelt_name(tmp_path):
     api = pytest.importorskip('mypy.api')
     snippet = tmp_path / 'snippet.py'

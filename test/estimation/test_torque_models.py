@@ -87,6 +87,7 @@ def test_tangent_is_that_of_the_map(name, shape, load):
         np.testing.assert_allclose(phi, numeric, rtol=1e-3, atol=1e-3)
 
 
+@pytest.mark.system
 def test_learns_the_curve_from_wrong_starts():
     """Errors are a fraction of the random walk's; values and deviations are right."""
     samples, tau_k = recorded(DriveModel(), 10.0)
@@ -111,7 +112,7 @@ def test_learns_the_curve_from_wrong_starts():
 
 
 @pytest.mark.parametrize('name', [
-    'learned', pytest.param('mixed', marks=pytest.mark.system)])
+    'elastic', *(pytest.param(name, marks=pytest.mark.system) for name in ('learned', 'mixed'))])
 def test_snapshot_replay_and_smoother_go_on(name):
     model = DriveModel().with_(**SHAPES['play'])
     samples, tau_k = recorded(model, 3.0)

@@ -140,7 +140,7 @@ def damaged(stamps, u, y):
         marks=pytest.mark.system),
     pytest.param({}, {'arm_load': 'unknown', 'friction_error_std': 0.1},
                  marks=pytest.mark.system),
-    ({}, {'tau_k_model': 'elastic'}), ({}, {'arm_joint': ''})],
+    ({}, {'tau_k_model': 'elastic', 'arm_load': 'none'}), ({}, {'arm_joint': ''})],
     ids=['walk', 'loaded', 'unknown', 'elastic', 'one encoder'])
 def test_estimates_are_those_of_the_estimator(tmp_path, changes, parameters):
     model, parameters = DriveModel().with_(**changes), {**OUT, **parameters}

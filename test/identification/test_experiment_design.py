@@ -34,7 +34,7 @@ def slow(t):
 def found():
     """Return the motions for a lag that slow motion cannot tell from a dead time."""
     few, more = motions.KINDS, motions.CHANGES
-    motions.KINDS, motions.CHANGES = few[::5], 8
+    motions.KINDS, motions.CHANGES = few[::10], 3
     try:
         return suggest(MODEL, {'actuator_lag': {'T': LAG['T']}}, [PAIR],
                        Limits(4.0, 25.0, 1.5), SIGMA)

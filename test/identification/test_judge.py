@@ -297,6 +297,7 @@ def test_an_effect_without_a_scale_ends_in_a_verdict(ids):
     json.dumps(data, allow_nan=False)
 
 
+@pytest.mark.system
 def test_a_frozen_encoder_ends_in_a_verdict():
     recording = record([])
     y = recording.y.copy()

@@ -51,6 +51,7 @@ def test_no_map_of_noise():
     assert verdict.model == model
 
 
+@pytest.mark.system
 def test_excluded_or_already_there():
     """Without a map the gap stays; a model has one map at most."""
     spring = recorded({'id': 'arm_spring', 'k': 0.8}, seconds=4.0)

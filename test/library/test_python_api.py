@@ -98,8 +98,11 @@ def test_tables_have_the_values(verdict, trajectory):
     assert list(run.to_frame()) == ['t', 'torque', 'motor', 'arm']
 
 
-def test_backlash_stands_alone_in_each_window(trajectory):
-    run = gm.load_recording(trajectory, TRUE.with_(gear_ratio=1.0, torque_constant=1.0))
+def test_backlash_stands_alone_in_each_window():
+    t = np.arange(5000) * DT
+    drive = gm.simulate(MODEL, 5 * np.cos(5.7 * t) + 2 * np.cos(14.5 * t), DT,
+                        Noise(measurement=(2e-3, 1e-3)), 1)
+    run = gm.load_recording(drive, MODEL.with_(gear_ratio=1.0, torque_constant=1.0))
     windows = gm.backlash(run, window=3.0)
     gap = 2.0 * TRUE.transmission.half_gap
     assert len(windows.fits) == 3 and windows.separable
