@@ -224,7 +224,8 @@ def test_gains_of_a_servo_may_be_wrong(factor, tolerance):
     (7, False, [], 'none: right'), (10, False, ['motor_viscous'], 'one: right'),
     (10, False, ['payload'], 'one: right'), (3, False, ['friction_jump'], 'outside: right'),
     pytest.param(16, True, [], 'none: right', marks=pytest.mark.system),
-    (16, True, ['gravity'], 'one: right'), (9, True, ['swinging'], 'outside: right')])
+    (16, True, ['gravity'], 'one: right'),
+    pytest.param(9, True, ['swinging'], 'outside: right', marks=pytest.mark.system)])
 def test_random_robots(seed, pair, kinds, how):
     """Small: test/system/robot_gap.py judges many."""
     record = robot_gap.case_of(seed, pair, change=kinds, rate=100)

@@ -516,6 +516,7 @@ def test_bursts_at_the_ends_of_travel_are_no_disturbance(when, sign, low, high):
     assert low <= p <= high
 
 
+@pytest.mark.system
 def test_a_command_from_before_the_recording_is_no_evidence():
     t = np.arange(9000) * DT
     sines = sum(a * np.sin(2 * np.pi * f * t)
