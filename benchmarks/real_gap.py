@@ -34,6 +34,7 @@ from typing import Any
 
 import yaml
 
+from benchmarks import intervals
 from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, write_json)
 from benchmarks.least_squares import Cause, ranked_of_drive, ranked_of_robot
@@ -401,7 +402,8 @@ def _bars(methods: Mapping[str, Mapping[str, Answer]], truths: Mapping[str, Trut
                 bars.share(f'{method}: {figure}', trials)
             elif trials:
                 bars.judge(f'{method}: {figure}' + (', s per pair' if figure == 'cpu' else ''),
-                           math.fsum(trials) / len(trials), count=f'{len(trials)}')
+                           math.fsum(trials) / len(trials), interval=intervals.mean(trials),
+                           count=f'{len(trials)}')
         refused = sum(bool(a.refused) for a in answers.values())
         bars.judge(f'{method}: refused', float(refused), count=f'{refused}/{len(answers)}')
     return bars

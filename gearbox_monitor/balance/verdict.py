@@ -386,7 +386,7 @@ def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowled
             j = chain.joints.index(c.joint)
             x = c.columns[j] @ fit.values[fit.of(i)]
             out.append(Remainder('motor_side' if 'friction' in c.over else 'arm_side', 'effort',
-                                 _rms(evidence, j, x), c.over, c.joint,
+                                 rms_in_motion(evidence, j, x), c.over, c.joint,
                                  figures={'evidence': round(step.worth, 3)}))
     size, times = burstiness(evidence, fit)
     segments, several = worst_segments(evidence, fit), len(evidence.recordings) > 1
@@ -396,20 +396,20 @@ def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowled
         if size[j] > settings.bursts * usual and not healthy and all(
                 r.joint != chain.joints[j] for r in out):
             out.append(Remainder(
-                'arm_side', 'effort', _rms(evidence, j, fit.residual[j]), 'bursts',
+                'arm_side', 'effort', rms_in_motion(evidence, j, fit.residual[j]), 'bursts',
                 chain.joints[j], tuple((begin, end) for _, begin, end in times[j]),
                 tuple(name for name, *_ in times[j]) if several else (),
                 {'burstiness': round(float(size[j]), 2)}))
     if knowledge is not None:
         more = energy_over(evidence, fit, knowledge.variance) / knowledge.dispersion
-        out += [Remainder('arm_side', 'effort', _rms(evidence, j, fit.residual[j]), None,
+        out += [Remainder('arm_side', 'effort', rms_in_motion(evidence, j, fit.residual[j]), None,
                           chain.joints[j], figures={'excess': round(float(more[j]), 2)})
                 for j in np.argsort(-more) if more[j] > settings.excess
                 and all(r.joint != chain.joints[j] for r in out)]
     return tuple(out)
 
 
-def _rms(evidence: RobotEvidence, joint: int, rows: Array) -> float:
+def rms_in_motion(evidence: RobotEvidence, joint: int, rows: Array) -> float:
     """Return the rms over the time in motion of what has the rows [R] at `joint`."""
     samples = sum(len(r.tests.starts) * r.tests.value.shape[0] / 2.0 * r.tests.share[joint]
                   for r in evidence.recordings)
@@ -429,8 +429,9 @@ def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[Jo
     for j, (name, link) in enumerate(zip(chain.joints, chain.links)):
         a = evidence.at[j]
         effort = np.concatenate([r.joints[j].effort for r in evidence.recordings])
-        out.append(JointGap(name, _rms(evidence, j, a.y), _rms(evidence, j, fit.residual[j]),
-                            float(np.std(effort)), _gain_at(evidence, blank, fit, j),
+        before, after = (rms_in_motion(evidence, j, x) for x in (a.y, fit.residual[j]))
+        out.append(JointGap(name, before, after, float(np.std(effort)),
+                            _gain_at(evidence, blank, fit, j),
                             'prismatic' if link.slides else 'rotary'))
     return tuple(sorted(out, key=lambda g: -g.evidence))
 
@@ -521,7 +522,7 @@ def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
         return ()
     fit, c = search.small.fit, search.small.candidate
     (j, x), = c.columns.items()
-    size = _rms(evidence, j, x @ fit.values[fit.of(len(fit.chosen) - 1)])
+    size = rms_in_motion(evidence, j, x @ fit.values[fit.of(len(fit.chosen) - 1)])
     unit = 'N' if evidence.recordings[0].robot.chain.links[j].slides else 'N m'
     return (f'{c.joint}: {size:.2g} {unit} rms over {c.over} remains, little beside what the '
             'findings explain there',)

@@ -18,7 +18,8 @@ from gearbox_monitor.identification.parameter_ranges import (
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 
 FOLDER = 'actuators'
-NAMES = ('davinci_backend',)
+NAMES = ('ak80_6', 'davinci_backend', 'sts3250', 'tx40_joint1', 'tx40_joint2', 'tx40_joint3',
+         'tx40_joint4', 'xl330')
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
+from benchmarks.actuators import SOURCES
 import gearbox_monitor as gm
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
@@ -19,7 +20,7 @@ from gearbox_monitor.library.actuators import NAMES
 
 def test_catalogue_has_the_entries_of_its_folder():
     folder = config_path(f'actuators/{NAMES[0]}.yaml').parent
-    assert sorted(path.stem for path in folder.glob('*.yaml')) == sorted(NAMES)
+    assert sorted(path.stem for path in folder.glob('*.yaml')) == sorted(NAMES) == sorted(SOURCES)
 
 
 @pytest.mark.parametrize('name', NAMES)
@@ -50,25 +51,32 @@ def test_export_names_the_actuator_that_was_meant(options, capsys):
         "gearbox_monitor export: actuator: 'davinci_backnd', did you mean 'davinci_backend'?\n")
 
 
+@pytest.mark.parametrize('name', NAMES)
 @pytest.mark.parametrize('to', ['isaac', 'bam', 'mjcf'])
-def test_export_takes_a_name_of_the_catalogue(to, capsys):
+def test_export_takes_a_name_of_the_catalogue(name, to, capsys):
     if to == 'mjcf':
         pytest.importorskip('mujoco')
-    assert main(['export', NAMES[0], '--to', to]) in (0, 1)
-    shown = capsys.readouterr().out
-    inertia = gm.load_actuator(NAMES[0]).model.motor_inertia
-    assert f'{inertia:.6g}' in shown
+    model = gm.load_actuator(name).model
+    code = main(['export', name, '--to', to])
+    shown = capsys.readouterr()
+    for value in (model.motor_inertia, model.viscous_friction, model.coulomb_friction):
+        assert f'{value:.6g}' in shown.out
+    lacking = [line for line in (shown.out + shown.err).splitlines() if 'refused' in line]
+    assert code == (1 if lacking else 0)
+    loaded = any(e['id'] == 'load_friction' for e in model.effects)
+    assert any('load_friction' in line for line in lacking) == loaded
 
 
-def test_ranges_of_the_catalogue_are_exported(capsys):
-    assert main(['export', NAMES[0], '--to', 'mjlab', '--ranges']) == 0
+@pytest.mark.parametrize('name', NAMES)
+def test_ranges_of_the_catalogue_are_exported(name, capsys):
+    assert main(['export', name, '--to', 'mjlab', '--ranges']) == 0
     ast.parse(capsys.readouterr().out)
 
 
 def test_file_of_the_same_name_wins(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    Path(NAMES[0]).write_text('motor_inertia: 0.5\ntransmission: {kind: rigid}\n')
-    main(['export', NAMES[0], '--to', 'isaac'])
+    Path('davinci_backend').write_text('motor_inertia: 0.5\ntransmission: {kind: rigid}\n')
+    main(['export', 'davinci_backend', '--to', 'isaac'])
     shown = capsys.readouterr()
     assert '0.5 kg m^2' in shown.out
     assert 'note: davinci_backend: the file of this name' in shown.err
