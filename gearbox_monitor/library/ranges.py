@@ -14,14 +14,14 @@ from gearbox_monitor.files.plain_data import read_json
 from gearbox_monitor.identification.candidates import NUISANCES
 from gearbox_monitor.identification.nominal import FittedValue, NominalFit
 from gearbox_monitor.identification.parameter_ranges import (
-    ParameterRanges, ranges_of, UnitEstimate)
+    ParameterRanges, PAYLOAD, ranges_of, UnitEstimate)
 from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 
 SHORT = {where: name for name, where in NUISANCES.items()}
-EXPECTED = 'JSON of fit-nominal, adapt or diagnose on one drive, or what fit or diagnose returns'
+EXPECTED = 'JSON of fit-nominal, adapt or diagnose, or what fit or diagnose returns'
 Source = NominalFit | Adapted | Verdict | str | Path
 
 
@@ -32,7 +32,8 @@ def ranges(sources: Sequence[Source]) -> ParameterRanges:
     Args:
         sources: one estimate of each drive, or of each recording of one drive: what `fit`, `adapt`
             and `diagnose` return, or the JSON files of the commands. Of a verdict the values of
-            its findings count, as if their errors were independent.
+            its findings count, as if their errors were independent; of that on a robot its
+            payload.
 
     Returns:
         The ranges: `low` and `high` hold 90 %; `sample` draws drives; `save` writes YAML.
@@ -78,7 +79,7 @@ def _read(path: Path, notes: list[str]) -> UnitEstimate:
     data = read_json(path, EXPECTED)
     if isinstance(data, dict) and isinstance(data.get('findings'), list):
         if isinstance(data.get('remainders'), list):
-            raise InputError(f'{path}: the verdict on a whole robot, expected one on one joint')
+            return _of_payload(data['findings'], str(path), notes)
         return _of_findings(data['findings'], str(path), notes)
     rows = data.get('values') if isinstance(data, dict) else None
     if not isinstance(rows, dict):
@@ -143,6 +144,29 @@ def _of_findings(findings: Sequence[Mapping[str, Any]], name: str,
             errors.append(float(error))
     if not values:
         raise InputError(f'{name}: no finding with values and deviations, expected {EXPECTED}')
+    return UnitEstimate(name, values, units, np.diag(np.square(errors)))
+
+
+def _of_payload(findings: Sequence[Any], name: str, notes: list[str]) -> UnitEstimate:
+    """Return the UnitEstimate of the payload in the findings of a robot, as plain data."""
+    findings = [f if isinstance(f, dict) else {} for f in findings]
+    held = [f for f in findings if f.get('effect') == PAYLOAD]
+    others = [f'{f.get("effect")} at {f.get("joint") or f.get("link") or "the base"}'
+              for f in findings if f.get('effect') != PAYLOAD]
+    if len(held) != 1:
+        raise InputError(f'{name}: {len(held)} payloads, expected one in the verdict on a robot')
+    if others:
+        notes.append(f'{name}: {", ".join(others)}: no payload, no range')
+    where, values, units, errors = held[0].get('link'), {}, {}, []
+    for own, unit in (('m', 'kg'), ('cx', 'm'), ('cy', 'm'), ('cz', 'm')):
+        value, error = (dict(held[0].get(key) or {}).get(own) for key in ('values', 'deviations'))
+        if not (_is_number(value) and _is_number(error) and error >= 0.0):
+            notes.append(f'{name}: {PAYLOAD}.{own}: without a deviation, no range')
+            continue
+        values[f'{PAYLOAD}.{own}'], units[f'{PAYLOAD}.{own}'] = float(value), f'{unit} at {where}'
+        errors.append(float(error))
+    if f'{PAYLOAD}.m' not in values:
+        raise InputError(f'{name}: payload: no mass with a deviation, expected {EXPECTED}')
     return UnitEstimate(name, values, units, np.diag(np.square(errors)))
 
 

@@ -217,7 +217,7 @@ def fit_text(value=1.0, error=0.1, covariance=0.01, name='Cc', unit='N m'):
     ('{"findings": []}', 'bad.json: no finding with values and deviations'),
     ('{"findings": ["x"]}', 'bad.json: findings: no effect, values and deviations'),
     ('{"findings": [{"effect": ["x"]}]}', 'bad.json: findings: no effect, values'),
-    ('{"findings": [], "remainders": []}', 'bad.json: the verdict on a whole robot'),
+    ('{"findings": [], "remainders": []}', 'bad.json: 0 payloads'),
     ('{"accepted": true}', 'bad.json: neither values nor findings'),
     ('{', 'bad.json: no JSON')])
 def test_bad_estimate_is_one_line(tmp_path, monkeypatch, capsys, text, words):
@@ -257,3 +257,35 @@ def test_sources_without_errors_are_refused(tmp_path):
     one = written(tmp_path / 'b.json', 1.0, 0.1)
     with pytest.raises(InputError, match='in common'):
         gm.ranges([one, written(tmp_path / 'c.json', 1.0, 0.1, 'Cv')])
+
+
+def held(path, mass, link='flange', others=()):
+    """Write the verdict on a robot that holds a `mass` (kg) at `link`; returns the path."""
+    payload = {'effect': 'payload', 'link': link, 'values': {'m': mass, 'cx': 0.1, 'cy': 0.0},
+               'deviations': {'m': 0.0, 'cx': None, 'cy': 0.01}}
+    path.write_text(json.dumps({'findings': [payload, *others], 'remainders': []}))
+    return str(path)
+
+
+def test_payload_of_several_robots_is_drawn_on_top_of_the_link(tmp_path, capsys):
+    masses = np.array([1.9, 2.0, 2.2])
+    rubs = {'effect': 'motor_coulomb', 'joint': 'joint2', 'values': {}, 'deviations': {}}
+    paths = [held(tmp_path / f'{mass}.json', mass, others=[rubs]) for mass in masses]
+    found = gm.ranges(paths)
+    reach = student.ppf(0.95, 2) * masses.std(ddof=1) * np.sqrt(4 / 3)
+    i = found.index('payload.m')
+    assert found.high[i] == pytest.approx(masses.mean() + reach, rel=1e-3)
+    assert found.units[i] == 'kg at flange' and found.index('payload.cx') is None
+    assert any('motor_coulomb at joint2' in note for note in found.notes)
+    for to, field in (('isaac', 'mass_distribution_params'), ('mjlab', 'ranges')):
+        assert main(['export', *paths, '--to', to, '--ranges']) == 0
+        text = capsys.readouterr().out
+        ast.parse(text)
+        assert f"'{field}': ({found.low[i]:.6g}, {found.high[i]:.6g})" in text
+        assert "'operation': 'add'" in text
+
+
+def test_payloads_at_two_links_have_no_range(tmp_path):
+    paths = [held(tmp_path / 'a.json', 1.0), held(tmp_path / 'b.json', 1.0, 'wrist')]
+    with pytest.raises(InputError, match='kg at flange in .*a.json, kg at wrist in .*b.json'):
+        gm.ranges(paths)
