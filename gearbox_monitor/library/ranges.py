@@ -157,13 +157,17 @@ def _of_payload(findings: Sequence[Any], name: str, notes: list[str]) -> UnitEst
         raise InputError(f'{name}: {len(held)} payloads, expected one in the verdict on a robot')
     if others:
         notes.append(f'{name}: {", ".join(others)}: no payload, no range')
-    where, values, units, errors = held[0].get('link'), {}, {}, []
+    payload: Mapping[str, Any] = held[0]
+    if not all(isinstance(payload.get(key), Mapping) for key in ('values', 'deviations')):
+        raise InputError(f'{name}: payload: no values and deviations, expected {EXPECTED}')
+    values, units, errors = {}, {}, []
     for own, unit in (('m', 'kg'), ('cx', 'm'), ('cy', 'm'), ('cz', 'm')):
-        value, error = (dict(held[0].get(key) or {}).get(own) for key in ('values', 'deviations'))
+        value, error = payload['values'].get(own), payload['deviations'].get(own)
         if not (_is_number(value) and _is_number(error) and error >= 0.0):
             notes.append(f'{name}: {PAYLOAD}.{own}: without a deviation, no range')
             continue
-        values[f'{PAYLOAD}.{own}'], units[f'{PAYLOAD}.{own}'] = float(value), f'{unit} at {where}'
+        values[f'{PAYLOAD}.{own}'] = float(value)
+        units[f'{PAYLOAD}.{own}'] = f'{unit} at {payload.get("link")}'
         errors.append(float(error))
     if f'{PAYLOAD}.m' not in values:
         raise InputError(f'{name}: payload: no mass with a deviation, expected {EXPECTED}')

@@ -218,6 +218,8 @@ def fit_text(value=1.0, error=0.1, covariance=0.01, name='Cc', unit='N m'):
     ('{"findings": ["x"]}', 'bad.json: findings: no effect, values and deviations'),
     ('{"findings": [{"effect": ["x"]}]}', 'bad.json: findings: no effect, values'),
     ('{"findings": [], "remainders": []}', 'bad.json: 0 payloads'),
+    ('{"findings": [{"effect": "payload", "values": [1]}], "remainders": []}',
+     'bad.json: payload: no values'),
     ('{"accepted": true}', 'bad.json: neither values nor findings'),
     ('{', 'bad.json: no JSON')])
 def test_bad_estimate_is_one_line(tmp_path, monkeypatch, capsys, text, words):
