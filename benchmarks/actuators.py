@@ -198,8 +198,11 @@ def _log(chain: Chain, name: str, t: Array, position: Array, torque: Array) -> R
 
 def _of_tx40(folder: Path, joint: int) -> Measured:
     """Return the estimates of a joint of the arm TX40, by halves of its recording."""
-    position, torque = (np.genfromtxt(folder / 'data' / f'{name}.csv', delimiter=',',
-                                      skip_header=1) for name in ('pos_read_data', 'curr_data'))
+    paths = [folder / 'data' / f'{name}.csv' for name in ('pos_read_data', 'curr_data')]
+    for path in paths:
+        if not path.is_file():
+            raise InputError(f'{path}: no such file, expected a recording of the TX40')
+    position, torque = (np.genfromtxt(path, delimiter=',', skip_header=1) for path in paths)
     ratio = np.diag([32.0, 32.0, 45.0, -48.0, 45.0, 32.0])
     ratio[5, 4] = 32.0  # the motor of joint 6 turns with joint 5
     position = position @ np.linalg.inv(ratio).T + np.pi / 2 * np.array([0, -1, 1, 0, 0, 0])
@@ -224,8 +227,11 @@ def _of_pendulum(folder: Path, joint: int) -> Measured:
                                                                              'tau_meas')))
     days = {'2022-09-14': sorted(folder.glob('design_C.0/20220914/sys_id/trajectory_*.csv')),
             '2023-06-29': sorted(folder.glob('design_C.1/sys_id/20230629/*/trajectory.csv'))}
+    # Of one length, 14 s; the repository has longer ones, which were not read.
     small = {day: [path for path in paths if path.stat().st_size < 2e6]
              for day, paths in days.items()}
+    if min(map(len, small.values())) < 2:
+        raise InputError(f'{folder}: no recordings of two days, expected data/experiment_records')
     return _of_joint({f'{day}, {name}': [log(path) for path in paths[begin::2]]
                       for day, paths in small.items()
                       for begin, name in enumerate(('odd recordings', 'even recordings'))},
