@@ -227,7 +227,7 @@ def _of_pendulum(folder: Path, joint: int) -> Measured:
                                                                              'tau_meas')))
     days = {'2022-09-14': sorted(folder.glob('design_C.0/20220914/sys_id/trajectory_*.csv')),
             '2023-06-29': sorted(folder.glob('design_C.1/sys_id/20230629/*/trajectory.csv'))}
-    # Of one length, 14 s; the repository has longer ones, which were not read.
+    # Of one length, 10 s; the repository has longer ones, which were not read.
     small = {day: [path for path in paths if path.stat().st_size < 2e6]
              for day, paths in days.items()}
     if min(map(len, small.values())) < 2:
