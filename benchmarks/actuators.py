@@ -268,7 +268,7 @@ def _of_joint(groups: dict[str, list[RobotLog]], chain: Chain, joint: int) -> Me
 
     def judged(ranges: ParameterRanges) -> dict[str, Any]:
         """Return the torque that each group leaves with the values of the others."""
-        errors, without, sizes = [], [], []
+        errors, of_links, sizes = [], [], []
         for name, recordings in rows.items():
             prior, values = taught([r for key in rows if key != name for r in rows[key]])[:2]
             evidence = RobotEvidence(recordings, prior)
@@ -277,12 +277,12 @@ def _of_joint(groups: dict[str, list[RobotLog]], chain: Chain, joint: int) -> Me
                       / evidence.deviation[i] * value for i, value in zip(
                           map(evidence.labels.index, labels), values))
             errors.append(rms_in_motion(evidence, joint, residual))
-            without.append(rms_in_motion(evidence, joint, residual + own))
+            of_links.append(rms_in_motion(evidence, joint, residual + own))
             sizes.append(float(np.std(np.concatenate(
                 [r.joints[joint].effort for r in recordings]))))
         return {'recordings': [f'{name}, with the values of the others' for name in rows],
                 'unit': 'N m', 'error': [float(f'{e:.3g}') for e in errors],
-                'without': [float(f'{e:.3g}') for e in without],
+                'without': [float(f'{e:.3g}') for e in of_links],
                 'of': 'rms of the residual torque in the balance of the robot; without: with '
                 'neither inertia nor friction of the joint itself',
                 'motion': [float(f'{e:.3g}') for e in sizes]}

@@ -20,7 +20,7 @@ from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY
 ALIASES = {'isaaclab': 'isaac'}
 FRICTION, VISCOUS, ARMATURE = 'Cc', 'Cv', 'm1'
 DELAY, WEIGHT = 'actuator_delay.T', 'gravity.G'
-HELD = f'{PAYLOAD}.m'  # mass that a robot holds beyond its file
+MASS = f'{PAYLOAD}.m'  # mass that a robot holds beyond its file
 JOINT = (FRICTION, VISCOUS, ARMATURE)  # that the function which draws together can write
 STEP = 0.005                           # s, of the physics in the text, for the delay
 RELATED = 0.3                          # correlation that is worth a sentence
@@ -213,10 +213,10 @@ def _isaac(ranges: ParameterRanges) -> str:
         add('payload', 'randomize_rigid_body_mass',
             {'mass_distribution_params': weight.relative, 'recompute_inertia': 'True'}, 'scale',
             weight.law, 'body_names=BODIES')
-    if held := _range(ranges, HELD):
-        add('held', 'randomize_rigid_body_mass',
-            {'mass_distribution_params': held.absolute, 'recompute_inertia': 'True'}, 'add',
-            held.law, 'body_names=BODIES')
+    if mass := _range(ranges, MASS):
+        add('payload_mass', 'randomize_rigid_body_mass',
+            {'mass_distribution_params': mass.absolute, 'recompute_inertia': 'True'}, 'add',
+            mass.law, 'body_names=BODIES')
     write = []
     if armature:
         write += ['    asset.write_joint_armature_to_sim(', f"        value['{ARMATURE}'], "
@@ -230,7 +230,7 @@ def _isaac(ranges: ParameterRanges) -> str:
                   '        joint_ids=asset_cfg.joint_ids, env_ids=env_ids)']
     correlated = _together(ranges, write, ()) if write else []
     varied = [*(JOINT if friction else (ARMATURE,)), 'kp', 'kd', DELAY,
-             *((WEIGHT,) if weight else ()), HELD]
+             *((WEIGHT,) if weight else ()), MASS]
     delay = _delay(ranges)
     return '\n'.join([
         *_words(ranges), 'import isaaclab.envs.mdp as mdp',
@@ -273,10 +273,10 @@ def _mjlab(ranges: ParameterRanges) -> str:
         events += _event('payload', 'dr', 'body_mass', [
             f"'ranges': {weight.relative}", "'operation': 'scale'",
             f"'distribution': '{weight.law}'"], 'body_names=BODIES')
-    if held := _range(ranges, HELD):
-        events += _event('held', 'dr', 'body_mass', [
-            f"'ranges': {held.absolute}", "'operation': 'add'",
-            f"'distribution': '{held.law}'"], 'body_names=BODIES')
+    if mass := _range(ranges, MASS):
+        events += _event('payload_mass', 'dr', 'body_mass', [
+            f"'ranges': {mass.absolute}", "'operation': 'add'",
+            f"'distribution': '{mass.law}'"], 'body_names=BODIES')
     delay = _delay(ranges)
     if delay:
         events += _event(ACTUATOR_DELAY.id, 'dr', 'sync_actuator_delays', [
@@ -296,7 +296,7 @@ def _mjlab(ranges: ParameterRanges) -> str:
         '    EventTermCfg, RecomputeLevel, requires_model_fields)',
         'from mjlab.managers.scene_entity_config import SceneEntityCfg', 'import torch', '',
         "ASSET, JOINTS, BODIES = 'robot', ('joint',), ('body',)  # names in your scene",
-        *delay, *_lacking(ranges, [*JOINT, 'kp', 'kd', DELAY, HELD,
+        *delay, *_lacking(ranges, [*JOINT, 'kp', 'kd', DELAY, MASS,
                                    *((WEIGHT,) if weight else ())]), '',
         '# Each parameter alone, without correlation.', *body,
         f'EVENTS = {{{", ".join(f"{name!r}: {name}" for name in names)}}}', *correlated,

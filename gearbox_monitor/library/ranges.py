@@ -150,14 +150,15 @@ def _of_findings(findings: Sequence[Mapping[str, Any]], name: str,
 def _of_payload(findings: Sequence[Any], name: str, notes: list[str]) -> UnitEstimate:
     """Return the UnitEstimate of the payload in the findings of a robot, as plain data."""
     findings = [f if isinstance(f, dict) else {} for f in findings]
-    held = [f for f in findings if f.get('effect') == PAYLOAD]
-    others = [f'{f.get("effect")} at {f.get("joint") or f.get("link") or "the base"}'
+    payloads = [f for f in findings if f.get('effect') == PAYLOAD]
+    dropped = [f'{f.get("effect")} at {f.get("joint") or f.get("link") or "the base"}'
               for f in findings if f.get('effect') != PAYLOAD]
-    if len(held) != 1:
-        raise InputError(f'{name}: {len(held)} payloads, expected one in the verdict on a robot')
-    if others:
-        notes.append(f'{name}: {", ".join(others)}: no payload, no range')
-    payload: Mapping[str, Any] = held[0]
+    if len(payloads) != 1:
+        raise InputError(f'{name}: {len(payloads)} payloads, expected one in the verdict on a '
+                         'robot')
+    if dropped:
+        notes.append(f'{name}: {", ".join(dropped)}: no payload, no range')
+    payload: Mapping[str, Any] = payloads[0]
     if not all(isinstance(payload.get(key), Mapping) for key in ('values', 'deviations')):
         raise InputError(f'{name}: payload: no values and deviations, expected {EXPECTED}')
     values, units, errors = {}, {}, []
