@@ -368,7 +368,7 @@ def score(labels: Mapping[str, Label], verdicts: Mapping[str, Judgement | None],
                 for r in imitable])
     if seconds:
         times = [s for s in seconds.values() if s is not None]
-        bars.judge('longest diagnosis, s', float(max(times, default=np.inf)), high=MAX_SECONDS,
+        bars.judge('longest diagnosis, CPU s', float(max(times, default=np.inf)), high=MAX_SECONDS,
                    count=str(len(times)))
     missing = [r['name'] for r in rows if r['verdict'] == 'missing']
     bars.judge('verdicts missing', float(len(missing)), high=0.0, count=str(len(rows)))

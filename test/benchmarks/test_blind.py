@@ -511,15 +511,12 @@ def test_labels_are_out_of_reach_while_diagnosing(tmp_path, monkeypatch):
     assert not {bar['bar']: bar['met'] for bar in data['bars']}['left out, no imitator: unknown']
 
 
-def test_a_slow_diagnosis_is_timed_alone(tmp_path, monkeypatch):
-    orders = [{'name': name, 'exclude': []} for name in ('one', 'two')]
-    for order in orders:
-        (tmp_path / order['name']).mkdir()
-    monkeypatch.setattr(scorer, 'MAX_SECONDS', 0.0)
-    command = [sys.executable, '-c', "open('begun', 'a').write('once ')"]
-    for jobs, times in ((1, 1), (2, 3)):  # alone already, then shared and again
-        runner.diagnose_all(tmp_path, orders, jobs, lambda done, total: None, command)
-        assert (tmp_path / 'two' / 'begun').read_text().split() == times * ['once']
+def test_time_on_the_processor_counts_and_no_waiting(tmp_path, monkeypatch):
+    monkeypatch.setattr(runner, 'CPU_SECONDS', 1)
+    for code, why in (('import time; time.sleep(1.2)', 'no readable verdict'),
+                      ('while True: pass', 'no answer within 1 s of CPU time')):
+        _, seconds, said = runner.diagnose(tmp_path, [], [sys.executable, '-c', code])
+        assert said == why and (seconds < 1.0) == (why == 'no readable verdict')
 
 
 def test_a_diagnosis_that_fails_is_missing(tmp_path):
