@@ -201,7 +201,10 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
             continue
         values[field], count = _fill(t, value, field, where, place, axis)
         notices.append(f'{count} values of {field} were NaN and are interpolated')
-    index, dt, jitter = _grid(t, where)
+    index, dt, jitter = grid_of(t)
+    if rms_of(jitter) > LIMITS.max_run * dt:
+        raise InputError(f'{where}t: stamps stray from any even spacing by '
+                         f'{np.abs(jitter).max():.3g} s, expected one sample rate')
     cuts = np.flatnonzero(np.diff(index) > LIMITS.max_run + 1)
     if len(cuts):
         keep, notice = _longest(t, first, cuts, dt, where)
@@ -211,11 +214,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
     index = index - index[0]
     n = int(index[-1]) + 1
     wander = _wander(jitter, dt)
-    absent = np.diff(index) - 1
-    if wander.any():  # late by any time; lost is a sample only where the next one was due, too
-        usual, spread = _usual_step(t)
-        absent = np.minimum(absent, np.maximum(1.0, np.diff(t) // (usual - spread)) - 1.0)
-    missing = int(absent.sum())
+    missing = int(_absent(t, index, wander).sum())
     if missing > LIMITS.max_repaired * n:
         raise InputError(f'{where}{missing} of {n} samples lost by their stamps '
                          f'({100 * missing / n:.1f} %), expected at most '
@@ -384,11 +383,14 @@ def _usual_step(t: Array) -> tuple[float, float]:
     return usual, 1.4826 * float(np.median(np.abs(step - usual)))
 
 
-def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
+def grid_of(t: Array) -> tuple[Integers, float, Array]:
     """
     Return (index [N], dt, jitter [N]): t = index dt + jitter, from 0, index increasing.
 
     The sample time is that of a line through all stamps, lost samples counted by their length.
+
+    Args:
+        t: stamps [N], s, increasing.
     """
     step = np.diff(t)
     dt, spread = _usual_step(t)
@@ -405,11 +407,28 @@ def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
         count[k] = max(1.0, np.rint(1.0 + delay / dt))
     index = np.concatenate([[0], np.cumsum(count)])
     slope, start = np.polyfit(index, t, 1)
-    jitter = t - start - slope * index
-    if np.sqrt(np.mean(jitter ** 2)) > LIMITS.max_run * slope:
-        raise InputError(f'{where}t: stamps stray from any even spacing by '
-                         f'{np.abs(jitter).max():.3g} s, expected one sample rate')
-    return index.astype(np.int64), float(slope), jitter
+    return index.astype(np.int64), float(slope), t - start - slope * index
+
+
+def absent_samples(t: Array) -> Integers:
+    """
+    Return how many samples are missing by the stamps `t` [N] (s, increasing) between each two.
+
+    The one definition: a step that is late by lateness, or in a loop that takes what time it
+    needs, misses none.
+    """
+    index, dt, jitter = grid_of(t)
+    return _absent(t, index, _wander(jitter, dt))
+
+
+def _absent(t: Array, index: Integers, wander: Array) -> Integers:
+    """Return the samples missing behind each but the last of `t` [N]; see absent_samples."""
+    absent: Integers = np.diff(index) - 1
+    if wander.any():  # late by any time; lost is a sample only where the next one was due, too
+        usual, spread = _usual_step(t)
+        due = np.maximum(1.0, np.diff(t) // (usual - spread)) - 1.0
+        absent = np.minimum(absent, due.astype(np.int64))
+    return absent
 
 
 def _longest(t: Array, first: float, cuts: Integers, dt: float, where: str) -> tuple[slice, str]:

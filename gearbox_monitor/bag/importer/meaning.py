@@ -7,7 +7,7 @@ What a column of a recording is by its name and unit alone: quantity, source, si
 A name is cut into words; words of the vocabulary say what is measured, how it came about and on
 which side of the gear, and the others are the name or number of the joint.
 """
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 import re
@@ -39,10 +39,10 @@ _SOURCES = {
     PART: 'fric friction grav gravity coriolis comp compensation ff feedforward ext external '
           'disturbance offset bias reaction brake inertia',
     MODEL: 'pred predicted prediction model modelled modeled sim simulated identified hat',
-    FILTERED: 'filt filtered filter smooth smoothed lp lowpass butter savgol',
     SETPOINT: 'desired des set setpoint setpoints sp goal goals target targets tgt ref reference '
               'references cmd cmds command commands commanded action actions soll sollwert '
-              'control ctrl con demand ipo planned',
+              'control ctrl con demand ipo planned profile limited interpolated',
+    FILTERED: 'filt filtered filter smooth smoothed lp lowpass butter savgol',
     SENSOR: 'sensor transducer loadcell shaft ft jts straingauge',
     MEASURED: 'measured meas msr act actual present istwert real raw feedback fb current '
               'estimate estimated est',
@@ -83,6 +83,8 @@ INPUTS = {'current': 'A', 'currents': 'A', 'curr': 'A', 'cur': 'A', 'amps': 'A',
 CONVENTIONS: tuple[tuple[frozenset[str], str, str, str], ...] = (
     (frozenset({'pos', 'estimate'}), POSITION, 'turns', 'ODrive writes turns'),
     (frozenset({'vel', 'estimate'}), VELOCITY, 'turns/s', 'ODrive writes turns/s'),
+    (frozenset({'ai', 'pos'}), POSITION, 'deg', 'KUKA RSI writes degrees'),
+    (frozenset({'as', 'pos'}), POSITION, 'deg', 'KUKA RSI writes degrees'),
 )
 # ... by names that stand beside each other in one file.
 NEIGHBOURS: tuple[tuple[set[str], dict[str, str], str], ...] = (
@@ -102,7 +104,8 @@ class Meaning:
 
     quantity: of the constants above, '' = none of a drive; source: how it came about; side:
     'motor', 'arm' or ''; unit: standard name, '' = not stated; scale: of the unit in the name, as
-    in '0.229rpm'; joint: '' where the name tells none; why: words that decided.
+    in '0.229rpm'; joint: '' where the name tells none; why: words that decided; key: words of the
+    name that tell the joint.
     """
 
     label: str
@@ -114,6 +117,13 @@ class Meaning:
     joint: str
     why: str
     stated: bool = True
+    key: tuple[str, ...] = ()
+
+    @property
+    def own_words(self) -> frozenset[str]:
+        """Words of the name that tell the joint; empty where there is only one."""
+        return frozenset({*self.key, *words_of(self.joint), 'joint'}) if self.joint else \
+            frozenset()
 
 
 def words_of(label: str) -> list[str]:
@@ -147,12 +157,14 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
         return [kind for kind, names in _SETS[table].items()
                 if any(word in names and word not in skipped for word in words)]
     quantity = _quantity(words, unit)
-    sources = _of('source')
+    leaf = words_of(re.split(r'[./]', label.rstrip('./'))[-1])
+    sources = _of('source', frozenset(words) - frozenset(leaf)) or _of('source')
     if 'd' in words[1:] and quantity in (POSITION, VELOCITY, EFFORT, ACCELERATION):
         sources.insert(0, SETPOINT)  # q_d, tau_J_d: desired
         abbreviations.add('d')
-    if {('input', 'pos'), ('input', 'vel'), ('input', 'torque')} & set(zip(words, words[1:])):
-        sources = [SETPOINT]  # of an ODrive
+    if {('input', 'pos'), ('input', 'vel'), ('input', 'torque'), ('as', 'pos')} & set(
+            zip(words, words[1:])):
+        sources = [SETPOINT]  # of an ODrive, of KUKA RSI
     if 'd' in axis:
         sources = [PART]  # makes no torque
     if len(sources) > 1:
@@ -253,11 +265,31 @@ def meanings(labels: Sequence[str], units: Sequence[str] | None = None) -> list[
     columns = _by_convention(columns)
     of_drive = [k for k, column in enumerate(columns)
                 if column.quantity in (POSITION, VELOCITY, EFFORT)]
-    joints = _joints([columns[k] for k in of_drive])
     result = [replace(column, joint='') for column in columns]
-    for k, joint in zip(of_drive, joints):
-        result[k] = replace(columns[k], joint=joint)
-    return result
+    for k, key in zip(of_drive, _joints([columns[k] for k in of_drive])):
+        result[k] = replace(columns[k], joint=_joint_name(columns[k].label, key), key=key)
+    return _without_other_vectors(result)
+
+
+def _without_other_vectors(columns: Sequence[Meaning]) -> list[Meaning]:
+    """
+    Return `columns`, of which those of a vector are of no joint that all joints have a rival of.
+
+    'base_pos 1' to 'base_pos 3' beside 'dof_pos 1' to 'dof_pos 12' are no joints' positions.
+    """
+    joints = {column.joint for column in columns if column.joint}
+    vectors: dict[tuple[str, ...], set[str]] = {}
+    for column in columns:
+        vectors.setdefault(_vector(column), set()).add(column.joint)
+    whole = {vector[:3] for vector, own in vectors.items() if own >= joints}
+    return [replace(column, quantity=NOTHING, joint='', key=()) if column.joint
+            and 1 < len(vectors[_vector(column)]) < len(joints) and _vector(column)[:3] in whole
+            else column for column in columns]
+
+
+def _vector(column: Meaning) -> tuple[str, ...]:
+    """Return what the columns of one vector have in common: quantity, source, side, name."""
+    return column.quantity, column.source, column.side, stem_of(column)
 
 
 def _by_convention(columns: Sequence[Meaning]) -> list[Meaning]:
@@ -305,60 +337,60 @@ def _by_notation(columns: Sequence[Meaning]) -> Callable[[Meaning], Meaning]:
     return _read
 
 
-def _joints(columns: Sequence[Meaning]) -> list[str]:
-    """Return the name of the joint of each column, '' where there is only one."""
+def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
+    """
+    Return the words that tell the joint of each column, () where there is only one.
+
+    Of the ways to read them (all words, numbers alone, none) that one is right in which joints and
+    signals fill a table: each joint has about the same signals, each of them once.
+    """
     rests = [tuple(column.joint.split()) for column in columns]
-    common = set(rests[0]).intersection(*map(set, rests)) if rests else set()
-    # What all names contain tells no joint; of a robot's name beside the number it is kept.
-    distinct = [tuple(word for word in part if word not in common) for part in rests]
-    numbers = _counting(columns, distinct)
-    by_family: dict[tuple[str, ...], set[tuple[str, ...]]] = defaultdict(set)
-    for column, part, number in zip(columns, distinct, numbers):
-        if number:
-            stem = (column.quantity, column.source, column.side,
-                    *(word for word in part if not word.isdigit()))
-            by_family[stem].add(number)
-    families = [family for family in by_family.values() if len(family) > 1]
-    counted = bool(families) and all(any(family <= relative for relative in families)
-                                     for family in by_family.values())
-    words = {tuple(word for word in part if not word.isdigit()) for part in distinct}
-    kinds: dict[tuple[str, ...], set[tuple[str, str]]] = defaultdict(set)
-    for column, part in zip(columns, distinct):
-        kinds[part].add((column.quantity, column.source))
-    joint_words = {part for part, signals in kinds.items() if part and len(signals) > 1}
-    if joint_words and len(joint_words) + (() in kinds) >= len(kinds) and (
-            len(joint_words) > 1 or () not in kinds):
-        keys = distinct
-    elif counted or len(words) > 1 and any(numbers):
-        keys = numbers
-    elif len(kinds) > 1 and all(len(signals) == 1 for signals in kinds.values()) and _one_family(
-            columns, distinct):
-        keys = distinct  # one quantity of several joints
-    else:
-        return [''] * len(columns)
-    if len(set(keys)) < 2:
-        return [''] * len(columns)
-    return [_joint_name(column.label, key) for column, key in zip(columns, keys)]
+    # What all names contain tells no joint; a number counts as often as all have it.
+    common = Counter(*rests[:1])
+    for rest in rests:
+        common &= Counter(rest)
+    distinct = [_without(rest, common) for rest in rests]
+    signals = [(column.quantity, column.source, column.side, column.quantity == EFFORT and bool(
+        column.unit in DRIVE_INPUT or set(words_of(column.label)) & set(INPUTS)))
+        for column in columns]
+    if not columns:
+        return []
+    numbers = _counting(signals, distinct)
+    none: list[tuple[str, ...]] = [()] * len(columns)
+    several = len(set(signals)) > 1
+    readings = [none, *(keys for keys in (numbers, distinct) if len(set(keys)) > 1 and (
+        several or len(set(keys)) > 2 or all(any(map(str.isdigit, key)) for key in keys)))]
+    return max(readings, key=lambda keys: round(_filled(keys, signals), 9))
 
 
-def _counting(columns: Sequence[Meaning], rests: Sequence[tuple[str, ...]]
+def _without(words: Sequence[str], excluded: Mapping[str, int]) -> tuple[str, ...]:
+    """Return `words` without the first so many of each word that is excluded."""
+    left, result = Counter(excluded), []
+    for word in words:
+        if left[word] > 0:
+            left[word] -= 1
+        else:
+            result.append(word)
+    return tuple(result)
+
+
+def _filled(keys: Sequence[tuple[str, ...]], signals: Sequence[tuple[object, ...]]) -> float:
+    """Return the share of a table of joints and signals that is filled, less what stands twice."""
+    cells = set(zip(keys, signals))
+    share = len(cells) / (len(set(keys)) * len(set(signals)))
+    return share - (len(keys) - len(cells)) / len(keys)
+
+
+def _counting(signals: Sequence[tuple[object, ...]], rests: Sequence[tuple[str, ...]]
               ) -> list[tuple[str, ...]]:
-    """Return the numbers in each of `rests` that not all columns of its kind have."""
+    """Return the numbers in each of `rests` that not all columns of its signal have."""
     numbers = [tuple(word for word in rest if word.isdigit()) for rest in rests]
-    fixed: dict[tuple[str, str, str], set[str]] = {}
-    for column, own in zip(columns, numbers):
-        kind = column.quantity, column.source, column.side
-        fixed[kind] = fixed.get(kind, set(own)) & set(own)
-    counts = Counter((column.quantity, column.source, column.side) for column in columns)
-    return [tuple(word for word in own if counts[kind] == 1 or word not in fixed[kind])
-            for column, own in zip(columns, numbers)
-            for kind in [(column.quantity, column.source, column.side)]]
-
-
-def _one_family(columns: Sequence[Meaning], rests: Sequence[tuple[str, ...]]) -> bool:
-    """Return whether one quantity was taken of more than two joints, by name."""
-    count = Counter((c.quantity, c.source, c.side) for c in columns)
-    return max(count.values()) > 2 and len(set(rests)) == max(count.values())
+    fixed: dict[object, Counter[str]] = {}
+    counts = Counter(signals)
+    for signal, own in zip(signals, numbers):
+        fixed[signal] = fixed.get(signal, Counter(own)) & Counter(own)
+    return [own if counts[signal] == 1 else _without(own, fixed[signal])
+            for signal, own in zip(signals, numbers)]
 
 
 def _joint_name(label: str, key: Sequence[str]) -> str:
@@ -394,6 +426,6 @@ def stem_of(meaning: Meaning) -> str:
     """Return the label of a `meaning` without the words of its joint, as '--use' takes it."""
     if not meaning.joint:
         return meaning.label
-    own = words_of(meaning.joint) + ['joint']
     plain = re.sub(r'[\[(<{]([^\])>}]*)[\])>}]', _inside, meaning.label)
-    return '_'.join(word for word in _WORD.findall(plain) if word.lower() not in own)
+    return '_'.join(word for word in _WORD.findall(plain)
+                    if word.lower() not in meaning.own_words)
