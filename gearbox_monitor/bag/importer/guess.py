@@ -25,8 +25,7 @@ from gearbox_monitor.bag.importer.layout import Format, recognised_layout, Serie
 from gearbox_monitor.bag.importer.mapping import (
     ImportMapping, mapping_from_dict, signal_kind, SIGNALS)
 from gearbox_monitor.bag.importer.meaning import (
-    EFFORT, joints_of, Meaning, meanings, POSITION, stem_of, VELOCITY, with_listed_names,
-    words_of)
+    EFFORT, joints_of, Meaning, meanings, POSITION, stem_of, VELOCITY, with_listed_names)
 from gearbox_monitor.bag.importer.roles import (
     Choice, choice_of, Column, is_input, matches, NONE, Question)
 from gearbox_monitor.bag.importer.row_keys import row_key, RowKey
@@ -457,7 +456,7 @@ class _Proposal:
         span = float(np.ptp(values))
         if quantity == 'effort':
             if is_input(column.meaning) and 'reference' not in name:
-                words = set(words_of(label))
+                words = set(column.meaning.words)
                 current = words & {'current', 'currents', 'curr', 'cur', 'amps', 'i', 'iq',
                                    'strom'}
                 whole = span > COARSE and (values == np.floor(values)).all()
@@ -508,8 +507,9 @@ class _Proposal:
         likely = [role for role in ('motor_position', 'arm_position') if role in blocks
                   and 0.5 * np.nanstd(values[role]) < np.nanstd(values['motor_setpoint'])
                   < 2.0 * np.nanstd(values[role])]
-        if likely and 'counts_per_rev' in blocks[likely[0]]:
-            block['counts_per_rev'] = blocks[likely[0]]['counts_per_rev']
+        if likely:  # asked for where the encoder's is not known either
+            if 'counts_per_rev' in blocks[likely[0]]:
+                block['counts_per_rev'] = blocks[likely[0]]['counts_per_rev']
         elif 'motor_effort' in blocks or self.questions:
             del blocks['motor_setpoint']
             self.assumptions.append('The setpoint is in counts of no encoder that is used, so it '

@@ -24,8 +24,9 @@ _QUANTITIES = {
     ACCELERATION: 'acceleration accelerations acc accel ddq qdd qddot qacc ddtheta',
     VELOCITY: 'velocity velocities vel vels velo speed speeds dq qd qdot dqdt omega rpm qvel jvel '
               'dtheta thetadot geschwindigkeit drehzahl',
-    EFFORT: 'torque torques tau taus trq effort efforts current currents curr cur amps force '
-            'forces moment moments load pwm duty i iq u tor drehmoment kraft strom motorcurrent',
+    EFFORT: 'torque torques tau taus trq effort efforts eff qfrc current currents curr cur '
+            'amps force forces moment moments load pwm duty i iq u tor drehmoment kraft strom '
+            'motorcurrent',
     POSITION: 'position positions pos angle angles theta q qm ql phi enc encoder encoders jpos '
               'qpos winkel lage',
     TIMES: 't time times timestamp timestamps stamp stamps sec secs seconds nsec nsecs nanosec '
@@ -37,14 +38,14 @@ _QUANTITIES = {
 _SOURCES = {
     ERROR: 'error err errors deviation residual diff delta limit limits max min lower upper',
     PART: 'fric friction grav gravity coriolis comp compensation ff feedforward ext external '
-          'disturbance offset bias reaction brake inertia',
+          'disturbance offset bias reaction brake inertia passive constraint',
     MODEL: 'pred predicted prediction model modelled modeled sim simulated identified hat',
     SETPOINT: 'desired des set setpoint setpoints sp goal goals target targets tgt ref reference '
               'references cmd cmds command commands commanded action actions soll sollwert '
               'control ctrl con demand ipo planned profile limited interpolated',
     FILTERED: 'filt filtered filter smooth smoothed lp lowpass butter savgol',
     SENSOR: 'sensor transducer loadcell shaft ft jts straingauge',
-    MEASURED: 'measured meas msr act actual present istwert real raw feedback fb current '
+    MEASURED: 'measured meas msr act actual present ist istwert real raw feedback fb current '
               'estimate estimated est',
 }
 _SIDES = {
@@ -68,6 +69,8 @@ _SETS: dict[str, dict[str, frozenset[str]]] = {
     for name, table in (('quantity', _QUANTITIES), ('source', _SOURCES), ('side', _SIDES))}
 _CONTAINER, STRANGE, _UNITS = (frozenset(words.split()) for words in (
     _CONTAINERS, _FOREIGN, _UNIT_WORDS))
+_GERMAN = re.compile(r'(?i)(?<![a-z])(ist|soll|motor|achs|gelenk)'
+                     r'(position|winkel|lage|drehzahl|geschwindigkeit|moment|strom)')
 _WORD = re.compile(r'[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+')
 UNITS: dict[str, Mapping[str, float]] = {
     POSITION: {**ANGLE, **LENGTH, **COUNTS},
@@ -97,6 +100,10 @@ NEIGHBOURS: tuple[tuple[set[str], dict[str, str], str], ...] = (
 )
 
 
+JOINT = re.compile(r'(?i)(joint|axis|j|a)[ _]?\d+')
+ALL = 0.8  # share of the names of a file that a product of joints and signals makes up
+
+
 @dataclass(frozen=True)
 class Meaning:
     """
@@ -105,7 +112,7 @@ class Meaning:
     quantity: of the constants above, '' = none of a drive; source: how it came about; side:
     'motor', 'arm' or ''; unit: standard name, '' = not stated; scale: of the unit in the name, as
     in '0.229rpm'; joint: '' where the name tells none; why: words that decided; key: words of the
-    name that tell the joint.
+    name that tell the joint; implied: a setpoint without a word of what, so of the position.
     """
 
     label: str
@@ -118,6 +125,7 @@ class Meaning:
     why: str
     stated: bool = True
     key: tuple[str, ...] = ()
+    implied: bool = False
 
     @property
     def own_words(self) -> frozenset[str]:
@@ -125,11 +133,17 @@ class Meaning:
         return frozenset({*self.key, *words_of(self.joint), 'joint'}) if self.joint else \
             frozenset()
 
+    @property
+    def words(self) -> list[str]:
+        """Words of the name without those of the joint."""
+        return [word for word in words_of(self.label) if word not in self.own_words]
+
 
 def words_of(label: str) -> list[str]:
     """Return the words of a `label` in lower case; 'motorPos_rad[3]' is motor, pos, rad and 3."""
     plain = re.sub(r'[\[(<{]([^\])>}]*)[\])>}]', _inside, label)
     plain = re.sub(r'(?i)feed[ _-]?back', 'feedback', plain)
+    plain = _GERMAN.sub(r'\1 \2', plain)
     return [word.lower() for word in _WORD.findall(plain)]
 
 
@@ -162,14 +176,14 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
     if 'd' in words[1:] and quantity in (POSITION, VELOCITY, EFFORT, ACCELERATION):
         sources.insert(0, SETPOINT)  # q_d, tau_J_d: desired
         abbreviations.add('d')
-    if {('input', 'pos'), ('input', 'vel'), ('input', 'torque'), ('as', 'pos')} & set(
-            zip(words, words[1:])):
+    if {'controller', 'input'} <= set(words) or ('as', 'pos') in zip(words, words[1:]):
         sources = [SETPOINT]  # of an ODrive, of KUKA RSI
     if 'd' in axis:
         sources = [PART]  # makes no torque
     if len(sources) > 1:
         sources = [source for source in sources if source != MEASURED] or sources
-    if quantity == NOTHING and SETPOINT in sources:
+    implied = quantity == NOTHING and SETPOINT in sources
+    if implied:
         quantity = POSITION
     if 'current' in words and quantity in (POSITION, VELOCITY) and sources == [MEASURED]:
         abbreviations.add('current')
@@ -194,7 +208,7 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
             word.isdigit() for word in unexplained) and not set(words) & STRANGE:
         quantity = POSITION  # feedBack.joints[3]: what is measured of a joint as such
     return Meaning(label, quantity, source, side, unit, scale, ' '.join(unexplained),
-                   _why(words, quantity, source, side), bool(unit))
+                   _why(words, quantity, source, side), bool(unit), implied=implied)
 
 
 def run_of(name: str) -> tuple[bool, tuple[str, ...]]:
@@ -260,15 +274,59 @@ def meanings(labels: Sequence[str], units: Sequence[str] | None = None) -> list[
         labels: names of the columns.
         units: units that the file states, '' for none; None: no units.
     """
-    columns = [meaning_of(label, unit) for label, unit in
-               zip(labels, units or [''] * len(labels))]
-    columns = _by_convention(columns)
+    units = units or [''] * len(labels)
+    columns = _by_convention([meaning_of(label, unit) for label, unit in zip(labels, units)])
+    product = _product(labels, units)
+    if product and any(_known(joint) for joint, _ in product.values()):
+        return [replace(meaning, label=label, joint=_joint_name(joint, (joint,)),
+                        key=tuple(words_of(joint)))
+                if meaning.quantity in (POSITION, VELOCITY, EFFORT) else
+                replace(meaning, label=label, joint='') for label in labels
+                for joint, meaning in [product.get(label, ('', meaning_of(label)))]]
+    if not any(c.quantity == POSITION and c.source in (MEASURED, '') for c in columns):
+        columns = [replace(column, quantity=POSITION, why='the joint itself')
+                   if JOINT.fullmatch(column.label) else column for column in columns]
     of_drive = [k for k, column in enumerate(columns)
                 if column.quantity in (POSITION, VELOCITY, EFFORT)]
     result = [replace(column, joint='') for column in columns]
     for k, key in zip(of_drive, _joints([columns[k] for k in of_drive])):
         result[k] = replace(columns[k], joint=_joint_name(columns[k].label, key), key=key)
     return _without_other_vectors(result)
+
+
+def _product(labels: Sequence[str], units: Sequence[str]) -> dict[str, tuple[str, Meaning]]:
+    """
+    Return {label: (joint, Meaning of the rest)} where names are all of 'JOINT_SIGNAL'.
+
+    Names of joints may hold words of the vocabulary, 'wrist_angle' or the axes S, L, U, R, B, T;
+    what tells them is that each stands before each of the same signals.
+    """
+    prefixes: dict[str, set[str]] = {}
+    sides = frozenset().union(*_SETS['side'].values())
+    splits = [(label, unit, cut) for label, unit in zip(labels, units)
+              for cut in re.finditer(r'[_./ ]+', label) if cut.start()]
+    for label, _, cut in splits:
+        prefixes.setdefault(label[cut.end():], set()).add(label[:cut.start()])
+    counts = Counter(frozenset(joints) for joints in prefixes.values())
+    whole = [(joints, n) for joints, n in counts.items() if len(joints) > 1 < n
+             and len(joints) * n >= ALL * len(labels)
+             and not any(set(words_of(joint)) & named for joint in joints
+                         for named in _SETS['source'].values())
+             and not all(set(words_of(joint)) <= sides for joint in joints)]
+    if not whole:
+        return {}
+    joints, _ = max(whole, key=lambda pair: len(pair[0]))
+    result = {label: (label[:cut.start()], meaning_of(label[cut.end():], unit))
+              for label, unit, cut in splits if prefixes[label[cut.end():]] == joints}
+    quantities = {meaning.quantity for _, meaning in result.values()}
+    return result if quantities & {POSITION, VELOCITY} and NOTHING not in quantities else {}
+
+
+def _known(joint: str) -> bool:
+    """Return whether the name of a joint holds words that a signal may be called by."""
+    words = set(words_of(joint))
+    return any(words & named for table in ('quantity', 'side')
+               for named in _SETS[table].values()) or bool(words & (STRANGE | _UNITS))
 
 
 def _without_other_vectors(columns: Sequence[Meaning]) -> list[Meaning]:
@@ -315,7 +373,8 @@ def _by_notation(columns: Sequence[Meaning]) -> Callable[[Meaning], Meaning]:
     """
     Return the function that reads a Meaning by letters that mean one thing beside each other.
 
-    theta beside q: motor and link of an elastic joint. q_A beside d_A: axes of a current.
+    theta beside q: motor and link of an elastic joint. q_A beside d_A, i_q beside i_d: axes of a
+    current.
     """
     endings = {column.label.rpartition('.')[2] for column in columns}
     measured = [set(words_of(c.label)) for c in columns if c.quantity == POSITION
@@ -325,9 +384,10 @@ def _by_notation(columns: Sequence[Meaning]) -> Callable[[Meaning], Meaning]:
     def _read(column: Meaning) -> Meaning:
         words = set(words_of(column.label))
         axis = column.label.rpartition('.')[2]
-        if axis in ('q_A', 'd_A') and {'q_A', 'd_A'} <= endings:
-            return replace(column, quantity=EFFORT, unit='A', joint='', why="'q', 'A'",
-                           source='' if axis == 'q_A' else PART)
+        for pair in (('q_A', 'd_A'), ('i_q', 'i_d')):
+            if axis in pair and set(pair) <= endings:
+                return replace(column, quantity=EFFORT, unit='A', joint='', why=f"'{axis}'",
+                               source='' if axis == pair[0] else PART, side='')
         if elastic and not column.side and column.quantity in (POSITION, VELOCITY):
             if words & {'theta', 'dtheta'}:
                 return replace(column, side='motor', why=f'{column.why}; of the motor, beside q')

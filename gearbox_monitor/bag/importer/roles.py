@@ -24,6 +24,7 @@ from gearbox_monitor.kernels.types import Array
 SAME_MOTION = 0.98  # share of the variance that one encoder explains of the other
 NEARLY = 0.02  # of the variance: shares that say the same
 DERIVATIVE = 0.7  # share of a velocity that the derivative of a position explains
+FOLLOWED = 0.7  # correlation of a position with its setpoint, at least
 FOLLOWS = 0.3  # share of an effort that the motion explains
 GEARED = 1.05  # times the motion of the other encoder: the side of the motor
 NONE = 'none'  # in place of a column, for a role that nobody has
@@ -109,7 +110,7 @@ def is_input(meaning: Meaning) -> bool:
     """Return whether an effort of `meaning` needs a constant: a current, a duty, counts."""
     if meaning.unit:
         return meaning.unit in DRIVE_INPUT or meaning.unit in COUNTS
-    words = set(words_of(meaning.label))
+    words = set(meaning.words)
     return bool(words & set(INPUTS)) and not words & {'torque', 'torques', 'tau', 'trq', 'effort',
                                                       'efforts', 'force', 'moment'}
 
@@ -123,7 +124,7 @@ def matches(given: str, meaning: Meaning) -> bool:
     """Return whether `given` is the label of `meaning`, whole or without words of its joint."""
     words, request = words_of(meaning.label), words_of(given)
     return given == meaning.label or request == words or bool(meaning.joint) and (
-        request == [word for word in words if word not in meaning.own_words])
+        request == meaning.words)
 
 
 def choice_of(columns: Sequence[Column], t: Array, joint: str, use: Mapping[str, str]) -> Choice:
@@ -158,7 +159,7 @@ def choice_of(columns: Sequence[Column], t: Array, joint: str, use: Mapping[str,
             np.sort(t) + 1e-12 * np.arange(len(t)))))
     if motion is not None:
         _efforts(choice, columns, motion, t, refused)
-        _setpoints(choice, columns, refused)
+        _setpoints(choice, columns, refused, t, position)
     return choice
 
 
@@ -349,7 +350,7 @@ def _drive_effort(choice: Choice, measured: Sequence[Column], commanded: Sequenc
         of_motor = [c for c in measured if c.meaning.side == 'motor'] or measured
         if len(of_motor) > 1:
             of_unit = [c for c in of_motor if c.meaning.unit == 'A' or set(
-                words_of(c.meaning.label)) & {'current', 'iq', 'i'}]
+                c.meaning.words) & {'current', 'iq', 'i'}]
             of_motor = of_unit if len(of_unit) == 1 else of_motor
         if len(of_motor) > 1:
             _ask_effort(choice, of_motor, 'inputs of one motor')
@@ -399,7 +400,8 @@ def _silent_efforts(choice: Choice, columns: Sequence[Column], sensors: Sequence
 
 
 # --- setpoints ----------------------------------------------------------------------------------
-def _setpoints(choice: Choice, columns: Sequence[Column], refused: set[str]) -> None:
+def _setpoints(choice: Choice, columns: Sequence[Column], refused: set[str], t: Array,
+               position: Column | None) -> None:
     """Choose the setpoint of the position."""
     for quantity in (VELOCITY, EFFORT):
         for column in _kind(columns, quantity, SETPOINT):
@@ -407,6 +409,17 @@ def _setpoints(choice: Choice, columns: Sequence[Column], refused: set[str]) -> 
                 choice.left.setdefault(column.number, f'a setpoint of the {quantity}')
     candidates = _kind(columns, POSITION, SETPOINT)
     if not candidates or {'motor_setpoint'} & {*choice.roles, *refused}:
+        return
+    silent = [c for c in candidates if c.meaning.source == SETPOINT and not c.meaning.unit
+              and c.meaning.implied and not _followed(t, position, c)]
+    for column in silent:  # 'ctrl' of a motor without a servo is its torque
+        choice.left[column.number] = 'a command that the position does not follow'
+    if silent and 'motor_effort' not in {*choice.roles, *refused} and not any(
+            question.topic == 'effort' for question in choice.questions):
+        _ask_effort(choice, silent, 'a command that the position does not follow, maybe of the '
+                    'torque')
+    candidates = [c for c in candidates if c not in silent]
+    if not candidates:
         return
     first, *rivals = _without_copies(choice, candidates)
     only_input = 'motor_effort' not in choice.roles and not any(
@@ -420,3 +433,11 @@ def _setpoints(choice: Choice, columns: Sequence[Column], refused: set[str]) -> 
     choice.take('motor_setpoint', first, f'by its name: {first.meaning.why}')
     for column in rivals:
         choice.left[column.number] = f'another setpoint beside {stem_of(first.meaning)}'
+
+
+def _followed(t: Array, position: Column | None, command: Column) -> bool:
+    """Return whether the position of a joint follows a command; at rest nothing says it does."""
+    if position is None or np.nanstd(command.values) == 0.0:
+        return True
+    both = np.array([motion_of(t, c.values).position for c in (position, command)])
+    return bool(both[0].std() == 0.0 or np.corrcoef(both)[0, 1] > FOLLOWED)

@@ -18,7 +18,7 @@ EVEN = 0.5     # rows of the rarest joint to those of the most frequent
 
 @dataclass(frozen=True)
 class RowKey:
-    """The column that says whose row it is; rows {joint: (its value there, numbers of its rows)}."""
+    """The column that says whose row it is; rows {joint: (its value there, its rows)}."""
 
     column: Series
     rows: dict[str, tuple[int | str, Integers]]
