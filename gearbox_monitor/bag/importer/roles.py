@@ -245,11 +245,12 @@ def _positions(choice: Choice, columns: Sequence[Column], t: Array, refused: set
                 choice.left[column.number] = f'the same motion as {stem_of(densest.meaning)}'
         return
     names = ', '.join(c.meaning.label for c in candidates)
+    candidates = sorted(candidates, key=lambda c: -float(np.nanstd(c.values)))
     moving = 'move together' if pairs else 'do not move together'
     choice.questions.append(Question(
         'positions', f'{names}: positions of one joint that {moving}, and no name tells motor '
         'from arm', f'{use_option("motor", candidates[0].meaning.label)} '
-        f'{use_option("arm", candidates[-1].meaning.label)} (or none), or --columns'))
+        f'{use_option("arm", candidates[1].meaning.label)} (or none), or --columns'))
 
 
 def _alike(columns: Sequence[Column]) -> bool:
