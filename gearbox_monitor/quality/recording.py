@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.sample_loop import stamp_codes, START
+from gearbox_monitor.estimation.sample_loop import BACKWARD, stamp_codes, START
 from gearbox_monitor.kernels.sensor_noise import DIFFERENCE_GAIN, quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller, DriveModel
@@ -257,7 +257,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
 
 def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, Array, str]:
     """
-    Return the samples without repeated stamps.
+    Return the samples without repeated stamps, and of ns without those that replay refuses.
 
     Args:
         t: stamps [N], s, or integer ns.
@@ -265,8 +265,14 @@ def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, A
         policy: one of REPEATED: of samples with one stamp keep the first, their mean, or none.
 
     Returns:
-        Rows that are kept [K], their values [K, C], and a notice, '' where no stamp repeats.
+        Rows that are kept [K], their values [K, C], and a notice, '' where all are.
     """
+    valid = np.flatnonzero(~_strays(np.asarray(t)))
+    if len(valid) < len(t):
+        rows, chosen, repeats = merged(np.asarray(t)[valid], values[valid], policy)
+        strays = (f'{len(t) - len(valid)} of {len(t)} samples have no stamp, or an earlier one '
+                  'than before: they are left out')
+        return valid[rows], chosen, '; '.join(filter(None, (strays, repeats)))
     first = np.append(True, np.diff(t) != 0) if len(t) else np.zeros(0, bool)
     rows, sizes = np.flatnonzero(first), np.diff(np.append(np.flatnonzero(first), len(t)))
     count = len(t) - len(rows)
@@ -280,6 +286,21 @@ def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, A
     how = {'first': 'the first of each is used', 'average': 'their mean is used',
            'drop': 'none of them is used'}[policy]
     return rows, chosen, f'{count} of {len(t)} stamps repeat the previous one: {how}'
+
+
+def _strays(t: Array | Integers) -> Flags:
+    """Return which of the stamps t [N] in ns are none, or late without a restart of the clock."""
+    strays = np.zeros(len(t), bool)
+    if t.dtype.kind not in 'iu':
+        return strays
+    strays = np.asarray(t <= 0)
+    rows = np.flatnonzero(~strays)
+    codes = stamp_codes(t[rows].astype(np.int64), LIMITS.max_gap)
+    starts, lengths = _runs(codes == BACKWARD)
+    for begin, end in zip(starts, starts + lengths):
+        if end == len(codes) or codes[end] != START:
+            strays[rows[begin:end]] = True
+    return strays
 
 
 def _one_clock(t: Any, u: Array, y: Array, arm_torque: Array | None, place: Place

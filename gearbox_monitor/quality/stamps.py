@@ -155,9 +155,7 @@ def _order(stamps: Integers, clock: StampClock, max_gap: float) -> DataFinding:
         advice = 'record each run of a simulation by itself; diagnose uses the longest one'
     return DataFinding(
         _GROUP, 'order', f'{", ".join(counts)}; {refused} of {len(stamps)} samples are refused',
-        advice, hurts(grade, grade, BAD if zero or swapped > 0 or share > LIMITS.max_repaired
-                      else grade),
-        values)
+        advice, hurts(grade, grade, BAD if share > LIMITS.max_repaired else grade), values)
 
 
 def _bursts(clock: StampClock) -> DataFinding:

@@ -520,6 +520,10 @@ class _Proposal:
         for name, block in blocks.items():
             if 'effort' not in name and 'torque' not in name:
                 self._counts(block, f'signals.{name}.unit', f'signals.{name}', self.kind)
+            elif name != 'motor_effort' and block.get('unit') in COUNTS and not any(
+                    text.startswith(f'signals.{name}.scale=') for text in self.settings):
+                self._ask('scale', f'signals.{name}.unit: counts, and no torque of one in the '
+                          'file', f'--set signals.{name}.scale=K (N m per count)')
         if 'motor_effort' in blocks:
             self._torque_constant(blocks['motor_effort'], 'signals.motor_effort.unit',
                                   'signals.motor_effort', joint)
