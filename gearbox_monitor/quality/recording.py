@@ -267,9 +267,9 @@ def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, A
     Returns:
         Rows that are kept [K], their values [K, C], and a notice, '' where all are.
     """
-    valid = np.flatnonzero(~_strays(np.asarray(t)))
+    valid = np.flatnonzero(~_strays(t))
     if len(valid) < len(t):
-        rows, chosen, repeats = merged(np.asarray(t)[valid], values[valid], policy)
+        rows, chosen, repeats = merged(t[valid], values[valid], policy)
         strays = (f'{len(t) - len(valid)} of {len(t)} samples have no stamp, or an earlier one '
                   'than before: they are left out')
         return valid[rows], chosen, '; '.join(filter(None, (strays, repeats)))
