@@ -368,8 +368,9 @@ class _Proposal:
                                  f'{", ".join((*ROLES, *SIGNALS))}')
             fitting = [meaning for meaning in descriptions if matches(name, meaning)]
             if name != NONE and not fitting:
+                labels = ', '.join(dict.fromkeys(meaning.label for meaning in descriptions))
                 raise InputError(f'--use {role}={name}: no such column, expected one of '
-                                 f'{", ".join(meaning.label for meaning in descriptions)[:300]}')
+                                 f'{labels[:300]}')
             use[full] = stem_of(fitting[0]) if fitting and fitting[0].joint else name
         return use
 

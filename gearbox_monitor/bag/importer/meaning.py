@@ -401,8 +401,9 @@ def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
     """
     Return the words that tell the joint of each column, () where there is only one.
 
-    Of the ways to read them (all words, numbers alone, none) that one is right in which joints and
-    signals fill a table: each joint has about the same signals, each of them once.
+    Of the ways to read them (all words, those of several signals, numbers alone, none) that one is
+    right in which joints and signals fill a table: each joint has about the same signals, each of
+    them once.
     """
     rests = [tuple(column.joint.split()) for column in columns]
     # What all names contain tells no joint; a number counts as often as all have it.
@@ -418,7 +419,13 @@ def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
     numbers = _counting(signals, distinct)
     none: list[tuple[str, ...]] = [()] * len(columns)
     several = len(set(signals)) > 1
-    readings = [none, *(keys for keys in (numbers, distinct) if len(set(keys)) > 1 and (
+    signals_of: dict[str, set[object]] = {}
+    for signal, rest in zip(signals, distinct):
+        for word in rest:
+            signals_of.setdefault(word, set()).add(signal)
+    # A word that one signal alone has is of that signal: 'process' in 'hip_process_value'.
+    shared = [tuple(word for word in rest if len(signals_of[word]) > 1) for rest in distinct]
+    readings = [none, *(keys for keys in (numbers, shared, distinct) if len(set(keys)) > 1 and (
         several or len(set(keys)) > 2 or all(any(map(str.isdigit, key)) for key in keys)))]
     return max(readings, key=lambda keys: round(_filled(keys, signals), 9))
 
