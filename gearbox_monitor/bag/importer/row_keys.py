@@ -43,7 +43,7 @@ def row_key(series: Sequence[Series], words: Sequence[Series]) -> RowKey | None:
     """
     Return the RowKey of a recording, None where each row holds all joints.
 
-    Joints take turns, or their blocks of rows begin the time anew.
+    Joints take turns, or the time restarts with each block of rows of a joint.
 
     Args:
         series: columns of numbers.

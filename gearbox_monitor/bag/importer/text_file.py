@@ -29,7 +29,7 @@ from gearbox_monitor.files.packed_files import lines_of
 from gearbox_monitor.kernels.types import AnyArray, Array
 
 MISSING = ('', 'na', 'n/a', 'null', 'none', '-')  # besides nan
-AS_TEXT = ('iso8601', 'text')  # units of what is no number
+AS_TEXT = ('iso8601', 'text')  # units of dates and words
 EXACT = 2.0 ** 53  # ns from which on a double rounds
 Lines: TypeAlias = Iterator[tuple[int, str]]  # line number, line
 
