@@ -277,7 +277,7 @@ def meanings(labels: Sequence[str], units: Sequence[str] | None = None) -> list[
     units = units or [''] * len(labels)
     columns = _by_convention([meaning_of(label, unit) for label, unit in zip(labels, units)])
     product = _product(labels, units)
-    if product and any(_known(joint) for joint, _ in product.values()):
+    if product and any(_has_signal_words(joint) for joint, _ in product.values()):
         return [replace(meaning, label=label, joint=_joint_name(joint, (joint,)),
                         key=tuple(words_of(joint)))
                 if meaning.quantity in (POSITION, VELOCITY, EFFORT) else
@@ -322,7 +322,7 @@ def _product(labels: Sequence[str], units: Sequence[str]) -> dict[str, tuple[str
     return result if quantities & {POSITION, VELOCITY} and NOTHING not in quantities else {}
 
 
-def _known(joint: str) -> bool:
+def _has_signal_words(joint: str) -> bool:
     """Return whether the name of a joint holds words that a signal may be called by."""
     words = set(words_of(joint))
     return any(words & named for table in ('quantity', 'side')
@@ -405,12 +405,12 @@ def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
     right in which joints and signals fill a table: each joint has about the same signals, each of
     them once.
     """
-    rests = [tuple(column.joint.split()) for column in columns]
+    parts = [tuple(column.joint.split()) for column in columns]
     # What all names contain tells no joint; a number counts as often as all have it.
-    common = Counter(*rests[:1])
-    for rest in rests:
-        common &= Counter(rest)
-    distinct = [_without(rest, common) for rest in rests]
+    common = Counter(*parts[:1])
+    for part in parts:
+        common &= Counter(part)
+    distinct = [_without(part, common) for part in parts]
     signals = [(column.quantity, column.source, column.side, column.quantity == EFFORT and bool(
         column.unit in DRIVE_INPUT or set(words_of(column.label)) & set(INPUTS)))
         for column in columns]
@@ -420,11 +420,11 @@ def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
     none: list[tuple[str, ...]] = [()] * len(columns)
     several = len(set(signals)) > 1
     signals_of: dict[str, set[object]] = {}
-    for signal, rest in zip(signals, distinct):
-        for word in rest:
+    for signal, part in zip(signals, distinct):
+        for word in part:
             signals_of.setdefault(word, set()).add(signal)
     # A word that one signal alone has is of that signal: 'process' in 'hip_process_value'.
-    shared = [tuple(word for word in rest if len(signals_of[word]) > 1) for rest in distinct]
+    shared = [tuple(word for word in part if len(signals_of[word]) > 1) for part in distinct]
     readings = [none, *(keys for keys in (numbers, shared, distinct) if len(set(keys)) > 1 and (
         several or len(set(keys)) > 2 or all(any(map(str.isdigit, key)) for key in keys)))]
     return max(readings, key=lambda keys: round(_filled(keys, signals), 9))
@@ -432,10 +432,10 @@ def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
 
 def _without(words: Sequence[str], excluded: Mapping[str, int]) -> tuple[str, ...]:
     """Return `words` without the first so many of each word that is excluded."""
-    left, result = Counter(excluded), []
+    budget, result = Counter(excluded), []
     for word in words:
-        if left[word] > 0:
-            left[word] -= 1
+        if budget[word] > 0:
+            budget[word] -= 1
         else:
             result.append(word)
     return tuple(result)
@@ -448,10 +448,10 @@ def _filled(keys: Sequence[tuple[str, ...]], signals: Sequence[tuple[object, ...
     return share - (len(keys) - len(cells)) / len(keys)
 
 
-def _counting(signals: Sequence[tuple[object, ...]], rests: Sequence[tuple[str, ...]]
+def _counting(signals: Sequence[tuple[object, ...]], parts: Sequence[tuple[str, ...]]
               ) -> list[tuple[str, ...]]:
-    """Return the numbers in each of `rests` that not all columns of its signal have."""
-    numbers = [tuple(word for word in rest if word.isdigit()) for rest in rests]
+    """Return the numbers in each of `parts` that not all columns of its signal have."""
+    numbers = [tuple(word for word in part if word.isdigit()) for part in parts]
     fixed: dict[object, Counter[str]] = {}
     counts = Counter(signals)
     for signal, own in zip(signals, numbers):
