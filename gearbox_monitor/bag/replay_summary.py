@@ -13,7 +13,7 @@ from gearbox_monitor.bag.read import BagReader, JOINT_STATE
 from gearbox_monitor.bag.stamp_matching import StampMatcher
 from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
-from gearbox_monitor.estimation.sample_loop import REASONS
+from gearbox_monitor.estimation.sample_loop import LATE, REASONS
 from gearbox_monitor.interfaces.signals import PLANT_TRANSMISSION_STATE, TRANSMISSION
 from gearbox_monitor.kernels.types import Flags, Integers
 
@@ -35,7 +35,7 @@ class ReplaySummary:
         if self._truth:
             self._decode = player.reader.decoder(self._truth.topic, (self._truth.joint,))
         self._samples = self._estimates = 0
-        self._span: list[int] = []  # lowest and highest stamp
+        self._duration, self._last = 0, 0  # ns, of all runs of the clock; stamp before
         self._burnt_in: int | None = None  # stamp from which on estimates count
         self._first_counted: int | None = None
         self._nis, self._nis_expected, self._counted = 0.0, 0.0, 0
@@ -48,9 +48,11 @@ class ReplaySummary:
         stamps, estimates = part.samples.stamp_ns, part.estimates
         self._samples += len(stamps)
         self._estimates += len(estimates.stamp_ns)
-        if len(stamps):
-            self._span = [min([stamps.min(), *self._span[:1]]),
-                          max([stamps.max(), *self._span[1:]])]
+        stamped = stamps[stamps > 0]
+        if len(stamped):
+            step = np.diff(stamped, prepend=self._last or stamped[0])
+            self._duration += int(step[step > -LATE].sum())  # beyond that the clock restarts
+            self._last = int(stamped[-1])
         if self._burnt_in is None and len(estimates.stamp_ns):
             self._burnt_in = int(estimates.stamp_ns[0]) + BURN_IN
         settled = estimates.stamp_ns >= (self._burnt_in or 0)
@@ -94,7 +96,7 @@ class ReplaySummary:
     def data(self, comparison: Comparison | None = None) -> dict[str, Any]:
         """Return {name: value}, with the figures of `comparison` if it is not None."""
         player, estimator = self._player, self._player.estimator
-        span = float(self._span[1] - self._span[0]) * 1e-9 if self._span else 0.0
+        span = self._duration * 1e-9
         counted = self._counted
         data = {
             'bag': str(player.reader.path), 'samples': self._samples,

@@ -73,6 +73,8 @@ def numbered_names(path: str | Path, joints: Sequence[str], topic: str = 'joint_
     """
     Return {joint: its name in a bag whose joints have only numbers, one for each joint}, else {}.
 
+    The only joint of a robot is the motor in the bag of a drive.
+
     Args:
         path: of the log.
         joints: of the model, in the order of a chain.
@@ -83,6 +85,8 @@ def numbered_names(path: str | Path, joints: Sequence[str], topic: str = 'joint_
         return {}
     with open_bag(path) as reader:
         names = reader.joint_names(find_topic(reader, topic))
+    if len(joints) == 1 and 'motor' in names and joints[0] not in names:
+        return {joints[0]: 'motor'}
     numbers = {int(match[1]): name for name in names
                if (match := re.fullmatch(r'joint_(\d+)', name))}
     if len(numbers) != len(names) or set(names) & set(joints) or set(numbers) not in (

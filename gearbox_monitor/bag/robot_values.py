@@ -134,9 +134,11 @@ def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
     if not names and file.chain.serial:
         names = numbered_names(path, joints, topic)
         if names:
-            notes.append('its joints have only numbers, taken from the base on: ' + ', '.join(
-                f'{name} is {joint}' for joint, name in names.items())
-                + ' (others: --recorded NAME=LOGNAME)')
+            why = 'a drive' if 'motor' in names.values() else \
+                'its joints have only numbers, taken from the base on'
+            notes.append(f'{why}: ' + ', '.join(f'{name} is {joint}' for joint, name in
+                                                names.items())
+                         + ' (others: --recorded NAME=LOGNAME)')
     raw = read_robot_log(path, joints, names, values.constants, '' if servo else file.no_servo,
                          topic)
     raw = replace(raw, notes=(*raw.notes, *notes))

@@ -16,6 +16,7 @@ from gearbox_monitor.quality.input_checks import check
 from gearbox_monitor.quality.recording import (
     Doubt, prepare, RecordingKind, UniformRecording)
 from gearbox_monitor.quality.recording_limits import LIMITS
+from gearbox_monitor.quality.stamps import burst_size
 from gearbox_monitor.quality.unphysical import is_uninitialised, physical_columns
 
 # Faults of channels, signs and units, which say how the data would have to be read.
@@ -149,10 +150,17 @@ def prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
         model_name: name of the model in messages.
     """
     notes = []
+    stamps = np.asarray(t)
+    burst = burst_size(stamps.astype(np.int64)) if stamps.dtype.kind == 'i' and len(t) else 1
+    if burst > 1:
+        raise InputError(f'{name}: stamped in bursts of {burst} on receipt, expected even stamps: '
+                         'gearbox_monitor import BAG --stamps even NEW lays an even grid through '
+                         'them')
     measured = arm_torque is not None and np.isfinite(arm_torque).any()
     if model.arm_load == 'measured' and not measured:
         raise InputError(f'{name}: no {on_axis("torque", model.axis)} measured on the arm, '
-                         f'expected one with arm_load: measured in {model_name}')
+                         f'expected one (effort of the arm), as {model_name} states arm_load: '
+                         'measured')
     if model.arm_load != 'measured':
         if measured and arm_torque is not None and np.nanmax(np.abs(arm_torque)) > 0.0:
             notes.append(on_axis('the torque measured on the arm is not used: ', model.axis)

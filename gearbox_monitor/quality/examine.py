@@ -193,7 +193,7 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
                                    REPEATED[0])
     load = values[:, 1] if model.arm_load == 'measured' else None
     try:
-        recording, notes = prepare((samples.stamp_ns[rows] - samples.stamp_ns[0]) * 1e-9,
+        recording, notes = prepare((samples.stamp_ns[rows] - samples.stamp_ns[rows[:1]]) * 1e-9,
                                    values[:, 0], values[:, 2:], load, kind=kind_of(model))
         recording = recording.with_servo(model.controller)
     except InputError as error:

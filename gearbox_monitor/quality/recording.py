@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.sample_loop import stamp_codes, START
+from gearbox_monitor.estimation.sample_loop import BACKWARD, stamp_codes, START
 from gearbox_monitor.kernels.sensor_noise import DIFFERENCE_GAIN, quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller, DriveModel
@@ -201,7 +201,10 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
             continue
         values[field], count = _fill(t, value, field, where, place, axis)
         notices.append(f'{count} values of {field} were NaN and are interpolated')
-    index, dt, jitter = _grid(t, where)
+    index, dt, jitter = grid_of(t)
+    if rms_of(jitter) > LIMITS.max_run * dt:
+        raise InputError(f'{where}t: stamps stray from any even spacing by '
+                         f'{np.abs(jitter).max():.3g} s, expected one sample rate')
     cuts = np.flatnonzero(np.diff(index) > LIMITS.max_run + 1)
     if len(cuts):
         keep, notice = _longest(t, first, cuts, dt, where)
@@ -211,11 +214,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
     index = index - index[0]
     n = int(index[-1]) + 1
     wander = _wander(jitter, dt)
-    absent = np.diff(index) - 1
-    if wander.any():  # late by any time; lost is a sample only where the next one was due, too
-        usual, spread = _usual_step(t)
-        absent = np.minimum(absent, np.maximum(1.0, np.diff(t) // (usual - spread)) - 1.0)
-    missing = int(absent.sum())
+    missing = int(_absent(t, index, wander).sum())
     if missing > LIMITS.max_repaired * n:
         raise InputError(f'{where}{missing} of {n} samples lost by their stamps '
                          f'({100 * missing / n:.1f} %), expected at most '
@@ -258,7 +257,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
 
 def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, Array, str]:
     """
-    Return the samples without repeated stamps.
+    Return the samples without repeated stamps, and of ns without those that replay refuses.
 
     Args:
         t: stamps [N], s, or integer ns.
@@ -266,8 +265,14 @@ def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, A
         policy: one of REPEATED: of samples with one stamp keep the first, their mean, or none.
 
     Returns:
-        Rows that are kept [K], their values [K, C], and a notice, '' where no stamp repeats.
+        Rows that are kept [K], their values [K, C], and a notice, '' where all are.
     """
+    valid = np.flatnonzero(~_strays(t))
+    if len(valid) < len(t):
+        rows, chosen, repeats = merged(t[valid], values[valid], policy)
+        strays = (f'{len(t) - len(valid)} of {len(t)} samples have no stamp, or an earlier one '
+                  'than before: they are left out')
+        return valid[rows], chosen, '; '.join(filter(None, (strays, repeats)))
     first = np.append(True, np.diff(t) != 0) if len(t) else np.zeros(0, bool)
     rows, sizes = np.flatnonzero(first), np.diff(np.append(np.flatnonzero(first), len(t)))
     count = len(t) - len(rows)
@@ -281,6 +286,21 @@ def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, A
     how = {'first': 'the first of each is used', 'average': 'their mean is used',
            'drop': 'none of them is used'}[policy]
     return rows, chosen, f'{count} of {len(t)} stamps repeat the previous one: {how}'
+
+
+def _strays(t: Array | Integers) -> Flags:
+    """Return which of the stamps t [N] in ns are none, or late without a restart of the clock."""
+    strays = np.zeros(len(t), bool)
+    if t.dtype.kind not in 'iu':
+        return strays
+    strays = np.asarray(t <= 0)
+    rows = np.flatnonzero(~strays)
+    codes = stamp_codes(t[rows].astype(np.int64), LIMITS.max_gap)
+    starts, lengths = _runs(codes == BACKWARD)
+    for begin, end in zip(starts, starts + lengths):
+        if end == len(codes) or codes[end] != START:
+            strays[rows[begin:end]] = True
+    return strays
 
 
 def _one_clock(t: Any, u: Array, y: Array, arm_torque: Array | None, place: Place
@@ -384,11 +404,14 @@ def _usual_step(t: Array) -> tuple[float, float]:
     return usual, 1.4826 * float(np.median(np.abs(step - usual)))
 
 
-def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
+def grid_of(t: Array) -> tuple[Integers, float, Array]:
     """
     Return (index [N], dt, jitter [N]): t = index dt + jitter, from 0, index increasing.
 
     The sample time is that of a line through all stamps, lost samples counted by their length.
+
+    Args:
+        t: stamps [N], s, increasing.
     """
     step = np.diff(t)
     dt, spread = _usual_step(t)
@@ -405,11 +428,28 @@ def _grid(t: Array, where: str) -> tuple[Integers, float, Array]:
         count[k] = max(1.0, np.rint(1.0 + delay / dt))
     index = np.concatenate([[0], np.cumsum(count)])
     slope, start = np.polyfit(index, t, 1)
-    jitter = t - start - slope * index
-    if np.sqrt(np.mean(jitter ** 2)) > LIMITS.max_run * slope:
-        raise InputError(f'{where}t: stamps stray from any even spacing by '
-                         f'{np.abs(jitter).max():.3g} s, expected one sample rate')
-    return index.astype(np.int64), float(slope), jitter
+    return index.astype(np.int64), float(slope), t - start - slope * index
+
+
+def absent_samples(t: Array) -> Integers:
+    """
+    Return how many samples are missing by the stamps `t` [N] (s, increasing) between each two.
+
+    The one definition: a step that is late by lateness, or in a loop that takes what time it
+    needs, misses none.
+    """
+    index, dt, jitter = grid_of(t)
+    return _absent(t, index, _wander(jitter, dt))
+
+
+def _absent(t: Array, index: Integers, wander: Array) -> Integers:
+    """Return the samples missing behind each but the last of `t` [N]; see absent_samples."""
+    absent: Integers = np.diff(index) - 1
+    if wander.any():  # late by any time; lost is a sample only where the next one was due, too
+        usual, spread = _usual_step(t)
+        due = np.maximum(1.0, np.diff(t) // (usual - spread)) - 1.0
+        absent = np.minimum(absent, due.astype(np.int64))
+    return absent
 
 
 def _longest(t: Array, first: float, cuts: Integers, dt: float, where: str) -> tuple[slice, str]:

@@ -9,7 +9,9 @@ import numpy as np
 from gearbox_monitor.estimation.sample_loop import (
     BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
-from gearbox_monitor.quality.finding import BAD, DataFinding, everything, hurts, OK, WARN
+from gearbox_monitor.quality.finding import (
+    BAD, DataFinding, everything, Grade, hurts, OK, WARN)
+from gearbox_monitor.quality.recording import absent_samples
 from gearbox_monitor.quality.recording_limits import LIMITS
 
 _GROUP = 'stamps'
@@ -21,18 +23,17 @@ class StampClock:
     The usable stamps.
 
     usable: mask [N] of the samples that a filter takes by their stamps; seconds [K] from the first
-    of these; period (s): their usual distance; gap (s): distances beyond it are gaps; jitter
-    (s): standard deviation of the stamps about even spacing; missing: samples missing by the
-    stamps. restarts: rows of K at which the clock restarts; seconds go on there by one period.
-    burst: samples that are stamped at once, on receipt; seconds are then even.
+    of these; period (s): their usual distance; jitter (s): standard deviation of the stamps about
+    even spacing; absent [K - 1]: samples missing behind each, as diagnose counts them. restarts:
+    rows of K at which the clock restarts; seconds go on there by one period. burst: samples that
+    are stamped at once, on receipt; seconds are then even.
     """
 
     usable: Flags
     seconds: Array
     period: float
-    gap: float
     jitter: float
-    missing: int
+    absent: Integers
     restarts: tuple[int, ...] = ()
     burst: int = 1
 
@@ -74,9 +75,8 @@ def clock(stamps: Integers, max_gap: float = LIMITS.max_gap) -> StampClock | Non
     even = step[step <= gap]
     period = float(even.mean())
     jitter = float(even.std()) / np.sqrt(2.0)  # a late stamp moves the step before and behind it
-    missing = int(np.rint(step[step > gap] / period - 1.0).sum())
-    return StampClock(usable, seconds, period, gap, jitter, missing, tuple(restarts.tolist()),
-                      burst)
+    return StampClock(usable, seconds, period, jitter, absent_samples(seconds),
+                      tuple(restarts.tolist()), burst)
 
 
 def burst_size(stamps: Integers) -> int:
@@ -155,9 +155,7 @@ def _order(stamps: Integers, clock: StampClock, max_gap: float) -> DataFinding:
         advice = 'record each run of a simulation by itself; diagnose uses the longest one'
     return DataFinding(
         _GROUP, 'order', f'{", ".join(counts)}; {refused} of {len(stamps)} samples are refused',
-        advice, hurts(grade, grade, BAD if zero or swapped > 0 or share > LIMITS.max_repaired
-                      else grade),
-        values)
+        advice, hurts(grade, grade, BAD if share > LIMITS.max_repaired else grade), values)
 
 
 def _bursts(clock: StampClock) -> DataFinding:
@@ -230,26 +228,39 @@ def _jitter(clock: StampClock) -> DataFinding:
 
 def _gaps(clock: StampClock, max_gap: float) -> DataFinding:
     step = np.diff(clock.seconds)
-    longest = float(step.max())
+    longest, lost = float(step.max()), clock.absent.sum()
     step[[row - 1 for row in clock.restarts]] = 0.0
-    gaps = step > clock.gap
-    values = {'gaps': int(gaps.sum()), 'lost': clock.missing, 'longest_gap_s': longest}
-    if not clock.missing:
+    gaps = int((clock.absent > 0).sum())
+    values = {'gaps': gaps, 'lost': int(lost), 'longest_gap_s': longest}
+    if not lost:
         return DataFinding(_GROUP, 'gaps', f'none; longest step {longest * 1e3:.3g} ms',
                            values=values)
-    share = clock.missing / (clock.missing + len(clock.seconds))
+    share = lost / (lost + len(clock.seconds))
     restarts = int((step > max_gap).sum())
     grade = (BAD if share > LIMITS.lost_many
              else WARN if share > LIMITS.lost_notice or restarts else OK)
     at = clock.seconds[np.argmax(step)]
-    figure = (f'{gaps.sum()} with {clock.missing} samples ({100 * share:.2g} %), the longest '
+    figure = (f'{gaps} with {lost} samples ({100 * share:.2g} %), the longest '
               f'{longest:.3g} s at {at:.4g} s')
     if restarts:
         figure += f'; {restarts} restart the filter'
     advice = '' if grade == OK else \
         'look for a busy network or recorder: raise the depth of its queue, record locally'
     return DataFinding(_GROUP, 'gaps', figure, advice,
-                       hurts(grade, grade, BAD if share > LIMITS.max_repaired else grade), values)
+                       hurts(grade, grade, _for_diagnosis(clock)), values)
+
+
+def _for_diagnosis(clock: StampClock) -> Grade:
+    """Return the Grade of the longest stretch, which a diagnosis uses, for its lost samples."""
+    cuts = np.flatnonzero(clock.absent > LIMITS.max_run) + 1
+    edges = [0, *cuts.tolist(), len(clock.seconds)]
+    length, first, last = max((float(clock.seconds[b - 1] - clock.seconds[a]), a, b)
+                              for a, b in zip(edges, edges[1:]))
+    lost = clock.absent[first:last - 1].sum()
+    if length + clock.period < 0.999 * LIMITS.min_duration or lost > LIMITS.max_repaired * (
+            lost + last - first):
+        return BAD
+    return WARN if lost or len(cuts) else OK
 
 
 def length(seconds: float, drift_window: float) -> DataFinding:

@@ -3,7 +3,7 @@
 
 
 """
-Twenty more layouts of logs, of other drivers and tools than those of log_layouts.
+More layouts of logs, of other drivers and tools than those of log_layouts.
 
 Written from what the drivers' manuals say of names, units and order, before the first of them was
 read; the numbers are the robot of log_layouts.
@@ -299,6 +299,82 @@ def _sigmawin(folder):
         ('constant',), ('--torque-constant', '0.033'))
 
 
+def _long_table(folder):
+    """Write a row for each joint of each sample."""
+    r, joints = Robot(3, 100.0, seed=51), ['shoulder', 'elbow', 'wrist']
+    (folder / 'long.csv').write_text('timestamp,joint_name,position,velocity,effort\n' + ''.join(
+        f'{1.7e9 + t:.6f},{joint},{r.q[i, k]:.7f},{r.dq[i, k]:.7f},{r.tau[i, k]:.7f}\n'
+        for i, t in enumerate(r.t) for k, joint in enumerate(joints)))
+    return Layout('long table', folder / 'long.csv', {
+        name: [name] * 3 for name in ('position', 'velocity', 'effort')})
+
+
+def _two_topics(folder):
+    """Write joint states beside what a controller says of the same joints, less often."""
+    r, rows, joints = Robot(2, 500.0, seed=52), [], ['joint_a1', 'joint_a2']
+    state = '/joint_trajectory_controller/controller_state'
+    names = ['__time', *(f'/joint_states/{joint}/{name}' for joint in joints
+                         for name in ('effort', 'position', 'velocity')),
+             *(f'{state}/{part}/{joint}/{name}' for part in ('error', 'feedback', 'reference')
+               for joint in joints for name in ('positions', 'velocities'))]
+    for i, t in enumerate(r.t):
+        rows.append([f'{1.7e9 + t:.6f}', *(f'{v[i, k]:.7f}' for k in (0, 1)
+                                           for v in (r.tau, r.q, r.dq)), *[''] * 12])
+        if i % 5 == 0:
+            rows.append([f'{1.7e9 + t + 4e-4:.6f}', *[''] * 6, *(
+                f'{v[i, k]:.7f}' for pair in ((r.setpoint - r.q, r.dq_setpoint - r.dq),
+                                              (r.q, r.dq), (r.setpoint, r.dq_setpoint))
+                for k in (0, 1) for v in pair)])
+    return Layout('two topics', table(folder / 'pj.csv', names, list(zip(*rows))), {
+        'position': [names[2], names[5]], 'velocity': [names[3], names[6]],
+        'effort': [names[1], names[4]],
+        'setpoint': [f'{state}/reference/{joint}/positions' for joint in joints]})
+
+
+def _franka_ros2(folder):
+    r, state = Robot(3, 500.0, seed=53), '/franka_robot_state_broadcaster/robot_state'
+    joints, names, columns = numbered('fr3_joint{}', 3, 1), ['__time'], [
+        [f'{1.7e9 + t:.6f}' for t in Robot(3, 500.0).t]]
+    for part, values in (
+            ('desired_joint_state', (r.tau_desired, r.setpoint, r.dq_setpoint)),
+            ('measured_joint_motor_state', (0 * r.q, r.q + r.tau / 1e4, r.dq)),
+            ('measured_joint_state', (r.tau, r.q, r.dq)), ('tau_ext_hat_filtered', (r.external,))):
+        for k, joint in enumerate(joints):
+            names += [f'{state}/{part}/{joint}/{name}' for name, _ in zip(
+                ('effort', 'position', 'velocity'), values)]
+            columns += [x[:, k] for x in values]
+    return Layout('franka_ros2', table(folder / 'fr3.csv', names, columns), {
+        name: [f'{state}/{part}_joint_state/{joint}/{column}' for joint in joints]
+        for name, part, column in (
+            ('position', 'measured', 'position'), ('velocity', 'measured', 'velocity'),
+            ('effort', 'measured', 'effort'), ('setpoint', 'desired', 'position'))})
+
+
+def _axis_letters(folder):
+    r, axes = Robot(6, 250.0, seed=54), 'SLURBT'
+    names, columns = ['time_ms'], [r.t * 1e3]
+    for name, values in (('fb_angle_deg', np.rad2deg(r.q)), ('cmd_angle_deg',
+                                                             np.rad2deg(r.setpoint)),
+                         ('eff', r.tau)):
+        names += [f'{axis}_{name}' for axis in axes]
+        columns += list(values.T)
+    return Layout('axes by letters', table(folder / 'axes.csv', names, columns), {
+        'position': [f'{axis}_fb_angle_deg' for axis in axes],
+        'setpoint': [f'{axis}_cmd_angle_deg' for axis in axes],
+        'effort': [f'{axis}_eff' for axis in axes]}, {'position': 'deg', 'setpoint': 'deg'})
+
+
+def _mujoco_motors(folder):
+    """Write the torques of motors in the place of setpoints, and a base that is no joint."""
+    r = Robot(4, 500.0, seed=55)
+    np.savez(folder / 'run.npz', time=r.t, qpos=r.q, qvel=r.dq, ctrl=r.tau,
+             base_pos=0.1 * r.setpoint[:, :3])
+    return Layout('MuJoCo, motors', folder / 'run.npz', {
+        'position': numbered('qpos {}', 4, 1), 'velocity': numbered('qvel {}', 4, 1),
+        'effort': numbered('ctrl {}', 4, 1)}, {}, ('effort',), ('--use', 'effort=ctrl'))
+
+
 LAYOUTS = (_franka_ros, _ur_torque, _sunrise, _abb_egm, _fanuc, _doosan, _elmo, _odrive_can,
            _tview, _dynamixel_sdk, _arduino, _tmotor, _unitree_sdk2, _spot, _foxglove, _bagpy,
-           _timetable, _labview, _scope, _sigmawin)
+           _timetable, _labview, _scope, _sigmawin, _long_table, _two_topics,
+           _franka_ros2, _axis_letters, _mujoco_motors)

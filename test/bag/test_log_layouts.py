@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Roles of forty public log layouts: right, or asked for; never wrong in silence."""
+"""Roles of public log layouts: right, or asked for; never wrong in silence."""
 import driver_layouts
 import log_layouts
 import numpy as np

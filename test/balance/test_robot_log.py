@@ -123,3 +123,13 @@ def test_joints_with_only_numbers_are_those_of_a_chain(tmp_path, names, numbered
         writer.write('/joint_states', 1, next(iter(encode_joint_states(
             np.array([1]), names, np.zeros((1, len(names)))))))
     assert numbered_names(tmp_path / 'bag', JOINTS) == numbered
+
+
+def test_the_only_joint_is_the_motor_of_a_drive(tmp_path):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        writer.write('/joint_states', 1, next(iter(encode_joint_states(
+            np.array([1]), ('motor', 'arm'), np.zeros((1, 2))))))
+    assert numbered_names(tmp_path / 'bag', ['elbow']) == {'elbow': 'motor'}
+    assert numbered_names(tmp_path / 'bag', ['arm']) == numbered_names(
+        tmp_path / 'bag', JOINTS) == {}

@@ -443,6 +443,16 @@ def test_stamps_must_increase(sound):
         prepare(t, u, y)
 
 
+def test_what_replay_refuses_by_its_stamp_is_left_out(sound):
+    t, u, _ = sound
+    stamps = 1_000_000_000 + np.rint(t * 1e9).astype(np.int64)
+    stamps[[5, 70]] = 0, stamps[68]
+    stamps[5000:] -= stamps[5000] - stamps[0]  # the clock restarts
+    rows, _, notice = merged(stamps, u[:, None], 'first')
+    assert set(range(len(t))) - set(rows.tolist()) == {5, 70}
+    assert notice.startswith('2 of 10000 samples have no stamp')
+
+
 def test_single_wild_readings_are_mended(sound):
     t, u, y = sound
     wild = y.copy()

@@ -45,8 +45,8 @@ def response(**values):
 def gaps_of(share):
     """Return the purposes that so large a `share` of lost samples hurts."""
     count = len(CLOCK.seconds)
-    missing = share * count / (1.0 - share)
-    return stamps._gaps(replace(CLOCK, missing=missing), 1e9).hurts
+    absent = np.full(count - 1, share * count / (1.0 - share) / (count - 1))
+    return stamps._gaps(replace(CLOCK, absent=absent), 1e9).hurts
 
 
 def readings_of(share):

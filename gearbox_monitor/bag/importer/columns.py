@@ -62,7 +62,8 @@ def _of_time(key: str, time: TimeMapping) -> dict[str, Place]:
             is_field = time.field is not None
             places[f'{key}.{part}'] = replace(
                 time, column=None if is_field else column, field=column if is_field else None,
-                unit='ns' if part == 'nanosec' else 's', scale=1.0, rate=None)
+                unit='ns' if part == 'nanosec' else 'text' if isinstance(time.only, str)
+                else 's', scale=1.0, rate=None)
     return places
 
 

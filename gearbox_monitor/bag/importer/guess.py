@@ -25,10 +25,10 @@ from gearbox_monitor.bag.importer.layout import Format, recognised_layout, Serie
 from gearbox_monitor.bag.importer.mapping import (
     ImportMapping, mapping_from_dict, signal_kind, SIGNALS)
 from gearbox_monitor.bag.importer.meaning import (
-    EFFORT, joints_of, Meaning, meanings, POSITION, stem_of, VELOCITY, with_listed_names,
-    words_of)
+    EFFORT, joints_of, Meaning, meanings, POSITION, stem_of, VELOCITY, with_listed_names)
 from gearbox_monitor.bag.importer.roles import (
     Choice, choice_of, Column, is_input, matches, NONE, Question)
+from gearbox_monitor.bag.importer.row_keys import row_key, RowKey
 from gearbox_monitor.bag.importer.sibling_file import sibling_setpoints, states_beside
 from gearbox_monitor.bag.importer.unit_table import (
     ANGLE, ANGULAR_SPEED, axis_of, COUNT_RATE, COUNTS, DRIVE_INPUT, FORCE, LENGTH, scaled_unit,
@@ -137,9 +137,14 @@ class _Proposal:
     def __init__(self, path: Path, settings: Sequence[str], answers: Answers) -> None:
         self.path, self.settings, self.answers = path, settings, answers
         self.layout: Format = _renamed(path, recognised_layout(path), answers.columns)
+        self.key = row_key(self.layout.series, self.layout.row_keys)
+        self.all_series = self.layout.series
+        if self.key is not None:
+            self.layout = replace(self.layout, series=self.key.of_first(self.all_series))
         self.assumptions: list[str] = []
         self.questions: list[Question] = []
         self.decoding: dict[int, dict[str, Any]] = {}
+        self.blocks: dict[int, dict[str, Any]] = {}  # of the mapping, by column
         self.constants: dict[str, float] = {}
         self.constants_used = False
         self.kind = 'rotary'
@@ -152,11 +157,18 @@ class _Proposal:
                   and column.values.dtype.kind in 'iuf' and np.isfinite(column.values).any()]
         descriptions = with_listed_names(meanings(
             [c.label for c in series], [self._unit_of(c) for c in series]), self.layout.joints)
+        if self.key is not None:
+            by_label = {c.label: meaning for c, meaning in zip(series, descriptions)}
+            pairs = [(joint, column) for joint, column in self.key.by_joint(self.all_series)
+                     if column.label in by_label]
+            series = [column for _, column in pairs]
+            descriptions = [replace(by_label[c.label], joint=joint) for joint, c in pairs]
         joints = joints_of(descriptions)
         joint = self._selected(joints)
         self.constants = self._constants(joints)
         robot = joint is None and len(joints) > 1
-        columns = [Column(k, meaning, self._values(k, column, time.t))
+        columns = [Column(k, meaning, self._values(k, column, time.t),
+                          float(np.isfinite(column.values).mean()))
                    for k, (column, meaning) in enumerate(zip(series, descriptions))
                    if robot or np.nanmax(column.values) > np.nanmin(column.values)]
         use = self._use(descriptions)
@@ -186,8 +198,11 @@ class _Proposal:
         else:
             data['signals'] = self._of_drive(data, choices[0], series, time)
         self._require_effect(data)
-        self._blanks(data, series, choices, time)
-        if robot and 'motor_setpoint' not in use:
+        if self.key is not None:
+            _with_row_key(data, self.key, time)
+        else:
+            self._blanks(data, series, choices, time)
+        if robot and self.key is None and 'motor_setpoint' not in use:
             self._setpoints_beside(data, time)
         table = self._table(series, descriptions, choices, time)
         unused = [row.column for row in table if not row.role]
@@ -296,14 +311,17 @@ class _Proposal:
         roles = [role for choice in choices for role in choice.roles]
         names = dict.fromkeys(['time'] * bool(time.labels) + [
             name for role in roles for name in _names_of(role)])
+        asked = (*ROLES, *SI['rotary']) if any(choice.questions for choice in choices) else ()
         for name, unit in self.answers.units.items():
-            if name not in (*columns, *names):
+            if name not in (*columns, *names, *asked):
                 raise InputError(f'--unit {name}={unit}: no such role or column, expected one of '
                                  f'{", ".join((*names, *dict.fromkeys(columns)))[:400]}')
 
     def _require_effect(self, data: Mapping[str, Any]) -> None:
         """Raise InputError: a number was stated that no signal and no time of `data` needs."""
         answers = self.answers
+        if self.questions:  # whose answers may need it
+            return
         signals = data.get('joints', {'': data.get('signals')}).values()
         blocks = {name: block for joint in signals for name, block in joint.items()}
         used = {key for joint in signals for block in joint.values() for key in block}
@@ -350,8 +368,9 @@ class _Proposal:
                                  f'{", ".join((*ROLES, *SIGNALS))}')
             fitting = [meaning for meaning in descriptions if matches(name, meaning)]
             if name != NONE and not fitting:
+                labels = ', '.join(dict.fromkeys(meaning.label for meaning in descriptions))
                 raise InputError(f'--use {role}={name}: no such column, expected one of '
-                                 f'{", ".join(meaning.label for meaning in descriptions)[:300]}')
+                                 f'{labels[:300]}')
             use[full] = stem_of(fitting[0]) if fitting and fitting[0].joint else name
         return use
 
@@ -377,6 +396,7 @@ class _Proposal:
             block['unit'] = unit
         if column.meaning.scale != 1.0 and not stated:
             block['scale'] = column.meaning.scale
+        self.blocks[column.number] = block
         return block
 
     def _of_drive(self, data: dict[str, Any], choice: Choice, series: Sequence[Series],
@@ -437,7 +457,7 @@ class _Proposal:
         span = float(np.ptp(values))
         if quantity == 'effort':
             if is_input(column.meaning) and 'reference' not in name:
-                words = set(words_of(label))
+                words = set(column.meaning.words)
                 current = words & {'current', 'currents', 'curr', 'cur', 'amps', 'i', 'iq',
                                    'strom'}
                 whole = span > COARSE and (values == np.floor(values)).all()
@@ -488,8 +508,9 @@ class _Proposal:
         likely = [role for role in ('motor_position', 'arm_position') if role in blocks
                   and 0.5 * np.nanstd(values[role]) < np.nanstd(values['motor_setpoint'])
                   < 2.0 * np.nanstd(values[role])]
-        if likely and 'counts_per_rev' in blocks[likely[0]]:
-            block['counts_per_rev'] = blocks[likely[0]]['counts_per_rev']
+        if likely:  # asked for where the encoder's is not known either
+            if 'counts_per_rev' in blocks[likely[0]]:
+                block['counts_per_rev'] = blocks[likely[0]]['counts_per_rev']
         elif 'motor_effort' in blocks or self.questions:
             del blocks['motor_setpoint']
             self.assumptions.append('The setpoint is in counts of no encoder that is used, so it '
@@ -500,6 +521,10 @@ class _Proposal:
         for name, block in blocks.items():
             if 'effort' not in name and 'torque' not in name:
                 self._counts(block, f'signals.{name}.unit', f'signals.{name}', self.kind)
+            elif name != 'motor_effort' and block.get('unit') in COUNTS and not any(
+                    text.startswith(f'signals.{name}.scale=') for text in self.settings):
+                self._ask('scale', f'signals.{name}.unit: counts, and no torque of one in the '
+                          'file', f'--set signals.{name}.scale=K (N m per count)')
         if 'motor_effort' in blocks:
             self._torque_constant(blocks['motor_effort'], 'signals.motor_effort.unit',
                                   'signals.motor_effort', joint)
@@ -555,9 +580,7 @@ class _Proposal:
             return
         own = {key: value for key, value in time.block.items()
                if key not in ('start_stamp_ns', 'only', 'stamps')}
-        blocks = list(data.get('signals', {}).values()) or [
-            block for joint in data.get('joints', {}).values() for block in joint.values()]
-        for block in blocks:
+        for block in _blocks_of(data):
             block.pop('missing', None)
             block['time'] = dict(own)
         self.assumptions.append('Empty cells: each curve has its own samples; they are '
@@ -569,6 +592,9 @@ class _Proposal:
         """Return a line for each column; of joints that are alike one for all of them."""
         rows = [TableRow(', '.join(time.labels) or 'none', 'time', _time_unit(time.block), 'given'
                          if time.column is None else time.remarks[0].partition(', ')[2])]
+        if self.key is not None:
+            rows.append(TableRow(self.key.column.label, 'joint', '',
+                                 f'a row for each: {", ".join(self.key.rows)}'))
         by_number = {column.number: (choice, role) for choice in choices
                      for role, column in choice.roles.items()}
         unused = {number: reason for choice in choices for number, reason in choice.left.items()}
@@ -579,15 +605,31 @@ class _Proposal:
             if role:
                 usual = SI[self._axis(choice) if choice else self.kind][
                     signal_kind(role).quantity]
-                unit = f'{unit or usual}{"" if meaning.stated else "?"}'
+                unit = self.blocks.get(k, {}).get('unit') or unit or usual
+                unit += '' if meaning.stated else '?'
             reason = choice.reasons[role] if choice is not None else unused.get(
                 k, _no_role(meaning, bool(choices[0].joint), series[k]))
             key = (stem_of(meaning), role, unit, _alike(reason, meaning))
             families.setdefault(key, []).append(meaning.label)
         for (_, role, unit, reason), labels in families.items():
-            name = labels[0] if len(labels) == 1 else f'{labels[0]} ... {labels[-1]}'
+            name = labels[0] if len(set(labels)) == 1 else f'{labels[0]} ... {labels[-1]}'
             rows.append(TableRow(name, role, unit, reason))
         return rows
+
+
+def _blocks_of(data: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the blocks of all signals of a mapping."""
+    return [block for signals in (data.get('joints') or {'': data['signals']}).values()
+            for block in signals.values()]
+
+
+def _with_row_key(data: Mapping[str, Any], key: RowKey, time: FoundTime) -> None:
+    """Give each signal of a table with a row for each joint the time of its own rows."""
+    own = {name: value for name, value in time.block.items()
+           if name not in ('start_stamp_ns', 'stamps')}
+    for block in _blocks_of(data):
+        block['time'] = {**own, 'segment': next(iter(key.column.place.values())),
+                         'only': block.pop('only')}
 
 
 def _names_of(role: str) -> list[str]:

@@ -119,14 +119,19 @@ def velocity_units(kind: str, blocks: dict[str, dict[str, Any]], values: Mapping
         velocity = values[name][order][valid]
         if motion.explained(values[name][order]) < DERIVATIVE:
             continue
-        gain = float(velocity @ motion.velocity[valid] / (velocity @ velocity))
-        if scale is None or gain == 0.0:
+        derivative = motion.velocity[valid]
+        # The noise of either draws a regression on it towards 0: the gain is between the two.
+        product = float(velocity @ derivative)
+        if scale is None or product == 0.0:
             continue
+        gain = float(np.sign(product) * np.sqrt((derivative @ derivative) /
+                                                (velocity @ velocity)))
+        doubt = 0.1 + abs(np.log(abs(product / (gain * (velocity @ velocity)))))
         units = table['velocity', kind]
         unit = min(units, key=lambda u: abs(np.log(abs(gain * scale / units[u]))))
         if gain < 0.0:
             blocks[name]['sign'] = -1
-        if abs(np.log(abs(gain * scale / units[unit]))) < 0.1:
+        if abs(np.log(abs(gain * scale / units[unit]))) < doubt:
             blocks[name]['unit'] = unit
             assumptions.append(f'{name}: {unit}, as the derivative of {position}.')
         else:

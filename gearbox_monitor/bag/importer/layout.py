@@ -37,6 +37,7 @@ LEAST_FILLED = 0.01  # share of the cells of a column that holds numbers
 MAX_HEADER = 5  # rows
 MAX_DEPTH = 8  # of fields inside fields
 MOST_COLUMNS = 64  # of a matrix
+MOST_KEYS = 64  # words that tell rows apart, as names of joints do
 JOINT_LIST = 'joint_list.txt'  # beside a recording
 JOINT_LISTS = ('joint_names', 'joint_sequence', 'dof_names', 'joints', 'names')
 COMMENTS = ('#', '%', '//')
@@ -59,7 +60,7 @@ class Format:
     Blocks of the mapping that describe the format, and the series of a recording.
 
     named: the file names its columns; joints: names of the joints, if the file lists them; rate
-    (Hz): as a file beside it states, or None.
+    (Hz): as a file beside it states, or None. row_keys: columns of words that come back.
     """
 
     blocks: Mapping[str, Any]
@@ -67,6 +68,7 @@ class Format:
     named: bool = True
     joints: Sequence[str] = ()
     rate: float | None = None
+    row_keys: Sequence[Series] = ()
 
 
 def recognised_layout(path: str | Path) -> Format:
@@ -92,11 +94,17 @@ def recognised_layout(path: str | Path) -> Format:
             labelled = any(column.label and not column.label.isdigit() for column in series)
     lengths = Counter(len(column.values) for column in series)
     length = max(lengths, key=lambda n: (lengths[n] > 1, n >= MIN_SAMPLES, lengths[n]), default=0)
-    series = [column for column in series if len(column.values) == length]
+    row_keys = [column for column in series if len(column.values) == length and _of_keys(column)]
+    series = [column for column in series if len(column.values) == length
+              and column not in row_keys]
     if len(series) < 2 or length < MIN_SAMPLES:
         raise InputError(f'{path}: {len(series)} columns of {length} numbers, read as {kind}: '
                          f'expected two or more of at least {MIN_SAMPLES}')
-    return Format(blocks, series, labelled, joints, rate)
+    return Format(blocks, series, labelled, joints, rate, row_keys)
+
+
+def _of_keys(column: Series) -> bool:
+    return column.values.dtype.kind == 'U' and not DATE.match(str(column.values[0]))
 
 
 def _format(path: str | Path, head: bytes) -> str:
@@ -220,6 +228,10 @@ def _column_values(cells: Sequence[str], text: TextFormat) -> AnyArray | None:
         return np.array([cell.strip() for cell in cells])
     if text.decimal == ',':
         cells = [cell.replace(',', '.') for cell in cells]
+    words = {cell.strip() for cell in cells}
+    if 1 < len(words) <= MOST_KEYS and not any(not word or is_number(word, text)
+                                               for word in words):
+        return np.array([cell.strip() for cell in cells])
     values = np.full(len(cells), np.nan)
     filled = 0
     for k, cell in enumerate(cells):
@@ -315,8 +327,8 @@ def _of_table(path: str | Path, kind: str) -> Iterator[Series]:
             rows = column.to_pylist()
             if all(isinstance(cell, (int, float)) for cell in rows[0] or ['']):
                 yield from _of_lists(name, name, rows)
-        elif pa.types.is_string(column.type) and len(column) and DATE.match(
-                str(column[0].as_py())):
+        elif pa.types.is_string(column.type) and len(column) and (
+                DATE.match(str(column[0].as_py())) or 1 < len(column.unique()) <= MOST_KEYS):
             yield Series({'column': name}, name, '', np.array([str(text) for text in
                                                                column.to_pylist()]))
 

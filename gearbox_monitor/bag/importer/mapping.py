@@ -66,8 +66,9 @@ class TimeMapping:
 
     unit: of TIME, or 'iso8601'. repeated, unordered: what becomes of samples with one stamp, and
     of those whose stamp is before an earlier one. nanosec: column of the nanoseconds that are
-    added. segment: column whose value changes where another recording begins, with its own time;
-    only: its value of the recording that is read. stamps: 'even' lays an even grid through them.
+    added. segment: column whose value changes where another recording begins, with its own time,
+    or that names the joint of a row; only: its value in the rows that are read. stamps: 'even'
+    lays an even grid through them.
     """
 
     column: int | str | None = None
@@ -80,7 +81,7 @@ class TimeMapping:
     unordered: str = 'error'
     nanosec: int | str | None = None
     segment: int | str | None = None
-    only: int | None = None
+    only: int | str | None = None
     stamps: str = 'recorded'
 
 
@@ -388,7 +389,7 @@ def _text(block: Any, source: str) -> TextFormat:
 def _time(block: Any, source: str, kind: str, where: str = 'time') -> TimeMapping:
     allowed = [f.name for f in fields(TimeMapping)]
     if where != 'time':  # of one signal: the recording begins where the common time begins
-        allowed = [key for key in allowed if key not in ('start_stamp_ns', 'only', 'stamps')]
+        allowed = [key for key in allowed if key not in ('start_stamp_ns', 'stamps')]
     _require_keys(block, where, source, allowed)
     if 'rate' in block:
         for key in ('column', 'field', 'scale', 'unit'):
@@ -400,9 +401,10 @@ def _time(block: Any, source: str, kind: str, where: str = 'time') -> TimeMappin
         _place(block, where, source, kind)
     for key in ('nanosec', 'segment'):
         _column(block.get(key, 1), f'{where}.{key}', source, kind in TABLES)
-    if 'only' in block and ('segment' not in block or not isinstance(block['only'], int)):
+    if 'only' in block and ('segment' not in block or not isinstance(
+            block['only'], (int, str))):
         raise InputError(f'{source}: {where}.only: {block["only"]!r}, expected a whole number '
-                         'beside segment')
+                         'or a name beside segment')
     _choice(block.get('stamps', STAMPS[0]), f'{where}.stamps', source, STAMPS)
     _number(block.get('scale', 1.0), f'{where}.scale', source, positive=True)
     _choice(block.get('unit', 's'), f'{where}.unit', source, (*TIME, 'iso8601'))

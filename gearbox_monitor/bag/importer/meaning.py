@@ -7,7 +7,7 @@ What a column of a recording is by its name and unit alone: quantity, source, si
 A name is cut into words; words of the vocabulary say what is measured, how it came about and on
 which side of the gear, and the others are the name or number of the joint.
 """
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 import re
@@ -24,8 +24,9 @@ _QUANTITIES = {
     ACCELERATION: 'acceleration accelerations acc accel ddq qdd qddot qacc ddtheta',
     VELOCITY: 'velocity velocities vel vels velo speed speeds dq qd qdot dqdt omega rpm qvel jvel '
               'dtheta thetadot geschwindigkeit drehzahl',
-    EFFORT: 'torque torques tau taus trq effort efforts current currents curr cur amps force '
-            'forces moment moments load pwm duty i iq u tor drehmoment kraft strom motorcurrent',
+    EFFORT: 'torque torques tau taus trq effort efforts eff qfrc current currents curr cur '
+            'amps force forces moment moments load pwm duty i iq u tor drehmoment kraft strom '
+            'motorcurrent',
     POSITION: 'position positions pos angle angles theta q qm ql phi enc encoder encoders jpos '
               'qpos winkel lage',
     TIMES: 't time times timestamp timestamps stamp stamps sec secs seconds nsec nsecs nanosec '
@@ -37,14 +38,14 @@ _QUANTITIES = {
 _SOURCES = {
     ERROR: 'error err errors deviation residual diff delta limit limits max min lower upper',
     PART: 'fric friction grav gravity coriolis comp compensation ff feedforward ext external '
-          'disturbance offset bias reaction brake inertia',
+          'disturbance offset bias reaction brake inertia passive constraint',
     MODEL: 'pred predicted prediction model modelled modeled sim simulated identified hat',
-    FILTERED: 'filt filtered filter smooth smoothed lp lowpass butter savgol',
     SETPOINT: 'desired des set setpoint setpoints sp goal goals target targets tgt ref reference '
               'references cmd cmds command commands commanded action actions soll sollwert '
-              'control ctrl con demand ipo planned',
+              'control ctrl con demand ipo planned profile limited interpolated',
+    FILTERED: 'filt filtered filter smooth smoothed lp lowpass butter savgol',
     SENSOR: 'sensor transducer loadcell shaft ft jts straingauge',
-    MEASURED: 'measured meas msr act actual present istwert real raw feedback fb current '
+    MEASURED: 'measured meas msr act actual present ist istwert real raw feedback fb current '
               'estimate estimated est',
 }
 _SIDES = {
@@ -68,6 +69,8 @@ _SETS: dict[str, dict[str, frozenset[str]]] = {
     for name, table in (('quantity', _QUANTITIES), ('source', _SOURCES), ('side', _SIDES))}
 _CONTAINER, STRANGE, _UNITS = (frozenset(words.split()) for words in (
     _CONTAINERS, _FOREIGN, _UNIT_WORDS))
+_GERMAN = re.compile(r'(?i)(?<![a-z])(ist|soll|motor|achs|gelenk)'
+                     r'(position|winkel|lage|drehzahl|geschwindigkeit|moment|strom)')
 _WORD = re.compile(r'[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+')
 UNITS: dict[str, Mapping[str, float]] = {
     POSITION: {**ANGLE, **LENGTH, **COUNTS},
@@ -83,6 +86,8 @@ INPUTS = {'current': 'A', 'currents': 'A', 'curr': 'A', 'cur': 'A', 'amps': 'A',
 CONVENTIONS: tuple[tuple[frozenset[str], str, str, str], ...] = (
     (frozenset({'pos', 'estimate'}), POSITION, 'turns', 'ODrive writes turns'),
     (frozenset({'vel', 'estimate'}), VELOCITY, 'turns/s', 'ODrive writes turns/s'),
+    (frozenset({'ai', 'pos'}), POSITION, 'deg', 'KUKA RSI writes degrees'),
+    (frozenset({'as', 'pos'}), POSITION, 'deg', 'KUKA RSI writes degrees'),
 )
 # ... by names that stand beside each other in one file.
 NEIGHBOURS: tuple[tuple[set[str], dict[str, str], str], ...] = (
@@ -95,6 +100,10 @@ NEIGHBOURS: tuple[tuple[set[str], dict[str, str], str], ...] = (
 )
 
 
+JOINT = re.compile(r'(?i)(joint|axis|j|a)[ _]?\d+')
+ALL = 0.8  # share of the names of a file that a product of joints and signals makes up
+
+
 @dataclass(frozen=True)
 class Meaning:
     """
@@ -102,7 +111,8 @@ class Meaning:
 
     quantity: of the constants above, '' = none of a drive; source: how it came about; side:
     'motor', 'arm' or ''; unit: standard name, '' = not stated; scale: of the unit in the name, as
-    in '0.229rpm'; joint: '' where the name tells none; why: words that decided.
+    in '0.229rpm'; joint: '' where the name tells none; why: words that decided; key: words of the
+    name that tell the joint; implied: a setpoint without a word of what, so of the position.
     """
 
     label: str
@@ -114,12 +124,26 @@ class Meaning:
     joint: str
     why: str
     stated: bool = True
+    key: tuple[str, ...] = ()
+    implied: bool = False
+
+    @property
+    def own_words(self) -> frozenset[str]:
+        """Words of the name that tell the joint; empty where there is only one."""
+        return frozenset({*self.key, *words_of(self.joint), 'joint'}) if self.joint else \
+            frozenset()
+
+    @property
+    def words(self) -> list[str]:
+        """Words of the name without those of the joint."""
+        return [word for word in words_of(self.label) if word not in self.own_words]
 
 
 def words_of(label: str) -> list[str]:
     """Return the words of a `label` in lower case; 'motorPos_rad[3]' is motor, pos, rad and 3."""
     plain = re.sub(r'[\[(<{]([^\])>}]*)[\])>}]', _inside, label)
     plain = re.sub(r'(?i)feed[ _-]?back', 'feedback', plain)
+    plain = _GERMAN.sub(r'\1 \2', plain)
     return [word.lower() for word in _WORD.findall(plain)]
 
 
@@ -147,17 +171,19 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
         return [kind for kind, names in _SETS[table].items()
                 if any(word in names and word not in skipped for word in words)]
     quantity = _quantity(words, unit)
-    sources = _of('source')
+    leaf = words_of(re.split(r'[./]', label.rstrip('./'))[-1])
+    sources = _of('source', frozenset(words) - frozenset(leaf)) or _of('source')
     if 'd' in words[1:] and quantity in (POSITION, VELOCITY, EFFORT, ACCELERATION):
         sources.insert(0, SETPOINT)  # q_d, tau_J_d: desired
         abbreviations.add('d')
-    if {('input', 'pos'), ('input', 'vel'), ('input', 'torque')} & set(zip(words, words[1:])):
-        sources = [SETPOINT]  # of an ODrive
+    if {'controller', 'input'} <= set(words) or ('as', 'pos') in zip(words, words[1:]):
+        sources = [SETPOINT]  # of an ODrive, of KUKA RSI
     if 'd' in axis:
         sources = [PART]  # makes no torque
     if len(sources) > 1:
         sources = [source for source in sources if source != MEASURED] or sources
-    if quantity == NOTHING and SETPOINT in sources:
+    implied = quantity == NOTHING and SETPOINT in sources
+    if implied:
         quantity = POSITION
     if 'current' in words and quantity in (POSITION, VELOCITY) and sources == [MEASURED]:
         abbreviations.add('current')
@@ -182,7 +208,7 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
             word.isdigit() for word in unexplained) and not set(words) & STRANGE:
         quantity = POSITION  # feedBack.joints[3]: what is measured of a joint as such
     return Meaning(label, quantity, source, side, unit, scale, ' '.join(unexplained),
-                   _why(words, quantity, source, side), bool(unit))
+                   _why(words, quantity, source, side), bool(unit), implied=implied)
 
 
 def run_of(name: str) -> tuple[bool, tuple[str, ...]]:
@@ -248,16 +274,80 @@ def meanings(labels: Sequence[str], units: Sequence[str] | None = None) -> list[
         labels: names of the columns.
         units: units that the file states, '' for none; None: no units.
     """
-    columns = [meaning_of(label, unit) for label, unit in
-               zip(labels, units or [''] * len(labels))]
-    columns = _by_convention(columns)
+    units = units or [''] * len(labels)
+    columns = _by_convention([meaning_of(label, unit) for label, unit in zip(labels, units)])
+    product = _product(labels, units)
+    if product and any(_has_signal_words(joint) for joint, _ in product.values()):
+        return [replace(meaning, label=label, joint=_joint_name(joint, (joint,)),
+                        key=tuple(words_of(joint)))
+                if meaning.quantity in (POSITION, VELOCITY, EFFORT) else
+                replace(meaning, label=label, joint='') for label in labels
+                for joint, meaning in [product.get(label, ('', meaning_of(label)))]]
+    if not any(c.quantity == POSITION and c.source in (MEASURED, '') for c in columns):
+        columns = [replace(column, quantity=POSITION, why='the joint itself')
+                   if JOINT.fullmatch(column.label) else column for column in columns]
     of_drive = [k for k, column in enumerate(columns)
                 if column.quantity in (POSITION, VELOCITY, EFFORT)]
-    joints = _joints([columns[k] for k in of_drive])
     result = [replace(column, joint='') for column in columns]
-    for k, joint in zip(of_drive, joints):
-        result[k] = replace(columns[k], joint=joint)
-    return result
+    for k, key in zip(of_drive, _joints([columns[k] for k in of_drive])):
+        result[k] = replace(columns[k], joint=_joint_name(columns[k].label, key), key=key)
+    return _without_other_vectors(result)
+
+
+def _product(labels: Sequence[str], units: Sequence[str]) -> dict[str, tuple[str, Meaning]]:
+    """
+    Return {label: (joint, Meaning of the rest)} where names are all of 'JOINT_SIGNAL'.
+
+    Names of joints may hold words of the vocabulary, 'wrist_angle' or the axes S, L, U, R, B, T;
+    what tells them is that each stands before each of the same signals.
+    """
+    prefixes: dict[str, set[str]] = {}
+    sides = frozenset().union(*_SETS['side'].values())
+    splits = [(label, unit, cut) for label, unit in zip(labels, units)
+              for cut in re.finditer(r'[_./ ]+', label) if cut.start()]
+    for label, _, cut in splits:
+        prefixes.setdefault(label[cut.end():], set()).add(label[:cut.start()])
+    counts = Counter(frozenset(joints) for joints in prefixes.values())
+    whole = [(joints, n) for joints, n in counts.items() if len(joints) > 1 < n
+             and len(joints) * n >= ALL * len(labels)
+             and not any(set(words_of(joint)) & named for joint in joints
+                         for named in _SETS['source'].values())
+             and not all(set(words_of(joint)) <= sides for joint in joints)]
+    if not whole:
+        return {}
+    joints, _ = max(whole, key=lambda pair: len(pair[0]))
+    result = {label: (label[:cut.start()], meaning_of(label[cut.end():], unit))
+              for label, unit, cut in splits if prefixes[label[cut.end():]] == joints}
+    quantities = {meaning.quantity for _, meaning in result.values()}
+    return result if quantities & {POSITION, VELOCITY} and NOTHING not in quantities else {}
+
+
+def _has_signal_words(joint: str) -> bool:
+    """Return whether the name of a joint holds words that a signal may be called by."""
+    words = set(words_of(joint))
+    return any(words & named for table in ('quantity', 'side')
+               for named in _SETS[table].values()) or bool(words & (STRANGE | _UNITS))
+
+
+def _without_other_vectors(columns: Sequence[Meaning]) -> list[Meaning]:
+    """
+    Return `columns`, of which those of a vector are of no joint that all joints have a rival of.
+
+    'base_pos 1' to 'base_pos 3' beside 'dof_pos 1' to 'dof_pos 12' are no joints' positions.
+    """
+    joints = {column.joint for column in columns if column.joint}
+    vectors: dict[tuple[str, ...], set[str]] = {}
+    for column in columns:
+        vectors.setdefault(_vector(column), set()).add(column.joint)
+    whole = {vector[:3] for vector, own in vectors.items() if own >= joints}
+    return [replace(column, quantity=NOTHING, joint='', key=()) if column.joint
+            and 1 < len(vectors[_vector(column)]) < len(joints) and _vector(column)[:3] in whole
+            else column for column in columns]
+
+
+def _vector(column: Meaning) -> tuple[str, ...]:
+    """Return what the columns of one vector have in common: quantity, source, side, name."""
+    return column.quantity, column.source, column.side, stem_of(column)
 
 
 def _by_convention(columns: Sequence[Meaning]) -> list[Meaning]:
@@ -283,7 +373,8 @@ def _by_notation(columns: Sequence[Meaning]) -> Callable[[Meaning], Meaning]:
     """
     Return the function that reads a Meaning by letters that mean one thing beside each other.
 
-    theta beside q: motor and link of an elastic joint. q_A beside d_A: axes of a current.
+    theta beside q: motor and link of an elastic joint. q_A beside d_A, i_q beside i_d: axes of a
+    current.
     """
     endings = {column.label.rpartition('.')[2] for column in columns}
     measured = [set(words_of(c.label)) for c in columns if c.quantity == POSITION
@@ -293,9 +384,10 @@ def _by_notation(columns: Sequence[Meaning]) -> Callable[[Meaning], Meaning]:
     def _read(column: Meaning) -> Meaning:
         words = set(words_of(column.label))
         axis = column.label.rpartition('.')[2]
-        if axis in ('q_A', 'd_A') and {'q_A', 'd_A'} <= endings:
-            return replace(column, quantity=EFFORT, unit='A', joint='', why="'q', 'A'",
-                           source='' if axis == 'q_A' else PART)
+        for pair in (('q_A', 'd_A'), ('i_q', 'i_d')):
+            if axis in pair and set(pair) <= endings:
+                return replace(column, quantity=EFFORT, unit='A', joint='', why=f"'{axis}'",
+                               source='' if axis == pair[0] else PART, side='')
         if elastic and not column.side and column.quantity in (POSITION, VELOCITY):
             if words & {'theta', 'dtheta'}:
                 return replace(column, side='motor', why=f'{column.why}; of the motor, beside q')
@@ -305,60 +397,67 @@ def _by_notation(columns: Sequence[Meaning]) -> Callable[[Meaning], Meaning]:
     return _read
 
 
-def _joints(columns: Sequence[Meaning]) -> list[str]:
-    """Return the name of the joint of each column, '' where there is only one."""
-    rests = [tuple(column.joint.split()) for column in columns]
-    common = set(rests[0]).intersection(*map(set, rests)) if rests else set()
-    # What all names contain tells no joint; of a robot's name beside the number it is kept.
-    distinct = [tuple(word for word in part if word not in common) for part in rests]
-    numbers = _counting(columns, distinct)
-    by_family: dict[tuple[str, ...], set[tuple[str, ...]]] = defaultdict(set)
-    for column, part, number in zip(columns, distinct, numbers):
-        if number:
-            stem = (column.quantity, column.source, column.side,
-                    *(word for word in part if not word.isdigit()))
-            by_family[stem].add(number)
-    families = [family for family in by_family.values() if len(family) > 1]
-    counted = bool(families) and all(any(family <= relative for relative in families)
-                                     for family in by_family.values())
-    words = {tuple(word for word in part if not word.isdigit()) for part in distinct}
-    kinds: dict[tuple[str, ...], set[tuple[str, str]]] = defaultdict(set)
-    for column, part in zip(columns, distinct):
-        kinds[part].add((column.quantity, column.source))
-    joint_words = {part for part, signals in kinds.items() if part and len(signals) > 1}
-    if joint_words and len(joint_words) + (() in kinds) >= len(kinds) and (
-            len(joint_words) > 1 or () not in kinds):
-        keys = distinct
-    elif counted or len(words) > 1 and any(numbers):
-        keys = numbers
-    elif len(kinds) > 1 and all(len(signals) == 1 for signals in kinds.values()) and _one_family(
-            columns, distinct):
-        keys = distinct  # one quantity of several joints
-    else:
-        return [''] * len(columns)
-    if len(set(keys)) < 2:
-        return [''] * len(columns)
-    return [_joint_name(column.label, key) for column, key in zip(columns, keys)]
+def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
+    """
+    Return the words that tell the joint of each column, () where there is only one.
+
+    Of the ways to read them (all words, those of several signals, numbers alone, none) that one is
+    right in which joints and signals fill a table: each joint has about the same signals, each of
+    them once.
+    """
+    parts = [tuple(column.joint.split()) for column in columns]
+    # What all names contain tells no joint; a number counts as often as all have it.
+    common = Counter(*parts[:1])
+    for part in parts:
+        common &= Counter(part)
+    distinct = [_without(part, common) for part in parts]
+    signals = [(column.quantity, column.source, column.side, column.quantity == EFFORT and bool(
+        column.unit in DRIVE_INPUT or set(words_of(column.label)) & set(INPUTS)))
+        for column in columns]
+    if not columns:
+        return []
+    numbers = _counting(signals, distinct)
+    none: list[tuple[str, ...]] = [()] * len(columns)
+    several = len(set(signals)) > 1
+    signals_of: dict[str, set[object]] = {}
+    for signal, part in zip(signals, distinct):
+        for word in part:
+            signals_of.setdefault(word, set()).add(signal)
+    # A word that one signal alone has is of that signal: 'process' in 'hip_process_value'.
+    shared = [tuple(word for word in part if len(signals_of[word]) > 1) for part in distinct]
+    readings = [none, *(keys for keys in (numbers, shared, distinct) if len(set(keys)) > 1 and (
+        several or len(set(keys)) > 2 or all(any(map(str.isdigit, key)) for key in keys)))]
+    return max(readings, key=lambda keys: round(_filled(keys, signals), 9))
 
 
-def _counting(columns: Sequence[Meaning], rests: Sequence[tuple[str, ...]]
+def _without(words: Sequence[str], excluded: Mapping[str, int]) -> tuple[str, ...]:
+    """Return `words` without the first so many of each word that is excluded."""
+    budget, result = Counter(excluded), []
+    for word in words:
+        if budget[word] > 0:
+            budget[word] -= 1
+        else:
+            result.append(word)
+    return tuple(result)
+
+
+def _filled(keys: Sequence[tuple[str, ...]], signals: Sequence[tuple[object, ...]]) -> float:
+    """Return the share of a table of joints and signals that is filled, less what stands twice."""
+    cells = set(zip(keys, signals))
+    share = len(cells) / (len(set(keys)) * len(set(signals)))
+    return share - (len(keys) - len(cells)) / len(keys)
+
+
+def _counting(signals: Sequence[tuple[object, ...]], parts: Sequence[tuple[str, ...]]
               ) -> list[tuple[str, ...]]:
-    """Return the numbers in each of `rests` that not all columns of its kind have."""
-    numbers = [tuple(word for word in rest if word.isdigit()) for rest in rests]
-    fixed: dict[tuple[str, str, str], set[str]] = {}
-    for column, own in zip(columns, numbers):
-        kind = column.quantity, column.source, column.side
-        fixed[kind] = fixed.get(kind, set(own)) & set(own)
-    counts = Counter((column.quantity, column.source, column.side) for column in columns)
-    return [tuple(word for word in own if counts[kind] == 1 or word not in fixed[kind])
-            for column, own in zip(columns, numbers)
-            for kind in [(column.quantity, column.source, column.side)]]
-
-
-def _one_family(columns: Sequence[Meaning], rests: Sequence[tuple[str, ...]]) -> bool:
-    """Return whether one quantity was taken of more than two joints, by name."""
-    count = Counter((c.quantity, c.source, c.side) for c in columns)
-    return max(count.values()) > 2 and len(set(rests)) == max(count.values())
+    """Return the numbers in each of `parts` that not all columns of its signal have."""
+    numbers = [tuple(word for word in part if word.isdigit()) for part in parts]
+    fixed: dict[object, Counter[str]] = {}
+    counts = Counter(signals)
+    for signal, own in zip(signals, numbers):
+        fixed[signal] = fixed.get(signal, Counter(own)) & Counter(own)
+    return [own if counts[signal] == 1 else _without(own, fixed[signal])
+            for signal, own in zip(signals, numbers)]
 
 
 def _joint_name(label: str, key: Sequence[str]) -> str:
@@ -394,6 +493,6 @@ def stem_of(meaning: Meaning) -> str:
     """Return the label of a `meaning` without the words of its joint, as '--use' takes it."""
     if not meaning.joint:
         return meaning.label
-    own = words_of(meaning.joint) + ['joint']
     plain = re.sub(r'[\[(<{]([^\])>}]*)[\])>}]', _inside, meaning.label)
-    return '_'.join(word for word in _WORD.findall(plain) if word.lower() not in own)
+    return '_'.join(word for word in _WORD.findall(plain)
+                    if word.lower() not in meaning.own_words)

@@ -22,7 +22,9 @@ from gearbox_monitor.bag.importer.unit_table import COUNTS, DRIVE_INPUT, FORCE, 
 from gearbox_monitor.kernels.types import Array
 
 SAME_MOTION = 0.98  # share of the variance that one encoder explains of the other
+NEARLY = 0.02  # of the variance: shares that say the same
 DERIVATIVE = 0.7  # share of a velocity that the derivative of a position explains
+FOLLOWED = 0.7  # correlation of a position with its setpoint, at least
 FOLLOWS = 0.3  # share of an effort that the motion explains
 GEARED = 1.05  # times the motion of the other encoder: the side of the motor
 NONE = 'none'  # in place of a column, for a role that nobody has
@@ -42,11 +44,16 @@ class Question:
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a recording: its number, Meaning and values [N] (NaN: not measured)."""
+    """
+    A column of a recording: its number, Meaning and values [N] (NaN: not measured).
+
+    filled: share of the rows in which it has a value of its own.
+    """
 
     number: int
     meaning: Meaning
     values: Array
+    filled: float = 1.0
 
 
 @dataclass
@@ -103,7 +110,7 @@ def is_input(meaning: Meaning) -> bool:
     """Return whether an effort of `meaning` needs a constant: a current, a duty, counts."""
     if meaning.unit:
         return meaning.unit in DRIVE_INPUT or meaning.unit in COUNTS
-    words = set(words_of(meaning.label))
+    words = set(meaning.words)
     return bool(words & set(INPUTS)) and not words & {'torque', 'torques', 'tau', 'trq', 'effort',
                                                       'efforts', 'force', 'moment'}
 
@@ -116,9 +123,8 @@ def use_option(role: str, column: str) -> str:
 def matches(given: str, meaning: Meaning) -> bool:
     """Return whether `given` is the label of `meaning`, whole or without words of its joint."""
     words, request = words_of(meaning.label), words_of(given)
-    own = words_of(meaning.joint) + ['joint']
     return given == meaning.label or request == words or bool(meaning.joint) and (
-        request == [word for word in words if word not in own])
+        request == meaning.words)
 
 
 def choice_of(columns: Sequence[Column], t: Array, joint: str, use: Mapping[str, str]) -> Choice:
@@ -153,7 +159,7 @@ def choice_of(columns: Sequence[Column], t: Array, joint: str, use: Mapping[str,
             np.sort(t) + 1e-12 * np.arange(len(t)))))
     if motion is not None:
         _efforts(choice, columns, motion, t, refused)
-        _setpoints(choice, columns, refused)
+        _setpoints(choice, columns, refused, t, position)
     return choice
 
 
@@ -230,12 +236,28 @@ def _positions(choice: Choice, columns: Sequence[Column], t: Array, refused: set
             choice.take('motor_position', a, reason)
             choice.take('arm_position', b, reason)
             return
+    if choice.joint and not any(by_side.values()) and 2 * len(pairs) == len(candidates) * (
+            len(candidates) - 1) and _alike(candidates):  # one position that two topics tell
+        densest = max(candidates, key=lambda c: c.filled)
+        choice.take('motor_position', densest, f'by its name: {densest.meaning.why}')
+        for column in candidates:
+            if column is not densest:
+                choice.left[column.number] = f'the same motion as {stem_of(densest.meaning)}'
+        return
     names = ', '.join(c.meaning.label for c in candidates)
+    candidates = sorted(candidates, key=lambda c: -float(np.nanstd(c.values)))
     moving = 'move together' if pairs else 'do not move together'
     choice.questions.append(Question(
         'positions', f'{names}: positions of one joint that {moving}, and no name tells motor '
         'from arm', f'{use_option("motor", candidates[0].meaning.label)} '
-        f'{use_option("arm", candidates[-1].meaning.label)} (or none), or --columns'))
+        f'{use_option("arm", candidates[1].meaning.label)} (or none), or --columns'))
+
+
+def _alike(columns: Sequence[Column]) -> bool:
+    """Return whether `columns` are as large as each other, and about one and the same mean."""
+    spreads = np.array([np.nanstd(c.values) for c in columns])
+    means = np.array([np.nanmean(c.values) for c in columns])
+    return bool(max(np.ptp(spreads), np.ptp(means)) < 0.01 * spreads.max())
 
 
 def _together(t: Array, a: Column, b: Column) -> float:
@@ -247,16 +269,20 @@ def _velocities(choice: Choice, columns: Sequence[Column], motion: Motion | None
     """Choose the velocities of motor and arm."""
     candidates = _kind(columns, VELOCITY, MEASURED, '') or _kind(columns, VELOCITY, FILTERED)
     by_side: dict[str, list[Column]] = {}
+    motor = choice.roles.get('motor_position')
+    usual = 'arm' if 'arm_position' in choice.roles and (
+        motor is None or motor.meaning.side == 'motor' and not
+        choice.roles['arm_position'].meaning.side) else 'motor'
     for column in candidates:
-        side = column.meaning.side or (
-            'arm' if 'arm_position' in choice.roles and 'motor_position' not in choice.roles
-            else 'motor')
+        side = column.meaning.side or usual
         if f'{side}_velocity' not in choice.roles:
             by_side.setdefault(side, []).append(column)
     for side, columns_of_side in by_side.items():
         share = {c.number: motion.explained(c.values) if motion is not None else 1.0
                  for c in columns_of_side}
-        chosen = max(columns_of_side, key=lambda c: share[c.number])
+        likely = max(share.values()) - NEARLY
+        chosen = max((c for c in columns_of_side if share[c.number] >= likely),
+                     key=lambda c: c.filled)
         reason = f'by its name: {chosen.meaning.why}'
         if share[chosen.number] < DERIVATIVE and np.ptp(chosen.values) > 0.0:
             reason += '; noisy: the position hardly explains it'
@@ -305,6 +331,7 @@ def _efforts(choice: Choice, columns: Sequence[Column], motion: Motion, t: Array
 def _drive_effort(choice: Choice, measured: Sequence[Column], commanded: Sequence[Column]) -> None:
     """Choose between measured and commanded efforts, torques and what needs a constant."""
     measured = _without_copies(choice, measured)
+    measured = [c for c in measured if np.ptp(c.values) > 0.0] or measured
     torques = [c for c in measured if not is_input(c.meaning)]
     commanded_torques = [c for c in commanded if not is_input(c.meaning)]
     if torques:
@@ -324,7 +351,7 @@ def _drive_effort(choice: Choice, measured: Sequence[Column], commanded: Sequenc
         of_motor = [c for c in measured if c.meaning.side == 'motor'] or measured
         if len(of_motor) > 1:
             of_unit = [c for c in of_motor if c.meaning.unit == 'A' or set(
-                words_of(c.meaning.label)) & {'current', 'iq', 'i'}]
+                c.meaning.words) & {'current', 'iq', 'i'}]
             of_motor = of_unit if len(of_unit) == 1 else of_motor
         if len(of_motor) > 1:
             _ask_effort(choice, of_motor, 'inputs of one motor')
@@ -374,7 +401,8 @@ def _silent_efforts(choice: Choice, columns: Sequence[Column], sensors: Sequence
 
 
 # --- setpoints ----------------------------------------------------------------------------------
-def _setpoints(choice: Choice, columns: Sequence[Column], refused: set[str]) -> None:
+def _setpoints(choice: Choice, columns: Sequence[Column], refused: set[str], t: Array,
+               position: Column | None) -> None:
     """Choose the setpoint of the position."""
     for quantity in (VELOCITY, EFFORT):
         for column in _kind(columns, quantity, SETPOINT):
@@ -382,6 +410,17 @@ def _setpoints(choice: Choice, columns: Sequence[Column], refused: set[str]) -> 
                 choice.left.setdefault(column.number, f'a setpoint of the {quantity}')
     candidates = _kind(columns, POSITION, SETPOINT)
     if not candidates or {'motor_setpoint'} & {*choice.roles, *refused}:
+        return
+    silent = [c for c in candidates if c.meaning.source == SETPOINT and not c.meaning.unit
+              and c.meaning.implied and not _followed(t, position, c)]
+    for column in silent:  # 'ctrl' of a motor without a servo is its torque
+        choice.left[column.number] = 'a command that the position does not follow'
+    if silent and 'motor_effort' not in {*choice.roles, *refused} and not any(
+            question.topic == 'effort' for question in choice.questions):
+        _ask_effort(choice, silent, 'a command that the position does not follow, maybe of the '
+                    'torque')
+    candidates = [c for c in candidates if c not in silent]
+    if not candidates:
         return
     first, *rivals = _without_copies(choice, candidates)
     only_input = 'motor_effort' not in choice.roles and not any(
@@ -395,3 +434,11 @@ def _setpoints(choice: Choice, columns: Sequence[Column], refused: set[str]) -> 
     choice.take('motor_setpoint', first, f'by its name: {first.meaning.why}')
     for column in rivals:
         choice.left[column.number] = f'another setpoint beside {stem_of(first.meaning)}'
+
+
+def _followed(t: Array, position: Column | None, command: Column) -> bool:
+    """Return whether the position of a joint follows a command; at rest nothing says it does."""
+    if position is None or np.nanstd(command.values) == 0.0:
+        return True
+    both = np.array([motion_of(t, c.values).position for c in (position, command)])
+    return bool(both[0].std() == 0.0 or np.corrcoef(both)[0, 1] > FOLLOWED)

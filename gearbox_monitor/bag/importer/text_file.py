@@ -29,6 +29,7 @@ from gearbox_monitor.files.packed_files import lines_of
 from gearbox_monitor.kernels.types import AnyArray, Array
 
 MISSING = ('', 'na', 'n/a', 'null', 'none', '-')  # besides nan
+AS_TEXT = ('iso8601', 'text')  # units of dates and words
 EXACT = 2.0 ** 53  # ns from which on a double rounds
 Lines: TypeAlias = Iterator[tuple[int, str]]  # line number, line
 
@@ -203,7 +204,7 @@ def _read_lists(path: str | Path, mapping: ImportMapping, places: Places,
         if name not in lists:
             place = places[name]
             values[name] = np.array(cells) if isinstance(place, TimeMapping) and (
-                place.unit == 'iso8601') else np.array(
+                place.unit in AS_TEXT) else np.array(
                 [cell_value(cell, name, _place(k, name)) for k, cell in enumerate(cells)])
             continue
         if column not in parsed:
@@ -248,7 +249,7 @@ def read_text(path: str | Path, mapping: ImportMapping, places: Places) -> RawCo
         return f'line {lines[row]}, column {numbers[name] + 1} ({label_of(name)})'
 
     texts = {name for name, place in places.items()
-             if isinstance(place, TimeMapping) and place.unit == 'iso8601'}
+             if isinstance(place, TimeMapping) and place.unit in AS_TEXT}
     columns = sorted({numbers[name] for name in places if name not in texts})
     delimiter = None if text.delimiter == 'whitespace' else text.delimiter
     first = next(rows, None)
@@ -314,7 +315,7 @@ def _read_signal_rows(path: str | Path, mapping: ImportMapping, places: Places) 
         place = places[name]
         cells = [row[column].strip() for _, row in rows]
         values[name] = np.array(cells) if isinstance(place, TimeMapping) and (
-            place.unit == 'iso8601') else np.array(
+            place.unit in AS_TEXT) else np.array(
             [cell_value(cell, name, _place(k, name)) for k, cell in enumerate(cells)])
     notice = (f'one row per signal ({len(table.numbers)} rows of {len(rows)} samples): column '
               'numbers count the rows')

@@ -33,9 +33,9 @@ QUANTITIES: dict[tuple[str, str], dict[str, float]] = {
     ('effort', 'rotary'): TORQUE, ('effort', 'prismatic'): FORCE,
 }
 _SPELLINGS = {
-    'degree': 'deg', 'degrees': 'deg', '°': 'deg', 'radian': 'rad', 'radians': 'rad',
-    'turn': 'turns', 'rev': 'turns', 'revs': 'turns', 'rot': 'turns', 'count': 'counts',
-    'ticks': 'counts', 'tick': 'counts', 'cts': 'counts', 'inc': 'counts',
+    'degree': 'deg', 'degrees': 'deg', 'grad': 'deg', '°': 'deg', 'radian': 'rad',
+    'radians': 'rad', 'turn': 'turns', 'rev': 'turns', 'revs': 'turns', 'rot': 'turns',
+    'count': 'counts', 'ticks': 'counts', 'tick': 'counts', 'cts': 'counts', 'inc': 'counts',
     'increments': 'counts', 'pulse': 'counts', 'pulses': 'counts', 'rev/min': 'rpm',
     'r/min': 'rpm', '1/min': 'rpm', 'min-1': 'rpm', 'amps': 'A', 'amp': 'A',
     'amperes': 'A', 'ampere': 'A', 'volts': 'V', 'volt': 'V', 'percent': '%', '‰': 'per mille',
@@ -93,7 +93,7 @@ def unit_of_label(label: str) -> str:
         return '' if unit.isdigit() else standard_unit(unit.rstrip('?'))
     # Single letters after an underscore are indices more often than units.
     ending = re.search(r'[_ /-]([A-Za-z%°]{2,})$', label)
-    return standard_unit(ending[1]) if ending else ''
+    return standard_unit(ending[1]) if ending and ending[1] != 'in' else ''
 
 
 def axis_of(units: Iterable[str], otherwise: str) -> str:
