@@ -39,7 +39,7 @@ def test_without_a_home_kernels_are_kept_among_temporary_files(blocked, tmp_path
         folder, found = done.stdout.split()
         assert found == hits and not done.stderr
         assert Path(folder).parent == tmp_path / f'gearbox_monitor-{os.getuid()}'
-        assert Path(folder).stat().st_mode & 0o777 == 0o700 and any(Path(folder).rglob('*.nbi'))
+        assert Path(folder).stat().st_mode & 0o777 == 0o700 and any(Path(folder).rglob('*.nbc'))
 
 
 def test_processes_that_start_together_compile_once(tmp_path):
