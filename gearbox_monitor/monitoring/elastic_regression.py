@@ -82,8 +82,8 @@ def normal_equations(theta: Array, free: Flags, law: ElasticLaw, data: Array, we
         data: [N, N_DATA].
         weights: of the groups [M].
         units: 1 over the stated deviations of the groups [M].
-        blocks: zeros, written: lower triangles [M // law.block + 1, N_SHAPE, N_SHAPE] and right sides of
-            the step [M // law.block + 1, N_SHAPE]; room [3, N_SHAPE].
+        blocks: zeros, written: lower triangles [M // law.block + 1, N_SHAPE, N_SHAPE], right sides
+            of the step [M // law.block + 1, N_SHAPE], and room [3, N_SHAPE].
         residuals: written, of each group, or of each with the previous one, in stated
             deviations [M]; 0 before the play is known.
 
