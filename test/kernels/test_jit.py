@@ -59,7 +59,7 @@ def test_machine_code_is_valid_while_its_sources_are_the_same(monkeypatch, tmp_p
     monkeypatch.syspath_prepend(tmp_path)
 
     def loaded(shift, doc):
-        """Return the result of a kernel that calls one of another file, and whether it was kept"""
+        """Return the result of a kernel that calls one of another file, and if it was kept."""
         head = 'from gearbox_monitor.kernels.jit import jit, jit_inline\n'
         (tmp_path / 'callee.py').write_text(
             f'{head}SHIFT = {shift}\n@jit_inline\ndef moved(x):\n    return x + SHIFT\n')
