@@ -35,7 +35,7 @@ except ImportError:
 if COMPILED:
     from gearbox_monitor.kernels.kernel_cache import KernelCache
     from gearbox_monitor.kernels.pipeline import (
-        AllocatingCompiler, KernelCompiler, PartCompiler)
+        AllocatingCompiler, KernelCompiler, PartCompiler, SharedCompiler)
 # What decides the last bits of a result.
 KERNELS = f'{f"numba {numba.__version__}" if COMPILED else "interpreted"} on {platform.machine()}'
 
@@ -100,17 +100,22 @@ def jit(function: Kernel) -> Kernel:
     arithmetic of a step, all that a kernel writes into must be handed to it. Kernels that call it
     compile it as a part of themselves; Python calls machine code of its own.
     """
-    return _with_part(function, False) if COMPILED else function
+    return _with_part(function, False, PartCompiler) if COMPILED else function
+
+
+def jit_shared(function: Kernel) -> Kernel:
+    """Return `function` as jit does, optimised once: for a large one that several kernels call."""
+    return _with_part(function, False, SharedCompiler) if COMPILED else function
 
 
 def jit_inline(function: Kernel) -> Kernel:
     """Return `function` as jit does, put into its callers: for what is a few lines."""
-    return _with_part(function, True) if COMPILED else function
+    return _with_part(function, True, PartCompiler) if COMPILED else function
 
 
-def _with_part(function: Kernel, inline: bool) -> Kernel:
+def _with_part(function: Kernel, inline: bool, compiler: type) -> Kernel:
     kernel: Any = _compiled(function, LEAN)
-    part = _part(function, inline)
+    part = _part(function, inline, compiler)
     kernel.get_call_template, kernel.get_overload = part.get_call_template, part.get_overload
     return kernel
 
@@ -140,10 +145,10 @@ def jit_part(function: Kernel) -> Kernel:
     For parts that kernels are composed of: closures, and functions of an effect's parameters. The
     kernel around them is cached as a whole. They can be called from kernels only.
     """
-    return _part(function, True) if COMPILED else function
+    return _part(function, True, PartCompiler) if COMPILED else function
 
 
-def _part(function: Kernel, inline: bool) -> Any:
+def _part(function: Kernel, inline: bool, compiler: type) -> Any:
     """
     Return `function` for kernels to call.
 
@@ -152,7 +157,7 @@ def _part(function: Kernel, inline: bool) -> Any:
     """
     part: Any = numba.njit(error_model='numpy', nogil=True, forceinline=inline,
                            no_cpython_wrapper=True, no_cfunc_wrapper=True,
-                           **{**LEAN, 'pipeline_class': PartCompiler})(function)
+                           **{**LEAN, 'pipeline_class': compiler})(function)
     template = part.get_call_template
 
     def _of_any_constant(args: Sequence[Any], kws: dict[str, Any]) -> Any:

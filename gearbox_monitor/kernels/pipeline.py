@@ -43,13 +43,10 @@ class KernelLibrary(LinkingLibrary):
         passes.run(self._final_module, builder)
 
 
-class PartLibrary(LinkingLibrary):
-    """Code of a part: what links it optimises it and makes machine code of it."""
+class SharedLibrary(KernelLibrary):
+    """Code of a kernel that others call: optimised, but what links it makes machine code of it."""
 
-    def finalize(self) -> None:
-        """Take no more code."""
-        self._raise_if_finalized()
-        self.parts = _last(self._linking_libraries)
+    def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -57,6 +54,16 @@ class PartLibrary(LinkingLibrary):
         """Return 0, where there is machine code its address."""
         self._ensure_finalized()
         return 0
+
+
+class PartLibrary(SharedLibrary):
+    """Code of a part: what links it optimises it as well."""
+
+    def finalize(self) -> None:
+        """Take no more code."""
+        self._raise_if_finalized()
+        self.parts = _last(self._linking_libraries)
+        self._finalize_final_module()
 
 
 class AllocatingCompiler(CompilerBase):
@@ -82,13 +89,19 @@ class KernelCompiler(AllocatingCompiler):
     library = KernelLibrary
 
 
-class PartCompiler(AllocatingCompiler):
-    """numba's compiler with a PartLibrary as its result."""
+class SharedCompiler(AllocatingCompiler):
+    """numba's compiler with a SharedLibrary as its result."""
 
-    library = PartLibrary
+    library = SharedLibrary
 
     def codegen(self) -> Any:
         """Return what makes code without a place for what a function keeps for Python."""
         codegen: Any = copy(super().codegen())
         codegen.set_env = lambda name, environment: None
         return codegen
+
+
+class PartCompiler(SharedCompiler):
+    """numba's compiler with a PartLibrary as its result."""
+
+    library = PartLibrary
