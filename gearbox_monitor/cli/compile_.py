@@ -104,8 +104,9 @@ def _compile(name: str, kind: str, folder: str, model: DriveModel,
 
 def _state() -> str:
     """Return a digest of the sources of the package, and of what makes machine code of them."""
-    import llvmlite.binding
-    digest = hashlib.sha256(f'{KERNELS} {llvmlite.binding.get_host_cpu_name()}'.encode())
+    from numba.core.registry import cpu_target
+    processor = cpu_target.target_context.codegen().magic_tuple()
+    digest = hashlib.sha256(f'{KERNELS} {processor}'.encode())
     for path in sorted(Path(__file__).parents[1].rglob('*.py')):
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -247,7 +247,7 @@ def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
                                         p)
 
 
-@jit
+@jit_shared
 def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
     """
     Advance the LANES states in `s` by one step of `h` s, as runge_kutta does.
@@ -296,7 +296,7 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
         s[M + i] = s[YM + i]
 
 
-@jit
+@jit_shared
 def _step_each(s: Array, h: float, drive: PackedDrive) -> None:
     """Advance the LANES states in `s` by one step of `h` s each as simulate.advance does."""
     p = drive.p
