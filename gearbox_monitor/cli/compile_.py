@@ -16,7 +16,6 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 import hashlib
 import json
-import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
 import time
@@ -40,6 +39,7 @@ LINES = {
     'node': '', 'example': EXAMPLE, 'replay': 'replay bag --filter {filter} --out {name}',
     'check': 'check bag', 'tune': 'tune bag --filter {filter} --out {name}.yaml',
     'diagnose': 'diagnose bag --model bag.drive.yaml --jobs 1'}
+FINDING = 1  # exit code
 DONE = 'compiled.json'  # in the cache: what is compiled, and of which sources
 
 
@@ -78,7 +78,7 @@ def run(args: Namespace) -> int:
                     Path(CACHE_FOLDER, DONE).write_text(json.dumps(done), encoding='utf-8')
                 else:
                     print(f'{name} {kind}'.rstrip() + ': is compiled')
-    sizes = [path.stat().st_size for path in Path(CACHE_FOLDER).glob('*.nbc')]
+    sizes = [path.stat().st_size for path in _files()]
     print(f'{CACHE_FOLDER}: {len(sizes)} kernels, {sum(sizes) / 1e6:.0f} MB')
     return 0
 
@@ -86,20 +86,31 @@ def run(args: Namespace) -> int:
 def _compile(name: str, kind: str, folder: str, model: DriveModel,
              settings: EstimatorParameters | None) -> None:
     """Run `name` with the filter `kind` in a process of its own that works in `folder`."""
-    begin, files = time.monotonic(), len(os.listdir(CACHE_FOLDER or ''))
+    begin, files = time.monotonic(), len(_files())
     if settings is not None:
         child = in_child(warm_up, model, settings, folder=folder)
     else:
         if 'bag' in LINES[name].split() and not Path(folder, 'bag').exists():
-            in_child(command_line.main, EXAMPLE.format(name='bag').split(), folder=folder)
+            in_child(_run_line, EXAMPLE.format(name='bag'), folder=folder)
         line = LINES[name].format(filter=kind, name=f'{name}_{kind}')
-        child = in_child(command_line.main, line.split(), folder=folder)
+        child = in_child(_run_line, line, folder=folder)
     if child.returncode:
         lines = child.stderr.decode('utf-8', 'replace').strip().splitlines() or ['']
         raise InputError(f'{name}: ended with exit code {child.returncode}: {lines[-1]}')
-    count = len(os.listdir(CACHE_FOLDER or '')) - files
+    count = len(_files()) - files
     print(f'{name} {kind}'.rstrip() + f': {count} kernels compiled, '
           f'{time.monotonic() - begin:.1f} s', flush=True)
+
+
+def _run_line(line: str) -> int:
+    """Run a command `line`; return 0, or the exit code of an error: a finding is none."""
+    code = command_line.main(line.split())
+    return 0 if code == FINDING else code
+
+
+def _files() -> list[Path]:
+    """Return the files of compiled kernels."""
+    return list(Path(CACHE_FOLDER or '').glob('*.nbc'))
 
 
 def _state() -> str:
