@@ -14,10 +14,11 @@ RUN apt-get update \
 
 COPY . src/gearbox_monitor
 RUN . /opt/ros/jazzy/setup.sh && colcon build
+RUN . install/setup.sh && NUMBA_CACHE_DIR=/ws/kernels ros2 run gearbox_monitor gearbox_monitor compile
 
-# Bags, pages and the state of the monitor; kernels are compiled once into the cache.
+# Bags, pages and the state of the monitor; the cache takes the kernels of the image, and others.
 VOLUME /data
 WORKDIR /data
 ENV NUMBA_CACHE_DIR=/data/.cache
-ENTRYPOINT ["bash", "-c", "source /ws/install/setup.bash && exec \"$@\"", "--"]
+ENTRYPOINT ["bash", "-c", "source /ws/install/setup.bash && mkdir -p $NUMBA_CACHE_DIR && cp -n /ws/kernels/* $NUMBA_CACHE_DIR && exec \"$@\"", "--"]
 CMD ["ros2", "launch", "gearbox_monitor", "monitor.launch.py"]

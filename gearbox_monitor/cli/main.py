@@ -20,6 +20,7 @@ from gearbox_monitor.errors import InputError, Undecided, unknown
 # name -> (module, one line of help). Only the module of the requested command is imported.
 COMMANDS = {
     'demo': ('demo', 'simulate, estimate, record and check one worn gearbox, on this machine'),
+    'compile': ('compile_', 'compile ahead what the first starts of nodes and commands wait for'),
     'example': ('example', 'write a bag of a simulated drive, to try other commands on'),
     'live': ('live', 'show a running estimator in the browser'),
     'replay': ('replay', 'run a bag through the estimator, offline'),

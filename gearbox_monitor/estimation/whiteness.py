@@ -7,17 +7,17 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.kernels.jit import jit_allocating
+from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array
 
 MIN_SAMPLES = 100
 LAGS = 20
 
 
-@jit_allocating
-def _centred(column: Array) -> Array:
-    """Return the finite values of `column` [N] less their mean, behind LAGS zeros."""
-    out, at, total = np.zeros(LAGS + column.shape[0]), LAGS, 0.0
+@jit
+def _centre(column: Array, out: Array) -> int:
+    """Write finite values of `column` [N] less their mean behind LAGS of `out`; return the end."""
+    at, total = LAGS, 0.0
     for i in range(column.shape[0]):
         if math.isfinite(column[i]):
             out[at] = column[i]
@@ -26,7 +26,7 @@ def _centred(column: Array) -> Array:
     mean = total / (at - LAGS)
     for i in range(LAGS, at):
         out[i] -= mean
-    return out[:at]
+    return at
 
 
 @lru_cache(maxsize=64)
@@ -41,7 +41,8 @@ def ljung_box(e: Array) -> tuple[float, float]:
 
     NaN is left out; zeros where fewer than MIN_SAMPLES are left, or all are alike.
     """
-    centred = _centred(e)
+    out = np.zeros(LAGS + len(e))
+    centred = out[:_centre(e, out)]
     n = len(centred) - LAGS
     if n < MIN_SAMPLES:
         return 0.0, 0.0

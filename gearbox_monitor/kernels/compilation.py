@@ -19,6 +19,28 @@ EVERY_START = ('compiling numerical kernels: takes about 30 s on a free core; '
                'no folder can keep the result, so every start compiles')
 
 
+class KernelMissing(BaseException):
+    """The cache lacks a kernel. No Exception: who handles those of a kernel may not take it."""
+
+
+@contextmanager
+def only_from_cache() -> Iterator[None]:
+    """Raise KernelMissing where the block would compile what a folder can keep, by numba."""
+    from numba.core import event
+
+    class Refusal(event.Listener):
+
+        def on_start(self, compilation: Any) -> None:
+            if compilation.data['dispatcher'].stats.cache_path is not None:
+                raise KernelMissing
+
+        def on_end(self, compilation: Any) -> None:
+            pass
+
+    with event.install_listener('numba:compile', Refusal()):
+        yield
+
+
 @contextmanager
 def announced_compilation(announce: Callable[[str], object]) -> Iterator[None]:
     """

@@ -16,7 +16,6 @@ import fcntl
 from functools import cache
 import hashlib
 import os
-from pathlib import Path
 import platform
 import stat
 import sys
@@ -33,6 +32,9 @@ try:
     COMPILED = True
 except ImportError:
     COMPILED = False
+if COMPILED:
+    from gearbox_monitor.kernels.kernel_cache import KernelCache
+    from gearbox_monitor.kernels.pipeline import ALLOCATING, KERNEL, PART, SHARED
 # What decides the last bits of a result.
 KERNELS = f'{f"numba {numba.__version__}" if COMPILED else "interpreted"} on {platform.machine()}'
 
@@ -41,19 +43,12 @@ def _own_folders() -> list[str]:
     """
     Return the folders that compiled kernels may go to, the best first.
 
-    One for each state of the sources: numba looks only at the file of a kernel, not at those of
-    the kernels it calls; and files of its own beside the sources would survive when pip removes
-    the package.
+    Files beside the sources would survive when pip removes the package.
     """
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parents[1].rglob('*.py')):
-        source = path.read_bytes()
-        if b'@jit' in source:
-            digest.update(source)
     base = os.environ.get('XDG_CACHE_HOME') or os.path.join(os.path.expanduser('~'), '.cache')
     # Services often have no home; among temporary files a cache lasts until a reboot.
     temporary = os.environ.get('TMPDIR') or '/tmp'
-    return [os.path.join(folder, digest.hexdigest()[:16]) for folder in (
+    return [os.path.join(folder, 'kernels') for folder in (
         os.path.join(base, 'gearbox_monitor'),
         os.path.join(temporary, f'gearbox_monitor-{os.getuid()}'))]
 
@@ -91,7 +86,9 @@ if COMPILED:
 
 Kernel = TypeVar('Kernel', bound=Callable[..., Any])
 # numba's own name for "without reference counts"; one that does not know it counts them.
-LEAN = {'_nrt': False}
+LEAN: dict[str, Any] = {'_nrt': False}
+if COMPILED:
+    LEAN['pipeline_class'] = KERNEL
 
 
 def jit(function: Kernel) -> Kernel:
@@ -99,32 +96,32 @@ def jit(function: Kernel) -> Kernel:
     Return `function` compiled (cached on disk where a folder is writable) or as it is.
 
     It may not make or return arrays: without counting references, which costs more than the
-    arithmetic of a step, all that a kernel writes into must be handed to it.
+    arithmetic of a step, all that a kernel writes into must be handed to it. Kernels that call it
+    compile it as a part of themselves; Python calls machine code of its own.
     """
-    return _compiled(function, LEAN) if COMPILED else function
+    return _with_part(function, False, PART) if COMPILED else function
+
+
+def jit_shared(function: Kernel) -> Kernel:
+    """Return `function` as jit does, optimised once: for a large one that several kernels call."""
+    return _with_part(function, False, SHARED) if COMPILED else function
 
 
 def jit_inline(function: Kernel) -> Kernel:
-    """
-    Return `function` as jit does, compiled into its callers: for what is a few lines.
+    """Return `function` as jit does, put into its callers: for what is a few lines."""
+    return _with_part(function, True, PART) if COMPILED else function
 
-    numba compiles a function once for each constant among its arguments. Where LLVM inlines it,
-    that gains nothing: one overload serves all constants, and compiling takes a quarter less time.
-    """
-    if not COMPILED:
-        return function
-    kernel: Any = _compiled(function, {**LEAN, 'forceinline': True})
-    template = kernel.get_call_template
 
-    def _of_any_constant(args: Sequence[Any], kws: dict[str, Any]) -> Any:
-        return template(tuple(map(_widened, args)), {k: _widened(v) for k, v in kws.items()})
-    kernel.get_call_template = _of_any_constant
+def _with_part(function: Kernel, inline: bool, compiler: type) -> Kernel:
+    kernel: Any = _compiled(function, LEAN)
+    part = _part(function, inline, compiler)
+    kernel.get_call_template, kernel.get_overload = part.get_call_template, part.get_overload
     return kernel
 
 
 def jit_allocating(function: Kernel) -> Kernel:
     """Return `function` as jit does; it may make and return arrays."""
-    return _compiled(function, {}) if COMPILED else function
+    return _compiled(function, {'pipeline_class': ALLOCATING}) if COMPILED else function
 
 
 def jit_anew(function: Kernel) -> Kernel:
@@ -146,10 +143,25 @@ def jit_part(function: Kernel) -> Kernel:
     For parts that kernels are composed of: closures, and functions of an effect's parameters. The
     kernel around them is cached as a whole. They can be called from kernels only.
     """
-    if not COMPILED:
-        return function
-    return numba.njit(error_model='numpy', nogil=True, forceinline=True, no_cpython_wrapper=True,
-                      no_cfunc_wrapper=True, **LEAN)(function)
+    return _part(function, True, PART) if COMPILED else function
+
+
+def _part(function: Kernel, inline: bool, compiler: type) -> Any:
+    """
+    Return `function` for kernels to call.
+
+    numba compiles a function once for each constant among its arguments. Where LLVM puts it into
+    its callers, that gains nothing: one overload serves all constants.
+    """
+    part: Any = numba.njit(error_model='numpy', nogil=True, forceinline=inline,
+                           no_cpython_wrapper=True, no_cfunc_wrapper=True,
+                           **{**LEAN, 'pipeline_class': compiler})(function)
+    template = part.get_call_template
+
+    def _of_any_constant(args: Sequence[Any], kws: dict[str, Any]) -> Any:
+        return template(tuple(map(_widened, args)), {k: _widened(v) for k, v in kws.items()})
+    part.get_call_template = _of_any_constant
+    return part
 
 
 def bound(template: Kernel, name: str, **values: Any) -> Kernel:
@@ -172,16 +184,13 @@ def _widened(kind: Any) -> Any:
 
 
 def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:
-    options = {'error_model': 'numpy', 'nogil': True, 'no_cfunc_wrapper': True, **options}
+    kernel: Any = numba.njit(error_model='numpy', nogil=True, no_cfunc_wrapper=True,
+                             **options)(function)
     if CACHE_FOLDER is None:
-        return numba.njit(**options)(function)
-    chosen, numba.config.CACHE_DIR = numba.config.CACHE_DIR, CACHE_FOLDER
-    try:
-        kernel: Any = numba.njit(cache=True, **options)(function)
-    finally:
-        numba.config.CACHE_DIR = chosen
-    load_or_compile = kernel.compile
+        return kernel
     name = f'{function.__module__}.{function.__qualname__}'
+    kernel._cache = KernelCache(kernel, name, CACHE_FOLDER)
+    load_or_compile = kernel.compile
 
     def _one_process_compiles(signature: Any) -> Any:
         # numba's lock comes first, so that the threads of a process take both in one order.

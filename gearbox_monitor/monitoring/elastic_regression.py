@@ -23,7 +23,7 @@ import numpy as np
 
 from gearbox_monitor.estimation.rts_smoother import (
     S_MOTOR_SIDE, S_TWIST, S_TWIST_RATE, S_U, S_X2, S_X3, S_X4)
-from gearbox_monitor.kernels.jit import jit_allocating
+from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
 from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of
 from gearbox_monitor.kernels.types import Array, Flags, Integers
@@ -68,9 +68,9 @@ class ElasticLaw(NamedTuple):
     huber: float = math.inf
 
 
-@jit_allocating
+@jit
 def normal_equations(theta: Array, free: Flags, law: ElasticLaw, data: Array, weights: Array,
-                     units: Array, blocks: tuple[Array, Array], residuals: Array
+                     units: Array, blocks: tuple[Array, Array, Array], residuals: Array
                      ) -> tuple[float, float]:
     """
     Write the weighted normal equations at `theta` [N_SHAPE], block by block.
@@ -82,8 +82,8 @@ def normal_equations(theta: Array, free: Flags, law: ElasticLaw, data: Array, we
         data: [N, N_DATA].
         weights: of the groups [M].
         units: 1 over the stated deviations of the groups [M].
-        blocks: written, lower triangles [M // law.block + 1, N_SHAPE, N_SHAPE] and right sides of
-            the step [M // law.block + 1, N_SHAPE].
+        blocks: zeros, written: lower triangles [M // law.block + 1, N_SHAPE, N_SHAPE], right sides
+            of the step [M // law.block + 1, N_SHAPE], and room [3, N_SHAPE].
         residuals: written, of each group, or of each with the previous one, in stated
             deviations [M]; 0 before the play is known.
 
@@ -97,16 +97,15 @@ def normal_equations(theta: Array, free: Flags, law: ElasticLaw, data: Array, we
     sign, lower = 1.0, 0.0 if law.passive else 1.0
     if theta[WIDTH] < 0.0:
         sign, lower = -1.0, -lower
-    normal, right = blocks
-    normal[:] = 0.0
-    right[:] = 0.0
-    slope, last, part = np.zeros(N_SHAPE), np.zeros(N_SHAPE), np.zeros(N_SHAPE)
+    normal, right, room = blocks
+    slope, last, part = room[0], room[1], room[2]
     w, side, x2_carried, x4_carried = 0.0, law.side, data[0, D_X2], data[0, D_X4]
     error_last, cost, contacts, paired = 0.0, 0.0, 0, not law.paired
     share = (0.5 if law.paired else 1.0) / law.group
     elastic_share = 1.0 - theta[INERTIA]
     for j in range(residuals.shape[0]):
-        slope[:] = 0.0
+        for p in range(N_SHAPE):
+            slope[p] = 0.0
         error = 0.0
         for i in range(j * law.group, (j + 1) * law.group):
             x2, x4, x3, u, friction = (data[i, D_X2], data[i, D_X4], data[i, D_X3], data[i, D_U],
@@ -257,7 +256,7 @@ class Regression:
         normals, rights = np.zeros((count, N_SHAPE, N_SHAPE)), np.zeros((count, N_SHAPE))
         cost, contact = normal_equations(
             self.base + theta, free, self.law, self.data, self.weights, self.units,
-            (normals, rights), self.residuals)
+            (normals, rights, np.zeros((3, N_SHAPE))), self.residuals)
         normals += np.tril(normals, -1).transpose(0, 2, 1)
         prior = np.where(free, self.prior, 0.0)
         return cost + float(prior @ theta ** 2), Optimum(

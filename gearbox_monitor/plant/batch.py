@@ -15,7 +15,8 @@ from collections.abc import Callable, Sized
 from functools import cache, reduce
 from typing import Any, TypeAlias
 
-from gearbox_monitor.kernels.jit import COMPILED, jit, jit_anew, jit_inline, jit_part
+from gearbox_monitor.kernels.jit import (
+    COMPILED, jit, jit_anew, jit_inline, jit_part, jit_shared)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, ARM_ALPHA, CAC, CC, CV, G, gravity, HALF_GAP, INTEGRATOR, K_S,
@@ -246,7 +247,7 @@ def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
                                         p)
 
 
-@jit
+@jit_shared
 def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
     """
     Advance the LANES states in `s` by one step of `h` s, as runge_kutta does.
@@ -295,7 +296,7 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
         s[M + i] = s[YM + i]
 
 
-@jit
+@jit_shared
 def _step_each(s: Array, h: float, drive: PackedDrive) -> None:
     """Advance the LANES states in `s` by one step of `h` s each as simulate.advance does."""
     p = drive.p

@@ -22,15 +22,16 @@ from std_srvs.srv import Trigger
 
 from gearbox_monitor import __version__
 from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
-from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.kernels.jit import CACHE_PROBLEM, COMPILED
+from gearbox_monitor.monitoring.warm_up import warm_up
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.ros.black_box import KEEP
 from gearbox_monitor.ros.change_naming import ChangeNamer
 from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_states
+from gearbox_monitor.ros.first_start import compile_first
 from gearbox_monitor.ros.gearbox_settings import declare_gearboxes, GearboxSettings, located
 from gearbox_monitor.ros.joint_subscriptions import JointSubscriptions, TakenSamples
-from gearbox_monitor.ros.monitored_gearbox import MonitoredGearbox, warm_up
+from gearbox_monitor.ros.monitored_gearbox import MonitoredGearbox
 from gearbox_monitor.ros.node_parameters import on_change, TableNode
 from gearbox_monitor.ros.qos import advertise, latched
 from gearbox_monitor.ros.runtime import spin_node
@@ -52,10 +53,10 @@ class EstimatorNode(TableNode):
         settings = declare_gearboxes(self)
         if CACHE_PROBLEM:
             self.get_logger().warning(CACHE_PROBLEM)
-        with announced_compilation(self.get_logger().info):
-            for gearbox in settings:
-                with located(gearbox.name):
-                    warm_up(gearbox.model, gearbox.parameters, gearbox.robot)
+        for gearbox in settings:
+            with located(gearbox.name):
+                compile_first(self.get_logger().info, warm_up, gearbox.model, gearbox.parameters,
+                              gearbox.robot)
         self._outputs = [
             (signal, advertise(self, JointState, signal.topic, OUTPUT_DEPTH))
             for signal in SIGNALS]

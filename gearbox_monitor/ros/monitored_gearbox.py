@@ -23,7 +23,6 @@ from gearbox_monitor.files.baselines import (
 from gearbox_monitor.files.state_file import StateFile
 from gearbox_monitor.interfaces.signals import ARM, DIAGNOSIS, MOTOR, SNAPSHOT, TRANSMISSION
 from gearbox_monitor.kernels.jit import COMPILED, KERNELS
-from gearbox_monitor.monitoring import elastic_regression
 from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.change import Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
@@ -32,8 +31,6 @@ from gearbox_monitor.monitoring.checks.outcome import Level, Outcome, with_more
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.monitoring.staleness import Silence
 from gearbox_monitor.parameters import EstimatorParameters, PAYLOAD
-from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.ros.black_box import BlackBox, KEEP
 from gearbox_monitor.ros.change_naming import ChangeNamer
 from gearbox_monitor.ros.change_watch import ChangeWatch
@@ -409,20 +406,3 @@ def _point_text(point: Mapping[str, Any]) -> str:
     return ', '.join(f'{name} {features[name]["mean"]:.4g} {unit}' for name, unit in
                      (('gap', 'rad'), ('lost_motion', 'rad'), ('stiffness', 'N m/rad'))
                      if name in features)
-
-
-def warm_up(model: DriveModel, parameters: EstimatorParameters,
-            robot: RobotDescription | None = None) -> None:
-    """
-    Compile every kernel before the node is ready: the first sample must not wait for it.
-
-    model, parameters, robot: as of Monitor.
-    """
-    window = 0.5 if parameters.arm_joint else 4.0  # the shortest that is fitted
-    monitor = Monitor(model, parameters.replace(drift_window=window), robot=robot)
-    zeros = tuple(0.0 for _ in monitor.estimator.robot_joints)
-    if parameters.arm_joint:  # the fit of a window, which this motion does not excite
-        elastic_regression.warm_up()
-    for k in range(2200):  # 4.4 s: trust is judged from the third second on
-        angle = 0.5 * math.sin(0.02 * k)
-        monitor.step(Sample(SECOND + k * 2_000_000, (0.0, 0.0), (angle, -angle), zeros))

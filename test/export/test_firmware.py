@@ -274,7 +274,7 @@ def test_window_sums_are_those_of_the_package(tmp_path):
     normal, right = np.zeros((2, N_SHAPE, N_SHAPE)), np.zeros((2, N_SHAPE))
     law = ElasticLaw(False, True, 0.0, (0.0, 0.0, 0.0), 7, True, m, math.inf)
     normal_equations(np.append(theta, np.zeros(N_SHAPE - 8)), np.arange(N_SHAPE) < 7, law, data,
-                     weights, np.ones(m), (normal, right), np.zeros(m))
+                     weights, np.ones(m), (normal, right, np.zeros((3, N_SHAPE))), np.zeros(m))
     sums = np.zeros(56)
     library.sums(window, pointer(sums))
     np.testing.assert_allclose(sums[:49].reshape(7, 7), normal[0, :7, :7], rtol=1e-9,

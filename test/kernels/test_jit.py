@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Compiled kernels are kept where a folder can keep them; where none can, the user is told."""
+from collections import namedtuple
 import ctypes
+import importlib
 import os
 from pathlib import Path
 import subprocess
@@ -10,6 +12,7 @@ import sys
 
 import pytest
 
+from gearbox_monitor.kernels import jit
 from gearbox_monitor.kernels.jit import COMPILED, fma, interrupts_kept, usable_cache
 
 ROOT = Path(__file__).parents[2]
@@ -39,7 +42,7 @@ def test_without_a_home_kernels_are_kept_among_temporary_files(blocked, tmp_path
         folder, found = done.stdout.split()
         assert found == hits and not done.stderr
         assert Path(folder).parent == tmp_path / f'gearbox_monitor-{os.getuid()}'
-        assert Path(folder).stat().st_mode & 0o777 == 0o700 and any(Path(folder).rglob('*.nbi'))
+        assert Path(folder).stat().st_mode & 0o777 == 0o700 and any(Path(folder).rglob('*.nbc'))
 
 
 def test_processes_that_start_together_compile_once(tmp_path):
@@ -48,6 +51,45 @@ def test_processes_that_start_together_compile_once(tmp_path):
     together = [subprocess.Popen([sys.executable, '-c', STEP], cwd=ROOT, text=True,
                                  stdout=subprocess.PIPE, env=environment) for _ in range(3)]
     assert sorted(p.communicate()[0].split()[1] for p in together) == ['0', '1', '1']
+
+
+def test_machine_code_is_valid_while_its_sources_are_the_same(monkeypatch, tmp_path):
+    monkeypatch.setattr(jit, 'CACHE_FOLDER', str(tmp_path))
+    monkeypatch.setattr(sys, 'dont_write_bytecode', True)
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def loaded(shift, doc):
+        """Return the result of a kernel that calls one of another file, and if it was kept."""
+        head = 'from gearbox_monitor.kernels.jit import jit, jit_inline\n'
+        (tmp_path / 'callee.py').write_text(
+            f'{head}SHIFT = {shift}\n@jit_inline\ndef moved(x):\n    return x + SHIFT\n')
+        (tmp_path / 'caller.py').write_text(
+            f'{head}import callee\n{doc}\n@jit\ndef doubled(x):\n    "{doc}"\n'
+            '    return 2.0 * callee.moved(x)\n')
+        importlib.invalidate_caches()
+        for name in ('callee', 'caller'):
+            sys.modules.pop(name, None)
+        kernel = importlib.import_module('caller').doubled
+        return kernel(1.0), sum(kernel.stats.cache_hits.values())
+    assert loaded(1.0, '') == (4.0, 0)
+    assert loaded(1.0, '# in other lines, with another text') == (4.0, 1)
+    assert loaded(2.0, '') == (6.0, 0)  # the file of the kernel is the same
+    assert loaded(1.0, '') == (4.0, 1)
+    kernel = jit.jit(lambda pair: pair.first)
+    assert [kernel(namedtuple('Pair', names)(1.0, 2.0))
+            for names in (('first', 'second'), ('second', 'first'))] == [1.0, 2.0]
+
+
+def test_a_node_loads_what_its_child_has_compiled(tmp_path):
+    work = 'from gearbox_monitor.kernels.elementary import arctan; arctan(1.0)'
+    done = python('-c', f"""
+from gearbox_monitor.ros.first_start import compile_first
+compile_first(print, exec, {work!r})
+compile_first(print, exec, {work!r})
+from gearbox_monitor.kernels.elementary import arctan
+print(sum(arctan.stats.cache_hits.values()))""", XDG_CACHE_HOME=tmp_path)
+    told, end, hits = done.stdout.splitlines()
+    assert 'first start' in told and end.startswith('compiled in') and hits == '1'
 
 
 def test_ctrl_c_in_a_callback_of_the_compiler_ends_the_command(capsys):

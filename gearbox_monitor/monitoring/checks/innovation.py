@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box, MIN_SAMPLES
-from gearbox_monitor.kernels.jit import jit_allocating
+from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
@@ -73,7 +73,7 @@ CONDITIONS = (BIASED, COLOURED, LARGER, SMALLER, GROSS, MOTOR_VARIANCE, ARM_VARI
               TOO_FEW)
 
 
-@jit_allocating
+@jit
 def _finite_sum(column: Array) -> tuple[float, int]:
     """Return (sum, number) of the finite values of `column` [N]."""
     total, count = 0.0, 0
@@ -84,7 +84,7 @@ def _finite_sum(column: Array) -> tuple[float, int]:
     return total, count
 
 
-@jit_allocating
+@jit
 def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float]:
     """
     Return the mean of (error / std)^2 of motor and arm, and the largest abs(error) / std.
@@ -93,7 +93,7 @@ def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float
     there is hardly any sample the mean is 1.
     """
     n = errors.shape[0]
-    means, largest = [1.0, 1.0], 0.0
+    motor, arm, largest = 1.0, 1.0, 0.0
     for c in range(2):
         total, count = 0.0, 0
         for i in range(n):
@@ -103,9 +103,11 @@ def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float
                 count += 1
                 if i >= n - newest:
                     largest = max(largest, abs(ratio))
-        if count >= MIN_SAMPLES:
-            means[c] = total / count
-    return means[0], means[1], largest
+        if count >= MIN_SAMPLES and c == 0:
+            motor = total / count
+        elif count >= MIN_SAMPLES:
+            arm = total / count
+    return motor, arm, largest
 
 
 @lru_cache(maxsize=64)

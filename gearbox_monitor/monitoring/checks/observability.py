@@ -94,12 +94,10 @@ def _braked(rate: float) -> tuple[float, float]:
     return speed, 2.0 * (1.0 - speed) / rate
 
 
-@jit_allocating
-def _scale(p: Array, n: int) -> Array:
-    """Return the typical magnitudes of the states, [n]: their prior standard deviations."""
-    scale = np.sqrt(p[P0:P0 + n])
-    scale[X1] = scale[X2] = POSITION_SCALE
-    return scale
+@jit_inline
+def _scale(p: Array, i: int) -> float:
+    """Return the typical magnitude of state `i`: its prior standard deviation."""
+    return POSITION_SCALE if i <= X2 else math.sqrt(p[P0 + i])
 
 
 @jit_allocating
@@ -122,20 +120,20 @@ def information_share(states: Array, dts: Array, measured: Array, p: Array) -> A
     n = states.shape[1]
     information = np.empty((n, n))
     _gramian(states, dts, measured, p, information, np.empty((n, n)), np.empty((n, n)))
-    scale = _scale(p, n)
     for i in range(n):
         for j in range(n):
-            information[i, j] *= scale[i] * scale[j]
+            information[i, j] *= _scale(p, i) * _scale(p, j)
         information[i, i] += 1.0
     # With a unit diagonal, and a trace of rounding on it: of fine encoders the elements span more
     # than the digits of a number.
-    size = np.sqrt(np.diag(information))
+    size, shares = np.empty(n), np.empty(n)
+    for i in range(n):
+        size[i] = math.sqrt(information[i, i])
     for i in range(n):
         for j in range(n):
             information[i, j] /= size[i] * size[j]
         information[i, i] += ROUNDING
     posterior = np.linalg.inv(information)
-    shares = np.empty(n)
     for i in range(n):
         shares[i] = math.sqrt(min(max(posterior[i, i], 0.0), size[i] ** 2)) / size[i]
     return shares
@@ -151,27 +149,34 @@ def _condition(jacobian: Array) -> float:
 @jit_allocating
 def _paper(state: Array, measured: Flags, p: Array) -> tuple[float, float, float, float]:
     n = state.shape[0]
-    a, jacobian, scaled = np.empty((n, n)), np.zeros((n + 2, n)), np.zeros((n + 2, n))
-    tangent(state, np.eye(n), p, a)
-    scale = _scale(p, n)
+    a, unit = np.empty((n, n)), np.empty((n, n))
+    jacobian, scaled = np.empty((n + 2, n)), np.empty((n + 2, n))
+    for i in range(n):
+        for j in range(n):
+            unit[i, j] = 1.0 if i == j else 0.0
+    tangent(state, unit, p, a)
     for i in range(n):
         if i < 2:
-            typical = scale[X3 + i]
+            typical = _scale(p, X3 + i)
         elif i < 4:
-            typical = scale[TAU_K] * p[INVERSE_M1 if i == X3 else INVERSE_M2]
+            typical = _scale(p, TAU_K) * p[INVERSE_M1 if i == X3 else INVERSE_M2]
         else:
-            typical = scale[i]  # states beyond the drive's: no derivative to speak of
+            typical = _scale(p, i)  # states beyond the drive's: no derivative to speak of
         for j in range(n):
             jacobian[i, j] = a[i, j]
-            scaled[i, j] = a[i, j] * scale[j] / typical
+            scaled[i, j] = a[i, j] * _scale(p, j) / typical
     for i in range(2):
-        jacobian[n + i, i] = scaled[n + i, i] = 1.0 if measured[i] else 0.0
+        for j in range(n):
+            jacobian[n + i, j] = 1.0 if i == j and measured[i] else 0.0
+            scaled[n + i, j] = jacobian[n + i, j]
     torque_condition = 1.0
     if p[LOAD_AT] > 0.0:
         two = np.empty((n + 2, 2))
-        two[:, 0], two[:, 1] = jacobian[:, TAU_K], jacobian[:, int(p[LOAD_AT])]
+        load = int(p[LOAD_AT])
+        for i in range(n + 2):
+            two[i, 0], two[i, 1] = jacobian[i, TAU_K], jacobian[i, load]
         torque_condition = _condition(two)
-    signal = scale[TAU_K] * math.sqrt(a[X3, TAU_K] ** 2 / max(p[Q0 + X3], TINY)
+    signal = _scale(p, TAU_K) * math.sqrt(a[X3, TAU_K] ** 2 / max(p[Q0 + X3], TINY)
                                       + a[X4, TAU_K] ** 2 / max(p[Q0 + X4], TINY))
     return _condition(jacobian), _condition(scaled), torque_condition, signal
 

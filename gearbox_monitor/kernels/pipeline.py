@@ -1,0 +1,116 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+numba's compiler for our kernels: machine code is made, and optimised, once for each.
+
+numba makes machine code of every function, and optimises it twice; what is compiled into its
+callers needs none of its own. numba changes the inside of its compiler: a version that was not
+tried compiles as it always does, which takes longer.
+"""
+from copy import copy
+from typing import Any
+
+import numba
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
+
+TRIED = (0, 62) <= numba.version_info.short <= (0, 68)
+
+
+class LinkingLibrary(JITCodeLibrary):
+    """Code that brings along the parts that its parts call: these have linked none of them."""
+
+    _linking_libraries: list[Any]
+
+    def add_linking_library(self, library: Any) -> None:
+        """Link `library`, and what that is made of."""
+        library._ensure_finalized()
+        self._linking_libraries += [library, *getattr(library, 'parts', ())]
+
+    def finalize(self) -> None:
+        """Link: a function behind the last one that calls it, else LLVM drops it."""
+        self._linking_libraries = _last(self._linking_libraries)
+        super().finalize()
+
+
+def _last(libraries: list[Any]) -> list[Any]:
+    """Return each of `libraries` once, where it comes last."""
+    return [*dict.fromkeys(libraries[::-1])][::-1]
+
+
+class KernelLibrary(LinkingLibrary):
+    """Code of a kernel without reference counts: the pass that brings these together is left."""
+
+    def _optimize_final_module(self) -> None:
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
+
+
+class SharedLibrary(KernelLibrary):
+    """Code of a kernel that others call: optimised, but what links it makes machine code of it."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0, where there is machine code its address."""
+        self._ensure_finalized()
+        return 0
+
+
+class PartLibrary(SharedLibrary):
+    """Code of a part: what links it optimises it as well."""
+
+    def finalize(self) -> None:
+        """Take no more code."""
+        self._raise_if_finalized()
+        self.parts = _last(self._linking_libraries)
+        self._finalize_final_module()
+
+
+class AllocatingCompiler(CompilerBase):
+    """numba's compiler for kernels that count references."""
+
+    library: type[LinkingLibrary] = LinkingLibrary
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's own pipeline, with a library of our kind as its result."""
+        state = self.state
+        state.library = self.library(self.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return [DefaultPassBuilder.define_nopython_pipeline(state)]
+
+    def codegen(self) -> Any:
+        """Return what makes machine code."""
+        return self.state.targetctx.codegen()
+
+
+class KernelCompiler(AllocatingCompiler):
+    """numba's compiler with a KernelLibrary as its result."""
+
+    library = KernelLibrary
+
+
+class SharedCompiler(AllocatingCompiler):
+    """numba's compiler with a SharedLibrary as its result."""
+
+    library = SharedLibrary
+
+    def codegen(self) -> Any:
+        """Return what makes code without a place for what a function keeps for Python."""
+        codegen: Any = copy(super().codegen())
+        codegen.set_env = lambda name, environment: None
+        return codegen
+
+
+class PartCompiler(SharedCompiler):
+    """numba's compiler with a PartLibrary as its result."""
+
+    library = PartLibrary
+
+
+ALLOCATING, KERNEL, SHARED, PART = (
+    compiler if TRIED else Compiler
+    for compiler in (AllocatingCompiler, KernelCompiler, SharedCompiler, PartCompiler))
