@@ -257,5 +257,6 @@ def test_files_of_version_0_2_are_read():
     assert size(again, 'gap', 0.05).std < 0.01
     snapshot = json.loads((RECORDED / 'snapshot_0_2.json').read_text())
     monitor = Monitor.restore(snapshot)
+    assert not monitor.parameters.narrow_std  # its deviations stay as they were published
     assert monitor.baseline.gap == pytest.approx(0.2, rel=0.02)
     assert monitor.outcomes['backlash'].level == Level.OK
