@@ -686,7 +686,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
         clock[ERROR_MOTOR] = usually(e1, clock[ERROR_MOTOR])
         clock[ERROR_ARM] = usually(e2, clock[ERROR_ARM])
         record[-1] = u_acting
-        if narrow and lag > 0 and states[1] is None and p[K_P] == 0.0:  # a random walk
+        if narrow and states[1] is None and p[K_P] == 0.0:  # tau_K is a random walk
             _watch(len(states), record, clock)
         share = noise_share(clock)
         _write_estimate(states, belief, record, reading, p, share, estimates[k])
