@@ -203,6 +203,7 @@ class Estimator:
         self._setup()
         if not np.array_equal(packed, self.packed):  # the memory is made from the old values
             belief = belief._replace(memory=self._belief.memory)
+            state.clock[sample_loop.MOVED:] = 0.0
         self._belief = belief
         self._state = self._state._replace(clock=state.clock, efforts=state.efforts,
                                            companions=state.companions)
@@ -287,7 +288,8 @@ class Estimator:
         with snapshot_errors(source):
             robot = json.loads(snapshot.get('robot', 'null'))
             restored = cls(model_from_dict(json.loads(snapshot['model']), source),
-                           {**json.loads(snapshot['parameters']), **(changes or {})},
+                           {'narrow_std': False, **json.loads(snapshot['parameters']),
+                            **(changes or {})},  # 0.2 has none
                            robot and RobotDescription.from_dict(robot))
             restored._recall(snapshot)
         return restored
@@ -311,7 +313,9 @@ class Estimator:
         self.counts[:] = integers('counts', sample_loop.N_COUNTS)
         for name, array in self._belief._asdict().items():
             read(name, array)
-        read('clock', self._state.clock)
+        clock = self._state.clock
+        old = len(json.loads(snapshot['clock'])) == sample_loop.MOVED  # up to 0.2
+        read('clock', clock[:sample_loop.MOVED] if old else clock)
         read('efforts', self._state.efforts)
         read('sensitivities', self._state.companions.s)
         if self._arm_load is not None:
@@ -633,7 +637,8 @@ def settings_of(drive: DriveModel, parameters: EstimatorParameters) -> LoopSetti
     """Return the LoopSettings of a filter of `drive` with `parameters`."""
     return LoopSettings(
         round(parameters.max_gap * SECOND), parameters.effort_delay,
-        round(parameters.smoother_lag * SECOND), drive.arm_load == 'measured', None)
+        round(parameters.smoother_lag * SECOND), drive.arm_load == 'measured',
+        parameters.narrow_std, None)
 
 
 def loop_arrays(kind: FilterKind, n: int, rows: int,

@@ -17,9 +17,10 @@ from gearbox_monitor.estimation.consider import (
     accompany, Companions, restart, variance_of, variances_of)
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
-    begin_curve, curve_count, EIGENVALUE, FRICTION_AT, learned_length, LOAD_AT, motor_side, P0, Q0,
-    R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
-from gearbox_monitor.estimation.rts_smoother import smooth, Span
+    begin_curve, curve_count, EIGENVALUE, FRICTION_AT, K_P, learned_length, LOAD_AT, motor_side,
+    P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
+from gearbox_monitor.estimation.rts_smoother import (
+    S_TAU_K_NOISE_STD, S_TAU_K_STD, smooth, Span)
 from gearbox_monitor.estimation.step_record import places, record_size, sensitivities
 from gearbox_monitor.kernels.jit import bound, jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Integers, States
@@ -49,7 +50,11 @@ REASONS = {
 # of motor and arm usually get (rad).
 # ... and of a load by a description of the robot: 0 before the first, NEW_PAYLOAD where the next
 # one has another payload, else 1 + the variance of what may not have been taken over yet.
-PERIOD, ERROR_MOTOR, ERROR_ARM, DESCRIBED, N_CLOCK = range(5)
+# ... and of tau_K: what innovations moved it by and were expected to (variance) in the present
+# stretch, the number of stretches, and the mean ratio of both in squares, less 1, of the last
+# moments and of the last while.
+(PERIOD, ERROR_MOTOR, ERROR_ARM, DESCRIBED, MOVED, EXPECTED, STRETCHES, NOW, WHILE,
+ N_CLOCK) = range(10)
 SECOND = 1_000_000_000
 NEW_PAYLOAD = -1.0  # at DESCRIBED
 TRANSFER = 0.05  # s in which a robot takes over a payload, or sets it down: 1 / e is left
@@ -68,6 +73,8 @@ BRIDGED, BRIDGED_PERIODS = 30_000_000, 2.5
 # start what is usual is not known: then it must be ten times as far.
 JUMP_USUAL, JUMP_STATED, JUMP_SETTLED, UNSETTLED = 10.0, 6.0, 100, 10.0
 N_EFFORTS = 64
+# Stretches of the two means of what tau_K wanders, see _watch.
+MOMENTS, LONG = 25.0, 500.0
 
 # Columns of an estimate row. Absent states are NaN.
 (E_X1, E_X2, E_X3, E_X4, E_TAU_K, E_TAU_ARM, E_TAU_E, E_STD) = range(8)
@@ -121,14 +128,16 @@ class LoopSettings(NamedTuple):
     What a run depends on besides the filter.
 
     max_gap: longest time between stamps that is bridged, ns; delay: of the effort, samples; lag:
-    of the smoother, ns, 0 = none; load_measured: whether the load on the arm is an input;
-    described: of a load by a robot's description, else None.
+    of the smoother, ns, 0 = none; load_measured: whether the load on the arm is an input; narrow:
+    whether less deviation of tau_K is stated where it wanders less than it may; described: of a
+    load by a robot's description, else None.
     """
 
     max_gap: int
     delay: int
     lag: int
     load_measured: bool
+    narrow: bool
     described: DescribedLoad | None
 
 
@@ -463,9 +472,37 @@ def write_innovation(row: Array, e1: float, e2: float, s11: float, s12: float,
         row[E_WHITE_2] = e2 / math.sqrt(s22)
 
 
+@jit_inline
+def _watch(n: int, record: Array, clock: Array) -> None:
+    """
+    Take into `clock` how far a step moved tau_K (`record`, of `n` states) against what it was to.
+
+    Innovations of a filter whose model holds are white: what they move tau_K by in a stretch has
+    the sum of their variances. Where tau_K wanders less than q_std_tau_k lets it, they take back
+    what they moved. A stretch ends when that sum is twice the variance of tau_K: by then, noise
+    of the encoders adds to it what it adds to the error.
+    """
+    at_pred, at_P_pred, _, at_z, at_P, _, _, _, _ = places(n)
+    place = TAU_K * n + TAU_K
+    clock[MOVED] += record[at_z + TAU_K] - record[at_pred + TAU_K]
+    clock[EXPECTED] += record[at_P_pred + place] - record[at_P + place]
+    if clock[EXPECTED] > 2.0 * record[at_P + place]:
+        excess = clock[MOVED] * clock[MOVED] / clock[EXPECTED] - 1.0
+        clock[NOW] += (excess - clock[NOW]) / MOMENTS
+        clock[STRETCHES] += 1.0
+        clock[WHILE] += (excess - clock[WHILE]) / min(MOMENTS + clock[STRETCHES], LONG)
+        clock[MOVED] = clock[EXPECTED] = 0.0
+
+
+@jit_inline
+def noise_share(clock: Array) -> float:
+    """Return the share of the stated variance of tau_K by noise that is there, at most 1."""
+    return max(min(1.0 + max(clock[NOW], clock[WHILE]), 1.0), 0.0)
+
+
 @jit
 def _write_estimate(states: States, belief: Belief, record: Array, reading: Reading, p: Array,
-                    row: Array) -> None:
+                    share: float, row: Array) -> None:
     n, z, P = len(states), belief.z, belief.P
     _, _, at_s, _ = sensitivities(n, record.shape[0])
     for i in range(7):
@@ -479,7 +516,7 @@ def _write_estimate(states: States, belief: Belief, record: Array, reading: Read
     row[E_TAU_K_NOISE_STD] = math.sqrt(variance)
     row[E_MOTOR_SIDE_NOISE_STD] = math.sqrt(
         max(motor_side(z, P, (row[E_TAU_K], variance), p)[1], 0.0))
-    row[E_STD + TAU_K] = math.sqrt(variance + of_torque + p[TAU_K_MODEL_STD] ** 2)
+    row[E_STD + TAU_K] = math.sqrt(share * variance + of_torque + p[TAU_K_MODEL_STD] ** 2)
     row[E_ELASTIC_WEIGHT] = row[E_LEARNED_WEIGHT] = math.nan
     for i in range(E_STIFFNESS, E_HYSTERESIS_STD + 1):
         row[i] = math.nan
@@ -537,7 +574,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
 
     """
     stamps, inputs, outputs = stream
-    max_gap, delay, lag, load_measured, described = settings
+    max_gap, delay, lag, load_measured, narrow, described = settings
     gate, counts, clock, efforts, ring, ring_stamps, saved, companions = state
     codes, estimates, smoothed_stamps, smoothed = output
     memory = belief.memory
@@ -649,7 +686,10 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
         clock[ERROR_MOTOR] = usually(e1, clock[ERROR_MOTOR])
         clock[ERROR_ARM] = usually(e2, clock[ERROR_ARM])
         record[-1] = u_acting
-        _write_estimate(states, belief, record, reading, p, estimates[k])
+        if narrow and states[1] is None and p[K_P] == 0.0:  # tau_K is a random walk
+            _watch(len(states), record, clock)
+        share = noise_share(clock)
+        _write_estimate(states, belief, record, reading, p, share, estimates[k])
         # Blocks end where stamps cross a grid, or steps half a ring (no row may be lost, even at
         # the price of a shorter lag): this depends on no history, so replay cuts the same blocks.
         half = step % (rows // 2) == 0
@@ -663,6 +703,11 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
                        scratch.matrices, smoothed[n_smoothed:])
                 for i in range(oldest, keep + 1):
                     smoothed_stamps[n_smoothed] = ring_stamps[i % rows]
+                    if share < 1.0:  # its root: beside less noise, the model errs in bursts
+                        row = smoothed[n_smoothed]
+                        row[S_TAU_K_STD] = math.sqrt(max(
+                            row[S_TAU_K_STD] ** 2
+                            - (1.0 - math.sqrt(share)) * row[S_TAU_K_NOISE_STD] ** 2, 0.0))
                     n_smoothed += 1
                 gate[SMOOTH_NEXT] = keep + 1
         if in_doubt or _stops(stamp, gate):

@@ -58,7 +58,7 @@ def test_cross_covariances_are_those_of_the_state_with_the_errors_added():
     small = 1e-4
     model = DriveModel().with_(friction_sharpness=20.0, **dict.fromkeys(TOLERANCES, small))
     run = recorded(model)
-    estimator = Estimator(model, {'arm_load': 'none', 'smoother_lag': 0.0})
+    estimator = Estimator(model, {'arm_load': 'none', 'smoother_lag': 0.0, 'narrow_std': False})
     estimates = estimator.run(samples_of(run.u, run.y))
     p = estimator.parameters
     R = np.diag([p.r_std_motor ** 2, p.r_std_arm ** 2])
@@ -109,7 +109,7 @@ def test_an_error_of_the_torque_shifts_the_estimates_by_what_is_stated(name, loa
     tolerance = 0.2
     model = DriveModel().exact().with_(coulomb_friction=0.0, torque_gain_tolerance=tolerance)
     run = recorded(model)
-    parameters = {'filter': name, 'arm_load': load, 'adapt': ['']}
+    parameters = {'filter': name, 'arm_load': load, 'adapt': [''], 'narrow_std': False}
     first, second = (Estimator(model, parameters).run(samples_of(gain * run.u, run.y))
                      for gain in (1.0, 1.0 + UNIFORM * tolerance))
     for estimate, std, noise in (('tau_k', 'tau_k_std', 'tau_k_noise_std'),):
@@ -128,7 +128,7 @@ def test_an_error_of_the_torque_shifts_the_estimates_by_what_is_stated(name, loa
 
 def test_estimates_and_innovations_do_not_depend_on_the_tolerances():
     run = recorded(DriveModel())
-    with_, without = (Estimator(model).run(samples_of(run.u, run.y))
+    with_, without = (Estimator(model, {'narrow_std': False}).run(samples_of(run.u, run.y))
                       for model in (DriveModel(), DriveModel().exact()))
     for name in ('tau_k', 'twist', 'nis', 'loglik', 'white_2', 'tau_k_noise_std'):
         np.testing.assert_array_equal(getattr(with_, name), getattr(without, name))
@@ -144,7 +144,8 @@ def test_a_wrong_value_of_the_model_widens_the_deviation_where_it_matters():
     acceleration = np.abs(np.gradient(run.x[1:, 2], DT))[settled]
     for name, size in (('damping_tolerance', speed), ('inertia_tolerance', acceleration)):
         model = DriveModel().exact().with_(**{name: 0.3})
-        estimates = Estimator(model, {'smoother_lag': 0.0}).run(samples_of(run.u, run.y))
+        estimates = Estimator(model, {'smoother_lag': 0.0, 'narrow_std': False}).run(
+            samples_of(run.u, run.y))
         added = np.sqrt(estimates.tau_k_std ** 2 - estimates.tau_k_noise_std ** 2)[settled]
         assert np.corrcoef(added, size)[0, 1] > 0.7
         assert added[size > 0.8 * size.max()].mean() > 5.0 * added[size < 0.1 * size.max()].mean()
@@ -163,3 +164,41 @@ def test_errors_that_no_check_sees_stay_as_large_through_a_change_of_parameters(
     after = estimator.undetected_errors()
     assert set(after) == set(before) and before
     assert sum(after.values()) > 0.3 * sum(before.values())
+
+
+@pytest.mark.parametrize('load', ['none', 'unknown'])
+def test_a_motion_of_little_torque_narrows_the_deviation_to_the_error(load):
+    """The random walk lets tau_K wander five times as far; innovations and noise stay."""
+    model, t = DriveModel().exact(), np.arange(12_000) * DT
+    runs = [simulate(model, u, DT, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), 3)
+            for u in (np.sin(2.0 * t), Excitation().torque(t))]
+    quiet, lively = (Estimator(model, {'arm_load': load}).run(samples_of(run.u, run.y))
+                     for run in runs)
+    settled = slice(1000, None)
+    for bound, std, noise, error in (
+            (1.4, quiet.tau_k_std, quiet.tau_k_noise_std, quiet.tau_k - runs[0].tau_k[1:]),
+            (1.7, quiet.smoothed[:, S_TAU_K_STD], quiet.smoothed[:, S_TAU_K_NOISE_STD],
+             quiet.smoothed[:, S_TAU_K] - runs[0].tau_k[1:len(quiet.smoothed) + 1])):
+        rms = np.sqrt(np.mean(error[settled] ** 2))
+        assert noise[settled].mean() > 1.8 * rms
+        assert 0.9 * rms < np.sqrt(np.mean(std[settled] ** 2)) < bound * rms
+    assert (lively.tau_k_std[settled] > 0.9 * lively.tau_k_noise_std[settled]).all()
+
+
+def test_the_narrowing_ends_with_what_taught_it_and_goes_on_from_a_snapshot():
+    model, n = DriveModel().exact(), 4000
+    run = simulate(model, np.sin(2.0 * DT * np.arange(n)), DT,
+                   Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), 3)
+    whole = samples_of(run.u, run.y)
+
+    def part(first, end):
+        return Samples(*(a[first:end] for a in (whole.stamp_ns, whole.u, whole.y)))
+    expected, half = Estimator(model).run(whole), Estimator(model)
+    half.run(part(0, n // 2))
+    resumed = Estimator.restore(half.snapshot()).run(part(n // 2, n))
+    np.testing.assert_array_equal(resumed.tau_k_std[:50], expected.tau_k_std[n // 2 - 1:][:50])
+    assert expected.tau_k_std[-1] < 0.8 * expected.tau_k_noise_std[-1]
+    for change in ({'q_std_tau_k': 4.0}, {'p0_std_speed': 20.0}):  # carries on, restarts
+        half.set_parameters(change)
+        after = half.run(part(n // 2, n // 2 + 5))
+        np.testing.assert_array_equal(after.tau_k_std, after.tau_k_noise_std)

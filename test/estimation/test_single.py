@@ -26,7 +26,7 @@ def test_numbers_are_those_of_the_monitor(name, load, model):
                    Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)))
     y = run.y.copy()
     y[N // 3:N // 3 + 5, 1] = np.nan
-    parameters = {'filter': name, 'smoother_lag': 0.0, 'arm_load': load}
+    parameters = {'filter': name, 'smoother_lag': 0.0, 'narrow_std': False, 'arm_load': load}
     estimator = Estimator(model, parameters)
     stamps = 10 ** 9 + np.round(np.arange(N) * DT * 1e9).astype(np.int64)
     expected = estimator.run(Samples(stamps, np.column_stack([run.u, np.full(N, np.nan)]), y))

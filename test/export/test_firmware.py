@@ -44,7 +44,7 @@ void values(int n, const double *x, double *out)
 }
 double friction_share(double v) { return (double)side((gm_real)v); }
 """
-OUT = {'smoother_lag': 0.0}
+OUT = {'smoother_lag': 0.0, 'narrow_std': False}
 needs_gcc = pytest.mark.skipif(shutil.which('gcc') is None, reason='gcc is not installed')
 
 

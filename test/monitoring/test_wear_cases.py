@@ -3,14 +3,17 @@
 
 """Two things at once: each of them has the size that it has, and ends by itself."""
 import json
+import math
 from pathlib import Path
 import sys
 
+import numpy as np
 import pytest
 from test_change import alarmed, Gearbox, judged, settings  # noqa: E402
 
 from gearbox_monitor.files.baselines import load_baseline, load_state
 from gearbox_monitor.monitoring.backlash.change import GROSS, Tracker, WARNED
+from gearbox_monitor.monitoring.backlash.change_tests import FEATURES
 from gearbox_monitor.monitoring.backlash.drift_words import outcomes
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -105,6 +108,51 @@ def test_slow_friction_keeps_up():
         gearbox.go(1, viscous=2.0 * k / 360 * FRICTION)
     size(gearbox, 'friction', 2.0 * 149 / 360, GROSS)
     assert not [key for key in gearbox.tracker.changes if key != 'friction']
+
+
+class OiledGearbox(Gearbox):
+    """Friction of the model at 20 deg C: viscous falls by 3 %/K, Coulomb by 0.2 %/K."""
+
+    def warm(self, speed, temperatures, coulomb=0.0):
+        """Return the outcomes of friction; the share of Coulomb friction at the end is `share`."""
+        found = []
+        for kelvin in np.asarray(temperatures) - 20.0:
+            viscous, new = 0.1 * math.exp(-0.03 * kelvin), 0.27 * math.exp(-0.002 * kelvin)
+            self.share = new / (viscous * speed + new)
+            errors = self.random.standard_normal(2) * (0.0013, 0.0065)
+            found.append(judged(self.tracker, self.window(
+                speed=speed, viscous=viscous - 0.1 + errors[0], coulomb_std=0.0065,
+                coulomb=new * (1.0 + coulomb) - 0.27 + errors[1]), True, kelvin + 20.0))
+        return [f['friction'] for f in found]
+
+
+WARMING = 45.0 - 25.0 * np.exp(-np.arange(24) / 7.0)
+
+
+def test_coulomb_friction_grows_in_a_warming_oil_at_another_speed():
+    """Learnt at 18 rad/s, where viscous friction rules; 4 rad/s were only driven cold."""
+    gearbox = OiledGearbox(5)
+    gearbox.warm(18.0, np.concatenate([np.full(30, 20.0), WARMING]))
+    gearbox.warm(4.0, np.full(10, 20.0))
+    gearbox.warm(18.0, np.full(2, 20.0))
+    learnt, stamp = json.dumps(gearbox.tracker.to_dict()), gearbox.stamp
+    found = gearbox.warm(4.0, WARMING)
+    growth, std = gearbox.tracker.growth(FEATURES.index('friction'))
+    assert {f.level for f in found} == {Level.OK} and abs(growth) < 3 * std < 0.2
+    gearbox.tracker, gearbox.stamp = Tracker(gearbox.tracker.settings, json.loads(learnt)), stamp
+    assert gearbox.warm(4.0, WARMING, 0.6)[-1].level == Level.WARN
+    size(gearbox, 'friction', 0.6 * gearbox.share)
+
+
+def test_growth_does_not_hide_behind_points_that_a_warming_founds():
+    """Never warmed up before: motion, oil and Coulomb friction change at once."""
+    gearbox = OiledGearbox(5)
+    gearbox.warm(18.0, np.full(35, 20.0))
+    found = gearbox.warm(4.0, WARMING, 0.6)
+    assert 'not separable from the new motion' in found[-1].message
+    assert found[-1].level == Level.WARN
+    growth, std = gearbox.tracker.growth(FEATURES.index('friction'))
+    assert abs(growth - 0.6 * gearbox.share) < 3 * std
 
 
 def test_one_of_two_changes_ends():
@@ -209,5 +257,6 @@ def test_files_of_version_0_2_are_read():
     assert size(again, 'gap', 0.05).std < 0.01
     snapshot = json.loads((RECORDED / 'snapshot_0_2.json').read_text())
     monitor = Monitor.restore(snapshot)
+    assert not monitor.parameters.narrow_std  # its deviations stay as they were published
     assert monitor.baseline.gap == pytest.approx(0.2, rel=0.02)
     assert monitor.outcomes['backlash'].level == Level.OK

@@ -7,12 +7,15 @@ How much live estimators stand: samples dropped, latency and CPU against rate an
 A simulated drive feeds real nodes over DDS, on this machine only, in a ROS domain of its own. All
 estimators share one core, in one process or one each; the source has the other cores. Latency:
 from sending a stamped sample to publishing its estimate. And more is sent than can be taken.
+With --naming one estimator names the cause of an alert meanwhile, on the same core, and the same
+run is repeated without.
 docs/load.md explains the tables.
 
 usage examples:
   .venv/bin/python test/system/load.py
   .venv/bin/python test/system/load.py --rates 1000 --numbers 1 7 14 --seconds 30
   .venv/bin/python test/system/load.py --json load.json
+  .venv/bin/python test/system/load.py --naming --rates 1000
 """
 import os
 import sys
@@ -20,7 +23,7 @@ import time
 
 from node_processes import live_nodes, usage
 import numpy as np
-from sample_source import SampleSource
+from sample_source import NOTHING_SAID, SampleSource
 from script import run_script
 from tqdm import tqdm
 
@@ -33,6 +36,8 @@ from gearbox_monitor.ros.joint_subscriptions import DEPTH
 RATES, NUMBERS = (100.0, 500.0, 1000.0, 2000.0, 4000.0), (1, 2, 4, 8)
 SECONDS, PAST = 10.0, 20_000.0
 BARS = {100.0: 0.010, 500.0: 0.010, 1000.0: 0.010, 2000.0: 0.010}  # s, p99 of one gearbox
+# s of a healthy drive, and within which the cause of its change must be named; the change.
+HEALTHY, NAMED, CHANGE = 14.0, 900.0, {'half_gap': 0.15}
 LATE = 0.01  # share of samples sent late from which on the source is the limit
 # Past the limit: the queue's length in time, and some for the machine; growth of memory.
 SLACK, GROWTH = 2.0, 16e6
@@ -49,6 +54,8 @@ def add_arguments(parser):
                         help='length of each run (default: %(default)s)')
     parser.add_argument('--past', type=float, default=PAST, metavar='HZ',
                         help='rate that is more than can be taken (default: %(default)s)')
+    parser.add_argument('--naming', action='store_true', help='compare runs of one gearbox in '
+                        'which the cause of an alert is named with the same without')
     add_json_option(parser)
 
 
@@ -77,6 +84,39 @@ def evaluate(rates, numbers, seconds, past):
             'bars': bars(rows, over)}
 
 
+def with_naming(rates):
+    """Return the rows of one gearbox with and without naming, as plain data."""
+    rows = []
+    with live_nodes() as nodes:
+        for rate in rates:
+            seconds = NAMED
+            for naming in (True, False):
+                file = nodes.folder / f'{rate:g}_{naming}.yaml'
+                with _Estimators(nodes, ONE, 1, {
+                        'drift_window': 2.0, 'name_changes': naming, 'baseline_file': str(file)
+                        }) as estimators:
+                    rows.append(estimators.name(rate, seconds, naming))
+                    seconds = rows[-1]['seconds']
+    table = BarTable()
+    for named, plain in zip(rows[::2], rows[1::2]):
+        table.check(f'{named["rate"]:g} Hz: the cause is named', named['effect'], 'backlash_gap',
+                    named['effect'] == 'backlash_gap')
+        table.check(f'{named["rate"]:g} Hz: samples dropped with naming', str(named['dropped']),
+                    f'<= {plain["dropped"]}, without', named['dropped'] <= plain['dropped'])
+    return {'naming': rows, 'bars': table.rows}
+
+
+def naming_text(data):
+    """Return the figures of with_naming as a table for the terminal."""
+    lines = ['  naming      Hz      s      sent   dropped    p99 ms    max ms  effect']
+    for row in data['naming']:
+        lines.append(
+            f'  {"yes" if row["naming"] else "no":6s}{row["rate"]:8g}{row["seconds"]:7.0f}'
+            f'{row["sent"]:10d}{row["dropped"]:10d}{1e3 * row["p99"]:10.2f}'
+            f'{1e3 * row["max"]:10.1f}  {row["effect"]}')
+    return '\n'.join([*lines, '', *bar_lines(data['bars'])])
+
+
 def _held(row):
     return row['dropped'] == 0
 
@@ -84,8 +124,9 @@ def _held(row):
 class _Estimators:
     """`number` of estimators on the last core, and their SampleSource on the others."""
 
-    def __init__(self, nodes, layout, number):
+    def __init__(self, nodes, layout, number, parameters=None):
         self.nodes, self.layout, self.number = nodes, layout, number
+        self._parameters = parameters or {}
 
     def __enter__(self):
         cores = sorted(os.sched_getaffinity(0))
@@ -114,8 +155,8 @@ class _Estimators:
 
     def _start(self, name, arguments):
         # Far past the limit numbers skip so far that they look like another publisher's.
-        self.nodes.start(name, 'load_estimators',
-                         {'arm_load': 'none', 'other_publishers': 'accept'}, arguments,
+        self.nodes.start(name, 'load_estimators', {
+            'arm_load': 'none', 'other_publishers': 'accept', **self._parameters}, arguments,
                          cores=self._cores[-1:])
 
     def __exit__(self, *_):
@@ -152,6 +193,38 @@ class _Estimators:
             'counted': source.told() - told, 'told_not_ok': bool(inputs),
             'estimates_per_s': len(latency) / took, 'cpu': cpu / took, 'p50': float(p50),
             'p99': float(p99), 'max': float(most), 'memory': memory}
+
+    def name(self, rate, seconds, naming):
+        """
+        Return the row of one run whose drive changes.
+
+        Args:
+            rate: Hz.
+            seconds: since the change; at most so many until it is named.
+            naming: whether its cause is.
+
+        """
+        source = self.source
+        source.begin(rate)
+        source.slowly()
+        source.in_real_time(HEALTHY)
+        source.save_baseline('g0')
+        source.measure()
+        source.changes.update(CHANGE)
+        began, effect = time.monotonic(), ''
+        while time.monotonic() < began + seconds and not effect:
+            source.in_real_time(1.0)
+            if naming:
+                said = source.outcomes.get('g0/estimator: diagnosis', NOTHING_SAID)
+                effect = said.values.get('effect', '')
+        took = time.monotonic() - began
+        source.slowly()
+        source.finish()
+        latency = np.asarray(source.latencies[0])
+        p99, most = np.quantile(latency, (0.99, 1.0))
+        return {'naming': naming, 'rate': rate, 'seconds': took, 'sent': source.sent,
+                'dropped': source.missing(), 'p99': float(p99), 'max': float(most),
+                'effect': effect}
 
 
 def bars(rows, over):
@@ -215,6 +288,9 @@ def run(args):
     if numbers[0] < 1:
         raise InputError(f'--numbers: {numbers[0]}, expected whole numbers >= 1')
     expect_folder_of(args.json)
+    if args.naming:
+        data = with_naming(rates)
+        return finish(data, naming_text(data), args.json)
     data = evaluate(rates, numbers, args.seconds, args.past)
     return finish(data, text(data), args.json)
 

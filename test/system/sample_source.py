@@ -15,6 +15,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.estimation import sample_loop
@@ -73,8 +74,12 @@ def parameters_of(slow):
             ('friction_sharpness', 1))}}
 
 
-def simulated(rate, slow=1.0, seed=0):
-    """Yield (u [N], y [N, 2]) of that drive without end, CHUNK samples at a time."""
+def simulated(rate, slow=1.0, seed=0, changes=None):
+    """
+    Yield (u [N], y [N, 2]) of that drive without end, CHUNK samples at a time.
+
+    changes {name: value} of its model: what they hold counts from the next chunk on.
+    """
     values, s = PlantParameters(), slow
     model, _ = with_model_values(DriveModel(), parameters_of(slow))
     position, speed = values.process_noise[:2], values.process_noise[2:]
@@ -82,6 +87,7 @@ def simulated(rate, slow=1.0, seed=0):
                   values.measurement_noise)
     plant, excitation = Plant(model, noise, seed), Excitation()
     for begin in itertools.count(0, CHUNK):
+        plant.model = model.with_(**(changes or {}))
         run = plant.run(excitation.torque((begin + np.arange(CHUNK)) / (s * rate)), 1.0 / rate,
                         begin / rate)
         yield run.u, run.y
@@ -108,7 +114,7 @@ class SampleSource:
     estimate. sent: samples, to each namespace. late: those sent over a period too late. outcomes
     {status name: Said} of the newest diagnostics; not_ok [(stamp ns, status name,
     message)] of all; alerts: texts of drift alerts above OK. pauses [(from, to)]: clock ns without
-    a published estimate, where longer than PAUSE.
+    a published estimate, where longer than PAUSE. changes: of the drive, see simulated.
     """
 
     def __init__(self, domain, namespaces):
@@ -133,7 +139,7 @@ class SampleSource:
                       lambda message, name=name: self._ready.add(name), LATCHED)
             subscribe(DiagnosticArray, f'{name}/{DRIFT_ALERTS}', self._on_alert, LATCHED)
         subscribe(DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, 10 * len(namespaces))
-        self._stamp = time.time_ns()
+        self._stamp, self.changes = time.time_ns(), {}
         self.pauses, self._published = [], time.time_ns()
         self.begin(1000.0)
 
@@ -161,6 +167,15 @@ class SampleSource:
         return len(self._ready) == len(self.namespaces) and all(
             output.get_subscription_count() and estimates.get_publisher_count()
             for output, estimates in zip(self._outputs, self._inputs))
+
+    def save_baseline(self, name):
+        """Have the estimator in the namespace `name` take the drive for healthy."""
+        client = self._node.create_client(Trigger, f'{name}/estimator/save_baseline')
+        client.wait_for_service()
+        answer = client.call_async(Trigger.Request())
+        self._executor.spin_until_future_complete(answer)
+        self._node.destroy_client(client)
+        assert answer.result().success, answer.result().message
 
     def told(self):
         """Return how many samples without estimate the estimators have counted, in all."""
@@ -209,7 +224,7 @@ class SampleSource:
 
     def _messages(self, rate, slow):
         n = 0
-        for u, y in simulated(rate, slow):
+        for u, y in simulated(rate, slow, changes=self.changes):
             stamps = self._start + np.round((n + np.arange(len(u))) * SECOND / rate).astype(
                 np.int64)
             n += len(u)

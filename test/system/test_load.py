@@ -57,6 +57,16 @@ def test_load(tmp_path, capsys, monkeypatch):
 
 @compiled
 @pytest.mark.system
+def test_naming_costs_no_sample(tmp_path):
+    file = tmp_path / 'naming.json'
+    assert run_script(load, ['--naming', '--rates', '500', '--json', str(file)]) == 0
+    named, plain = json.loads(file.read_text())['naming']
+    assert named['effect'] == 'backlash_gap' and plain['effect'] == ''
+    assert named['sent'] == pytest.approx(plain['sent'], rel=0.05)
+
+
+@compiled
+@pytest.mark.system
 def test_soak(tmp_path):
     file = tmp_path / 'soak.json'
     assert run_script(soak, ['--hours', '0.01', '--rate', '500', '--every', '0.05',

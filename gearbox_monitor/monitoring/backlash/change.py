@@ -28,7 +28,7 @@ from gearbox_monitor.plant.drive import DriveModel
 
 FOUND, WARNED, GROSS = 1, 2, 3  # stages of an alarm
 RECENT = 12         # windows whose mean is shown while there is no change
-MAX_STEPS, MAX_PENDING = 6, 4
+MAX_STEPS, MAX_PENDING = 6, 8
 HOUR = 3600e9       # ns
 
 
@@ -143,7 +143,7 @@ class Tracker:
 
     def __init__(self, settings: TrackerSettings, state: Any = None) -> None:
         self.settings = settings
-        self.data = WearData()
+        self.data = WearData(settings.viscous, settings.coulomb)
         self.wear = [FeatureWear() for _ in FEATURES]
         self.scores = {test.key: 0.0 for test in TESTS}
         self.changes: dict[str, Change] = {}  # by test
@@ -209,7 +209,9 @@ class Tracker:
             stamp = data.stamps[-1] if data.stamps else self.stamp_ns - 1
             for column, feature in enumerate(self.wear):
                 if np.isfinite(values[column]):
-                    feature.pending = [*feature.pending, stamp][-MAX_PENDING:]
+                    feature.pending.append(stamp)
+                    # A change that came with one that is dropped shows at its neighbours.
+                    del feature.pending[1:len(feature.pending) - MAX_PENDING + 1]
         data.add(self.stamp_ns, point, trusted, data.warmth(self.temperature),
                  data.relative(values))
         marks = self._marks()
@@ -278,8 +280,8 @@ class Tracker:
         prior = PRIORS[min(column, len(PRIORS) - 1) if column != SHARP else GAP]
         spread = self.data.spread[column]
         offset = prior.offset ** 2 if not math.isfinite(spread) else spread
-        common = (LIMITS.level_std ** 2, prior.temperature ** 2, prior.distrust ** 2,
-                  self.data.shift[column])
+        common = (LIMITS.level_std ** 2, prior.temperature ** 2, prior.warmth ** 2,
+                  prior.distrust ** 2, self.data.shift[column])
         return np.concatenate([common, np.full(points, offset)])
 
     def _course(self, column: int) -> wear.Course:
@@ -348,7 +350,8 @@ class Tracker:
     def _learn(self, column: int, fit: wear.Fit, points: list[int], place: int) -> None:
         """Keep what a fit says of temperature, spread of offsets and the healthy level."""
         data, first = self.data, wear.N_COMMON
-        data.slopes[column] = fit.mean[wear.TEMPERATURE]
+        share = data.shares([points[place]], column)[0]
+        data.slopes[column] = fit.mean[wear.TEMPERATURE:wear.WARMTH + 1] @ share
         variance = np.diag(fit.covariance)
         offsets = slice(first, first + len(points))
         stated = PRIORS[GAP if column == SHARP else column].offset ** 2
@@ -360,7 +363,7 @@ class Tracker:
         if column < len(FEATURES):
             at = np.zeros(len(fit.mean))
             at[[wear.LEVEL, first + place]] = 1.0
-            at[wear.TEMPERATURE] = data.kelvin[-1]
+            at[wear.TEMPERATURE:wear.WARMTH + 1] = data.kelvin[-1] * share
             self._levels[column] = at @ fit.mean
             self._level_stds[column] = math.sqrt(max(float(at @ fit.covariance @ at), 0.0))
 
@@ -740,8 +743,8 @@ class Tracker:
                 if count:
                     level = fit.mean[wear.LEVEL] + fit.mean[index]
                     if place.temperature is not None and data.first_kelvin is not None:
-                        level += fit.mean[wear.TEMPERATURE] * (
-                            place.temperature - data.first_kelvin)
+                        level += fit.mean[wear.TEMPERATURE:wear.WARMTH + 1] @ data.shares(
+                            [point], column)[0] * (place.temperature - data.first_kelvin)
                     variance = place.variance()[column]
                     mean, std = self._natural(column, level, math.sqrt(variance), place.scale)
                     _, stated = self._natural(

@@ -5,6 +5,7 @@
 The wear of one feature as a state: posterior, and the scan for a change that nobody knows yet.
 
     y(window) = mu + wear(t) + offset(operating point) + c (temperature - T0) + distrust + noise
+    of friction, by the shares of its law: c = c_viscous s_viscous + c_coulomb s_coulomb
 
 y is the logarithm of a feature, so that wear adds up and a growth of 10 % is one everywhere. Wear
 is 0 until a change was found; then it has steps at known times, and between them a slope and a
@@ -24,7 +25,8 @@ import numpy as np
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 
-LEVEL, TEMPERATURE, DISTRUST, SHIFT, N_COMMON = range(5)  # columns before those of the points
+# Columns before those of the points. WARMTH: of Coulomb friction alone.
+LEVEL, TEMPERATURE, WARMTH, DISTRUST, SHIFT, N_COMMON = range(6)
 # Ages (windows) at which a random walk may have moved; fine where new.
 KNOTS = (1, 2, 3, 4, 6, 8, 11, 15, 21, 29, 41, 57, 80, 113, 160, 226, 320, 640, 1280, 2560)
 
@@ -34,10 +36,11 @@ class Observations:
     """
     Cells (sums of old windows) and the newest windows of one feature, oldest first.
 
-    design [N, N_COMMON + P]: columns of level, temperature, distrust, shift and points. y [N];
+    design [N, N_COMMON + P]: columns of level, temperatures, distrust, shift, points. y [N];
     weight [N]: 1 over the variance of y, 0 where nothing was measured; count [N]: windows behind
     each; age [N]: windows since, >= 0; the newest `rows` of them are single windows. within: what
-    the temperatures inside of cells add to the information on c, and to its right side.
+    the temperatures inside of cells add to the information [2, 2] on both c, and to its right
+    side [2].
     """
 
     design: Array
@@ -46,7 +49,7 @@ class Observations:
     count: Array
     age: Array
     rows: int
-    within: tuple[float, float]
+    within: tuple[Array, Array]
 
 
 @dataclass(frozen=True)
@@ -178,8 +181,8 @@ def fit(observations: Observations, prior: Array, course: Course, has_slope: boo
     weighted = design * o.weight[:, None]
     information = weighted.T @ design
     right = weighted.T @ o.y
-    information[TEMPERATURE, TEMPERATURE] += o.within[0]
-    right[TEMPERATURE] += o.within[1]
+    information[TEMPERATURE:WARMTH + 1, TEMPERATURE:WARMTH + 1] += o.within[0]
+    right[TEMPERATURE:WARMTH + 1] += o.within[1]
     # In units of the prior: what it says and what windows say differ by ten orders of magnitude.
     scale = np.sqrt(variances)
     information = information * np.outer(scale, scale)

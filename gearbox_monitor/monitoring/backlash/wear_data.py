@@ -49,7 +49,9 @@ class WearBlock:
 
 class WearData:
     """
-    Points, newest windows (rows) and blocks of older ones.
+    Points, newest windows (rows) and blocks of older ones, of a drive with a law of friction.
+
+    viscous (N m s/rad), coulomb (N m): of the model file.
 
     stamps [M] ns, where [M]: point, trusted [M], kelvin [M]: temperature less the first known,
     values [M, F]: logarithms of the features less those of the first window (of hysteresis: over
@@ -58,8 +60,9 @@ class WearData:
     the wear of that moment by save_baseline, whose variances these are.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, viscous: float = 0.0, coulomb: float = 0.0) -> None:
         n = len(FEATURES)
+        self.viscous, self.coulomb = viscous, coulomb
         self.points = OperatingPoints()
         self.blocks: list[WearBlock] = []
         self.stamps: list[int] = []
@@ -269,6 +272,14 @@ class WearData:
 
     # ------------------------------------------------------------------ for a fit
 
+    def shares(self, points: Sequence[int], column: int) -> Array:
+        """Return by what temperature coefficients of a `column` count at `points`: [N, 2]."""
+        parts = np.tile((1.0, 0.0), (len(points), 1))
+        if column == FRICTION and self.viscous + self.coulomb > 0.0:
+            parts[:] = [(self.viscous * self.points[k].speed, self.coulomb) for k in points]
+            parts /= np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
+        return parts
+
     @property
     def newest(self) -> int:
         """
@@ -321,10 +332,15 @@ class WearData:
             noise[:n] > 0.0, noise[:n], np.inf)
         product = (sums[:, PRODUCT] - sums[:, KELVIN] * sums[:, TOTAL] / safe) / np.where(
             noise[:n] > 0.0, noise[:n], np.inf)
-        return [wear.Observations(
-            design, mean[:, f], weight[:, f], counts[:, f], age, m,
-            (float(spread[:, f].sum()), float(product[:, f].sum())))
-            for f in range(N_COLUMNS)], points
+        result = []
+        for f in range(N_COLUMNS):
+            part = self.shares([point for point, _ in keys], f)
+            own = design.copy()
+            own[:, wear.TEMPERATURE:wear.WARMTH + 1] = part * design[:, [wear.TEMPERATURE]]
+            result.append(wear.Observations(
+                own, mean[:, f], weight[:, f], counts[:, f], age, m,
+                ((part[:n] * spread[:, [f]]).T @ part[:n], product[:, f] @ part[:n])))
+        return result, points
 
     # ------------------------------------------------------------------ state
 
