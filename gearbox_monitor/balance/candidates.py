@@ -212,8 +212,9 @@ def swing(x: Array, period: float, frequency: float) -> Array:
     Return the responses [N, 2] of a mass that swings in a joint to its acceleration and speed.
 
     Args:
-        x: position, samples of a `period` (s).
-        frequency: Hz, with SWING_DAMPING.
+        x: position [N].
+        period: of its samples, s.
+        frequency: of the mass, Hz.
     """
     w = 2.0 * math.pi * frequency
     poles = [1.0, 2.0 * SWING_DAMPING * w, w * w]
