@@ -6,9 +6,17 @@ import numpy as np
 
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.local_cosines import COVERED
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Flags
 
 LEAST = 10  # segments
+
+
+def _usable(evidence: RobotEvidence, joint: int) -> tuple[Array, Flags]:
+    """Return the share [S] of segments in motion; which [S] say something of a joint's fault."""
+    covered = np.concatenate([rows.tests.covered[:, joint] for rows in evidence.recordings])
+    strange = np.concatenate([np.zeros(len(rows.tests.starts)) if rows.strange is None else
+                              rows.strange[:, joint] for rows in evidence.recordings])
+    return covered, (covered > COVERED) & (strange <= 1.0 - evidence.settings.visited)
 
 
 def burstiness(evidence: RobotEvidence,
@@ -28,8 +36,8 @@ def burstiness(evidence: RobotEvidence,
     for j, a in enumerate(evidence.at):
         energy = np.bincount(a.segment, a.spread(fit.weights[j]) * fit.residual[j] ** 2,
                              evidence.segments)
-        covered = np.concatenate([rows.tests.covered[:, j] for rows in evidence.recordings])
-        use = np.flatnonzero(covered > COVERED)
+        covered, usable = _usable(evidence, j)
+        use = np.flatnonzero(usable)
         times.append([])
         if len(use) >= LEAST:
             ranked = use[np.argsort(energy[use] / covered[use])]
@@ -48,10 +56,10 @@ def energy_over(evidence: RobotEvidence, fit: RobotFit, variance: Array) -> Arra
     """
     out = np.zeros(evidence.joints)
     for j, a in enumerate(evidence.at):
-        usual = variance[j][a.band]
-        energy = np.array([np.sum(fit.residual[j][cell] ** 2) for cell in a.cells])
-        if (usual > 0.0).any():
-            out[j] = (energy[usual > 0.0] / usual[usual > 0.0]).sum() / a.count[usual > 0.0].sum()
+        usual, (covered, usable) = a.spread(variance[j][a.band]), _usable(evidence, j)
+        use = usable[a.segment] & (usual > 0.0)
+        if use.any():
+            out[j] = (fit.residual[j][use] ** 2 / usual[use]).sum() / covered[a.segment][use].sum()
     return out
 
 
@@ -62,8 +70,7 @@ def worst_segments(evidence: RobotEvidence, fit: RobotFit) -> Array:
                            for rows in evidence.recordings])
     for j, a in enumerate(evidence.at):
         energy = np.bincount(a.segment, fit.residual[j] ** 2, evidence.segments) / hops
-        covered = np.concatenate([rows.tests.covered[:, j] for rows in evidence.recordings])
-        use = covered > COVERED
+        covered, use = _usable(evidence, j)
         if use.any():
             e = np.sort(energy[use] / covered[use])
             out[j] = np.sqrt(e[-max(1, len(e) // 10):].mean())

@@ -19,6 +19,10 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import (
     BalanceColumn, COMMAND, JointMotion, SETPOINT, TORQUE)
 
+HYSTERESIS = (0.1, 0.3, 1.0)  # widths, of the deviation of the angle
+SWINGS = tuple(0.5 * 1.3 ** k for k in range(8))  # Hz
+SWING_DAMPING = 0.05
+
 Columns = Mapping[int, Array]  # {joint: [R, k]} of all recordings, one behind the other
 
 
@@ -188,6 +192,37 @@ def splines(x: Array, count: int = 8, robust: bool = True) -> Array:
     return (columns - columns.mean(axis=0))[:, 1:]
 
 
+def stops(x: Array, widths: Sequence[float]) -> Array:
+    """
+    Return stop operators [N, J, k] of `x` [N, J]: a hysteresis over x is a sum of them (Prandtl).
+
+    Each follows x within +-`widths` [k] of its deviation, and stays at the edge beyond.
+    """
+    edge = np.std(x, axis=0)[:, None] * widths
+    out = np.zeros((len(x), *edge.shape))
+    now = out[0]
+    for i, step in enumerate(np.diff(x, axis=0)[:, :, None], 1):
+        now = np.minimum(np.maximum(now + step, -edge), edge)
+        out[i] = now
+    return out
+
+
+def swing(x: Array, period: float, frequency: float) -> Array:
+    """
+    Return the responses [N, 2] of a mass that swings in a joint to its acceleration and speed.
+
+    Args:
+        x: position [N].
+        period: of its samples, s.
+        frequency: of the mass, Hz.
+    """
+    w = 2.0 * math.pi * frequency
+    poles = [1.0, 2.0 * SWING_DAMPING * w, w * w]
+    return np.stack([scipy.signal.lfilter(*scipy.signal.bilinear(zeros, poles, 1.0 / period),
+                                          x - x[0])
+                     for zeros in ([1.0, 0.0, 0.0], [w, 0.0])], axis=1)
+
+
 def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
     """Return functions of `recordings` without a law: if one wins, the cause is unknown."""
     joints = recordings[0].robot.chain.joints
@@ -203,6 +238,14 @@ def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
             parts = [rows.tested(j, x) for rows, x in zip(recordings, np.split(series, ends))]
             out.append(Candidate('function', {j: np.concatenate(parts)}, joint=joints[j],
                                  free=True, over=over))
+
+    def swinging(j: int, frequency: float) -> Candidate:
+        parts = [rows.tested(j, swing(rows.joints[j].q, rows.motion.step, frequency))
+                 for rows in recordings]
+        return Candidate('function', {j: np.concatenate(parts)}, joint=joints[j], free=True,
+                         over='past speeds', setting=frequency, extra=1,
+                         again=lambda f: swinging(j, f))
+    past = stops(np.concatenate([rows.motion.q for rows in recordings]), HYSTERESIS)
     for j in range(len(joints)):
         q, v, load, sign, t = (whole(get, j) for get in (
             lambda m: m.q, lambda m: m.v, lambda m: m.load, lambda m: m.sign, lambda m: m.t))
@@ -212,6 +255,8 @@ def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
         add(j, 'time', splines(t, 8, robust=False))
         add(j, 'friction over time', sign[:, None] * splines(t, 6, robust=False))
         add(j, 'friction over angle', sign[:, None] * splines(q, 6))
+        add(j, 'past angles', past[:, j])
+        out += [swinging(j, f) for f in SWINGS]
         for k, other in enumerate(joints):
             if k != j:
                 add(j, f'angle of {other}', splines(whole(lambda m: m.q, k), 6))

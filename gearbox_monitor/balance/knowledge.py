@@ -254,6 +254,8 @@ def scattered(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candi
         {key: deviation of each coefficient}, over-dispersion [J], number of parts.
     """
     joints = {name: j for j, name in enumerate(evidence.recordings[0].robot.chain.joints)}
+    # One function at many settings would count as often.
+    candidates = [c for c in candidates if not c.free or c.setting is None]
     table: dict[str, list[tuple[Array, Array]]] = {}
     over, count = np.ones(len(joints)), 0
     for division in partitions(evidence):

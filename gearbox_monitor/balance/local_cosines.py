@@ -51,9 +51,19 @@ class TestFunctions:
     @cached_property
     def covered(self) -> Array:
         """Mean square of the mask in each segment [S, J]."""
+        return np.stack([self._window @ self.mask[s:s + len(self._window)] ** 2
+                         for s in self.starts])
+
+    @cached_property
+    def _window(self) -> Array:
         window = self.value[:, 0] ** 2 + self.value[:, 1] ** 2
-        window = window / window.sum()
-        return np.stack([window @ self.mask[s:s + len(window)] ** 2 for s in self.starts])
+        return np.asarray(window / window.sum())
+
+    def mean_in_motion(self, x: Array, joint: int) -> Array:
+        """Return the mean [S] of `x` [N] over the time of each segment in which `joint` moves."""
+        weighted = self.mask[:, joint] ** 2 * x
+        total = [self._window @ weighted[s:s + len(self._window)] for s in self.starts]
+        return np.array(total) / np.maximum(self.covered[:, joint], 1e-9)
 
     def _project(self, x: Array, basis: Array) -> Array:
         blocks = np.stack([x[s:s + len(basis)] for s in self.starts])     # S, 2 hop, K

@@ -21,7 +21,7 @@ from gearbox_monitor.balance.robot_log import RobotLog, SETPOINT
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.shapes import DRY, FIRST, group_of, shape_of, VISCOUS
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.effects.balance_column import JointMotion
+from gearbox_monitor.plant.effects.balance_column import JointMotion, moved
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.robot.chain import Chain, PER_LINK
 
@@ -71,7 +71,8 @@ class Rows:
     One recording, tested.
 
     target [J, R]: effort less model. inertial {(link, joint): [R, 10]}. model [J, R]: of the file.
-    joints: JointMotion of each joint. nuisance: columns.
+    joints: JointMotion of each joint. nuisance: columns. strange [S, J]: share of each segment in
+    which no reference was.
     """
 
     name: str
@@ -88,6 +89,7 @@ class Rows:
     setpoint: bool = False
     rate: float = 100.0
     settings: Settings = field(default=SETTINGS)
+    strange: Array | None = None
 
     def tested(self, joint: int, series: Array, momentum: bool = False) -> Array:
         """Return the rows [R, k] of `series` [N, k] at `joint`, with `momentum` of its rate."""
@@ -192,20 +194,20 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
     effort = kp * error - kd * motion.v + added if setpoint else motion.input
     target = np.stack([tests.of(effort[:, j, None], j)[:, 0] for j in range(count)]) - model
     steady = _steady(motion, effort)
-    smooth = passive + chain.armature * _rate(motion, motion.v)
-    friction = smooth + coulomb * sign
+    friction = passive + chain.armature * _rate(motion, motion.v) + coulomb * sign
     joints = [JointMotion(
         motion.t, motion.q[:, j], motion.v[:, j], sign[:, j], load[:, j],
-        load[:, j] + smooth[:, j], load[:, j] + friction[:, j], steady[:, j], error[:, j],
+        load[:, j] + friction[:, j], steady[:, j], error[:, j],
         motion.input_speed[:, j], added[:, j], kp[j], kd[j],
         float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
         float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
-        robot.learnt, *np.zeros((2, n))) for j in range(count)]
+        robot.learnt, *np.zeros((3, n))) for j in range(count)]
     rows = Rows('', robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
                 setpoint=setpoint, settings=settings)
     if robot.learnt and mean:
-        joints = [_taught(replace(m, model=m.model + more[:, j], smooth=m.smooth + more[:, j]),
-                          name, shapes, mean, j, _rate(motion, motion.v)[:, j])
+        acceleration = _rate(motion, motion.v)
+        joints = [_taught(replace(m, model=m.model + more[:, j]), name, shapes, mean, j,
+                          acceleration[:, j])
                   for j, (m, name) in enumerate(zip(joints, chain.joints))]
         rows = replace(rows, joints=tuple(joints))
     return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
@@ -238,14 +240,14 @@ def _taught(m: JointMotion, name: str, shapes: Sequence[tuple[int, str]],
             mean: Mapping[str, float], joint: int, acceleration: Array) -> JointMotion:
     """Return `m` with the torque that a reference taught of the joint."""
     rotor = mean.get(f'armature {name}', 0.0) * acceleration
-    model, smooth = m.model + rotor, m.smooth + rotor
+    model = m.model + rotor
     groups = {DRY: np.zeros_like(model), VISCOUS: np.zeros_like(model), '': np.zeros_like(model)}
     for shape in (*FIRST, *(s for j, s in shapes if j == joint)):
         series = shape_of(shape)(m)
         for k in range(series.shape[1]):
             groups[group_of(shape)] += mean.get(f'{name}: {shape} {k}', 0.0) * series[:, k]
-    return replace(m, model=model + sum(groups.values()), smooth=smooth, dry=groups[DRY],
-                   wet=groups[VISCOUS])
+    taught = np.sum(list(groups.values()), axis=0)
+    return replace(m, model=model + taught, taught=taught, dry=groups[DRY], wet=groups[VISCOUS])
 
 
 def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceColumn]:
@@ -269,9 +271,9 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
         spread = s.armature_learnt * torque / 20.0 if robot.learnt else 0.0
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
-        delays[j] = rows.tested(j, m.smooth[:, None], True)[:, 0]
+        delays[j] = rows.tested(j, moved(m.t, m.model, 0.0))[:, 0]
         columns.append(NuisanceColumn(f'lag {name}', {j: delays[j]},
-                                      max(s.lag_joint, 0.25 * rows.motion.step)))
+                                      s.lag_joint))
         slow = m.sign * np.exp(-(m.v / s.creep) ** 2)
         if not robot.learnt:
             add(f'viscous {name}', m.v, robot.friction_tolerance * m.viscous + 1e-9, VISCOUS)
@@ -293,5 +295,5 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
             add(f'kd {name}', m.kd * m.v, gain)
             add(f'setpoint lag {name}', m.kp * m.setpoint_speed, max(0.25 * rows.motion.step,
                                                                      0.003))
-    columns.append(NuisanceColumn('lag', delays, s.lag, own=True))
+    columns.append(NuisanceColumn('lag', delays, max(s.lag, 0.25 * rows.motion.step), own=True))
     return columns

@@ -26,7 +26,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_OFFSET
 from gearbox_monitor.plant.effects.controller import (
-    SERVO_DEADBAND, SERVO_GAIN, SETPOINT_DELAY)
+    SERVO_DEADBAND, SERVO_GAIN, SERVO_LIMIT, SETPOINT_DELAY)
 from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
 
 TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
@@ -104,16 +104,12 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     blank = evidence.fit()
     search = _judged(evidence, blank, laws, free, knowledge, shares)
     remainders = _remainders(evidence, search, knowledge, settings)
-    cautions, strange = _cautions(knowledge.joints, shares, settings) if knowledge else ((), set())
-    # What a joint does where no reference was is no evidence of a fault.
-    usual = tuple(f'{r.joint}: what remains over {r.over or "no variable"} may be usual there'
-                  for r in remainders if r.joint in strange)
+    cautions = _cautions(knowledge.joints, shares, settings) if knowledge else ()
     return RobotVerdict(
-        _findings(evidence, search), tuple(r for r in remainders if r.joint not in strange),
-        _ranked(evidence, blank, search.fit),
+        _findings(evidence, search), remainders, _ranked(evidence, blank, search.fit),
         smallest_visible(evidence, blank, laws, search.scales),
         _not_tried(recordings[0], laws),
-        (*cautions, *_of_gains(evidence, search.fit), *_of_small(evidence, search), *usual),
+        (*cautions, *_of_gains(evidence, search.fit), *_of_small(evidence, search)),
         search.fit, evidence)
 
 
@@ -468,7 +464,7 @@ def visible_size(evidence: RobotEvidence, fit: RobotFit, c: Candidate, covarianc
         covariance: of its coefficients.
         scales: of its evidence.
     """
-    if c.values is None or c.effect in (COUPLING.id, SATURATION.id):
+    if c.values is None or c.effect in (COUPLING.id, SATURATION.id, SERVO_LIMIT.id):
         return None
     along = np.zeros(c.width)
     along[0] = 1.0
@@ -529,12 +525,11 @@ def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
 
 
 def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], settings: Settings
-              ) -> tuple[tuple[str, ...], set[str | None]]:
-    """Return what the references did not visit, in words, and the joints."""
-    distant = [(name, variable, share) for name, of in zip(joints, shares)
-           for variable, share in of.items() if share > 1.0 - settings.visited]
+              ) -> tuple[str, ...]:
+    """Return what the references did not visit, in words."""
     return tuple(f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
-                 for name, variable, share in distant), {name for name, *_ in distant}
+                 for name, of in zip(joints, shares) for variable, share in of.items()
+                 if share > 1.0 - settings.visited)
 
 
 def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:

@@ -104,19 +104,25 @@ def unvisited_shares(recordings: Sequence[Rows], visits: Mapping[str, Mapping[st
 
 def with_unvisited(rows: Rows, visits: Mapping[str, Mapping[str, Visits]], sizes: Array) -> Rows:
     """
-    Return `rows` with nuisance where no reference was.
+    Return `rows` with nuisance where no reference was, and which segments that are.
 
     Args:
         rows: of a recording.
         visits: {joint: {variable: Visits}} of the references.
         sizes: taught torque [J], N m.
     """
-    columns = list(rows.nuisance)
+    columns, tests = list(rows.nuisance), rows.tests
+    strange = np.zeros((len(tests.starts), len(sizes)))
     for j, name in enumerate(rows.robot.chain.joints):
         for variable, of in visits[name].items():
             knots, series, _ = unvisited(rows, j, variable, of)
             if knots:
-                columns += [NuisanceColumn(f'beyond {name} {variable} {knot}', {j: tested},
-                                           UNSURE * sizes[j])
-                            for knot, tested in zip(knots, rows.tested(j, series).T)]
-    return replace(rows, nuisance=tuple(columns))
+                strange[:, j] = np.maximum(strange[:, j], tests.mean_in_motion(
+                    series.sum(axis=1), j))
+                # A torque and a friction: of the speed, whose sign is in it, they are the same.
+                friction = rows.sign[:, j, None] * series
+                for kind, x in (('', series), ('friction ', friction))[:1 + (variable != 'speed')]:
+                    columns += [NuisanceColumn(f'beyond {name} {kind}{variable} {knot}',
+                                               {j: tested}, UNSURE * sizes[j])
+                                for knot, tested in zip(knots, rows.tested(j, x).T)]
+    return replace(rows, nuisance=tuple(columns), strange=strange)

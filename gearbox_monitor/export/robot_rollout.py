@@ -79,7 +79,7 @@ def _runs(file: ChainFile, verdict: RobotVerdict, closed: bool) -> tuple[Array, 
         m.dof_damping[:] = 0.0
         m.actuator_damping[:] = 0.0
         for j in range(len(chain.links)):
-            taught[:, j] = rows.joints[j].model - rows.joints[j].smooth
+            taught[:, j] = rows.joints[j].taught
     effort = np.stack([x.effort for x in rows.joints], axis=1) - taught
     for i, c in enumerate(verdict.fit.chosen if closed else ()):
         b = verdict.fit.values[verdict.fit.of(i)]

@@ -3,6 +3,7 @@
 
 """The traps of the balance, each of which once cost a wrong verdict; verdicts on random robots."""
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,7 +13,7 @@ import random_robots
 import robot_gap
 from scipy.signal import butter, sosfreqz
 
-from gearbox_monitor.balance.candidates import Candidate
+from gearbox_monitor.balance.candidates import Candidate, stops, swing
 from gearbox_monitor.balance.contest import _allowed
 from gearbox_monitor.balance.evidence import RobotEvidence
 from gearbox_monitor.balance.local_cosines import local_cosines
@@ -21,10 +22,10 @@ from gearbox_monitor.balance.robot_effects import compact
 from gearbox_monitor.balance.rows import RobotModel, rows_of
 from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.balance.verdict import _joined, diagnose
-from gearbox_monitor.balance.visits import unvisited, visits_of
+from gearbox_monitor.balance.visits import visits_of, with_unvisited
 from gearbox_monitor.export.robot_model import chain_of_compiled
 from gearbox_monitor.identification.findings import Finding
-from gearbox_monitor.plant.effects.actuator import limits_reached
+from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, limits_reached
 from gearbox_monitor.plant.effects.balance_column import JointMotion
 from gearbox_monitor.report.robot_words import finding_words
 from gearbox_monitor.robot.chain import inertial
@@ -46,6 +47,7 @@ def model_of(case):
     return RobotModel(chain, np.full(len(case.joints), 0.4), 0.0, learnt=True)
 
 
+@cache
 def healthy_evidence():
     """Return the RobotEvidence of a healthy random robot and the fit of its nuisance."""
     case = random_robots.make(16, True, [], 100)
@@ -105,8 +107,8 @@ def test_no_limit_is_tried_inside_the_noise():
     """A level in the noise rectifies it: saturation at 1.00 with a gain of 16 000 was named."""
     effort = 5.0 + 0.1 * np.sin(np.arange(2000) / 50.0)
     zero = np.zeros(2000)
-    m = JointMotion(*[zero] * 7, effort, *[zero] * 3, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, False, zero,
-                    zero)
+    m = JointMotion(*[zero] * 6, effort, *[zero] * 3, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, False,
+                    *[zero] * 3)
     m = JointMotion(**{**vars(m), 'effort': effort})
     assert limits_reached(m) == []
     assert limits_reached(JointMotion(**{**vars(m), 'noise': 0.001}))
@@ -179,6 +181,29 @@ def test_a_reference_whose_parts_differ_teaches_less():
     assert ratio.min() > 0.999 and 2.0 < ratio.max() < 3.001
 
 
+def test_tolerance_of_time_has_the_column_of_a_delay():
+    """Two columns that differ at 50 Hz: their difference was named as a delay."""
+    rows = healthy_evidence()[0].recordings[0]
+    lags = {c.label: c for c in rows.nuisance if c.label.startswith('lag')}
+    for j, (name, m) in enumerate(zip(rows.robot.chain.joints, rows.joints)):
+        column = rows.tested(j, ACTUATOR_DELAY.column.series(m, 0.0))
+        np.testing.assert_allclose(lags[f'lag {name}'].rows[j], column[:, 0])
+        np.testing.assert_allclose(lags['lag'].rows[j], column[:, 0])
+
+
+def test_functions_of_the_past_remember():
+    t = np.arange(0.0, 20.0, 0.01)
+    x = np.where(t < 10.0, np.sin(t), np.sin(10.0) + 0.3 * np.sin(40.0 * (t - 10.0)))[:, None]
+    y, edge = stops(x, (0.1, 50.0))[:, 0], 0.1 * np.std(x)
+    assert np.abs(y[:, 0]).max() == pytest.approx(edge)
+    np.testing.assert_allclose(y[:, 1], x[:, 0] - x[0, 0], atol=1e-9)
+    forth, back = (int(np.argmax((t > a) & (x[:, 0] > 0.5))) for a in (0.0, 6.5))
+    turn = int(np.argmax((t > 1.6) & (x[:, 0] < 0.5)))
+    assert y[forth, 0] == pytest.approx(y[back, 0]) == pytest.approx(-y[turn, 0])
+    sizes = [np.std(swing(np.sin(6.28 * f * t), 0.01, 1.5)[1000:], axis=0) for f in (1, 1.5, 2)]
+    assert np.argmax(sizes, axis=0).tolist() == [1, 1]
+
+
 def test_angles_of_a_slide_have_knots_within_its_range():
     """Knots 0.3 m apart: a slide of 0.1 m had been everywhere."""
     case = random_robots.make(32045, True, [], 100)
@@ -187,7 +212,15 @@ def test_angles_of_a_slide_have_knots_within_its_range():
     visits = visits_of([rows], slide)['angle']
     assert visits.spacing < 0.3 * np.ptp(rows.motion.q[:, slide])
     away = replace(rows, joints=tuple(replace(m, q=m.q + 0.4) for m in rows.joints))
-    assert unvisited(away, slide, 'angle', visits)[2] > 0.9
+    name, moves = rows.robot.chain.joints[slide], rows.tests.covered[:, slide] > 0.0
+    everywhere = {joint: {} for joint in rows.robot.chain.joints}
+    for own, strange in ((rows, 0.0), (away, 1.0)):
+        beyond = with_unvisited(own, {**everywhere, name: {'angle': visits}}, np.ones(9)[
+            :len(own.joints)])
+        np.testing.assert_allclose(beyond.strange[moves, slide], strange, atol=0.1)
+        assert not beyond.strange[:, :slide].any()
+        # Its friction is as unsure as its torque.
+        assert any('friction angle' in c.label for c in beyond.nuisance) or not strange
 
 
 def test_a_gain_is_held_against_all_that_a_reference_taught():
@@ -203,13 +236,19 @@ def test_scatter_between_parts_is_no_argument_about_the_name():
     assert robot_gap.case_of(32038, True)['how'] == 'one: right'
 
 
-@pytest.mark.parametrize('factor, tolerance', [(1.0, 0.2), (0.5, 0.2), (2.0, 10.0)])
-def test_gains_of_a_servo_may_be_wrong(factor, tolerance):
-    """Free gains allowed the solution 0 = 0, and sizes came in the scale of a wrong gain."""
+@pytest.fixture(scope='module')
+def servo_offset():
+    """Return the Case of a servo robot with an offset, and its log."""
     case = random_robots.make(9708, False, ['torque_offset'], 100)
+    return case, random_robots.log(case, 1, 20.0, True, True)
+
+
+@pytest.mark.parametrize('factor, tolerance', [(1.0, 0.2), (0.5, 0.2), (2.0, 10.0)])
+def test_gains_of_a_servo_may_be_wrong(factor, tolerance, servo_offset):
+    """Free gains allowed the solution 0 = 0, and sizes came in the scale of a wrong gain."""
+    case, (log, _, (kp, kd)) = servo_offset
     chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
                               Path('robot.xml'))
-    log, _, (kp, kd) = random_robots.log(case, 1, 20.0, True, True)
     count = len(case.joints)
     robot = RobotModel(chain, np.full(count, 0.05), 0.05, kp=factor * kp, kd=factor * kd,
                        compensated=True, gain_tolerance=tolerance)

@@ -73,7 +73,7 @@ ACTUATOR_DELAY = Effect(
     meaning='torque follows the command with a dead time', torque_only=True,
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
     column=BalanceColumn(
-        lambda m, late: moved(m.t, m.smooth, late), one('T'), setting='T',
+        lambda m, late: moved(m.t, m.model, late), one('T'), setting='T',
         grid=lambda m: (0.005, 0.015), fixed_point=True, low=lambda m: 0.0, high=3.0 * MAX_DELAY,
         needs=COMMAND, twins=('actuator_lag', 'motor_encoder_delay')))
 
@@ -105,6 +105,14 @@ def limits_reached(m: JointMotion) -> list[float]:
     return levels
 
 
+def limit_column(needs: str, twins: tuple[str, ...] = ()) -> BalanceColumn:
+    """Return the BalanceColumn of a limit of the torque: what the effort has beyond it."""
+    return BalanceColumn(
+        lambda m, u: (m.effort - np.clip(m.effort, -u, u))[:, None],
+        lambda b, u: {'umax': u}, setting='umax', grid=limits_reached, low=lambda m: 0.85,
+        high=1.15, needs=needs, twins=twins)
+
+
 SATURATION = Effect(
     'saturation', 'actuator', 'u_act = clip(u, -umax, umax)',
     (Parameter('umax', 'N m', 0.0, of_command=True),),
@@ -114,10 +122,7 @@ SATURATION = Effect(
     since='0.1.0',
     meaning='torque is limited below the command', command=clipped_command, off=math.inf,
     order=-1, starts=limits_below_peak, torque_only=True,
-    column=BalanceColumn(
-        lambda m, u: (m.effort - np.clip(m.effort, -u, u))[:, None],
-        lambda b, u: {'umax': u}, setting='umax', grid=limits_reached, low=lambda m: 0.85,
-        high=1.15, needs=COMMAND))
+    column=limit_column(COMMAND))
 
 
 @jit_part

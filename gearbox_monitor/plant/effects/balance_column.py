@@ -24,11 +24,11 @@ class JointMotion:
     One joint of a moving robot.
 
     t s, q rad or m, v, sign (expected, of a noisy speed), load (torque of the rigid bodies without
-    friction), smooth (with what does not jump at reversal), model (all), effort (without noise):
-    [N] each, N m. error (setpoint less q), setpoint_speed, compensation (torque that it adds for
-    the weight) [N], kp, kd: of a servo. noise: of the effort, N m. coulomb, viscous, armature: of
-    the model file. learnt: the file's friction is not known but from a reference. dry, wet [N]:
-    friction that a reference taught, which scales with direction and with speed, else 0.
+    friction), model (all), effort (without noise): [N] each, N m. error (setpoint less q),
+    setpoint_speed, compensation (torque that it adds for the weight) [N], kp, kd: of a servo.
+    noise: of the effort, N m. coulomb, viscous, armature: of the model file. learnt: the file's
+    friction is not known but from a reference. taught [N]: what a reference taught beside bodies
+    and rotors; dry, wet: its parts that scale with direction and with speed; else 0.
     """
 
     t: Array
@@ -36,7 +36,6 @@ class JointMotion:
     v: Array
     sign: Array
     load: Array
-    smooth: Array
     model: Array
     effort: Array
     error: Array
@@ -49,6 +48,7 @@ class JointMotion:
     viscous: float
     armature: float
     learnt: bool
+    taught: Array
     dry: Array
     wet: Array
 

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.plant.effects.actuator import limits_below_peak
+from gearbox_monitor.plant.effects.actuator import limit_column, limits_below_peak
 from gearbox_monitor.plant.effects.balance_column import (
     BalanceColumn, JointMotion, not_negative, one, SETPOINT as OF_SETPOINT)
 from gearbox_monitor.plant.effects.effect import (
@@ -42,7 +42,7 @@ SERVO_LIMIT = Effect(
           'ones fit.',
     since='0.2.0',
     meaning='servo limits its torque below the limit of the model', off=math.inf,
-    starts=limits_below_peak)
+    starts=limits_below_peak, column=limit_column(OF_SETPOINT, ('saturation',)))
 
 
 def _deadband_starts(s: Scales) -> Starts:
