@@ -26,6 +26,7 @@ import os
 from pathlib import Path
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -123,14 +124,14 @@ def diagnose(folder: str | Path, exclude: Sequence[str],
     if exclude:
         line += ['--exclude', *exclude]
     process = subprocess.Popen(line, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    resource.prlimit(process.pid, resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
+    resource.prlimit(process.pid, resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS + 5))
     with cast(IO[bytes], process.stderr) as pipe:
         said = pipe.read().decode(errors='replace').strip().splitlines()[-1:]
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     seconds = usage.ru_utime + usage.ru_stime
     failure = '' if process.returncode in (0, 1) else (
-        f'no answer within {CPU_SECONDS} s of CPU time' if seconds >= CPU_SECONDS - 1
+        f'no answer within {CPU_SECONDS} s of CPU time' if process.returncode == -signal.SIGXCPU
         else (said or [f'exit {process.returncode}'])[0])
     try:
         return json.loads(out.read_text(encoding='utf-8')), seconds, failure
