@@ -146,6 +146,7 @@ def test_bad_arguments_are_one_line(arguments, words, capsys):
     assert words in error and len(error.splitlines()) == 1
 
 
+@pytest.mark.system
 @compiled
 def test_the_learned_gap_is_that_of_the_drive():
     """The estimator begins with a gap that is 30 % too wide."""
