@@ -28,7 +28,7 @@ def only_from_cache() -> Iterator[None]:
     """Raise KernelMissing where the block would compile what a folder can keep, by numba."""
     from numba.core import event
 
-    class Refusal(event.Listener):
+    class CompilationRefused(event.Listener):
 
         def on_start(self, compilation: Any) -> None:
             if compilation.data['dispatcher'].stats.cache_path is not None:
@@ -37,7 +37,7 @@ def only_from_cache() -> Iterator[None]:
         def on_end(self, compilation: Any) -> None:
             pass
 
-    with event.install_listener('numba:compile', Refusal()):
+    with event.install_listener('numba:compile', CompilationRefused()):
         yield
 
 

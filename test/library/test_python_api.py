@@ -8,6 +8,8 @@ import pytest
 import gearbox_monitor as gm
 from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
 from gearbox_monitor.bag.robot_example import write_robot_pair
+from gearbox_monitor.identification import unit_adaptation
+from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.library.identify import uniform
 from gearbox_monitor.plant.simulate import Noise
@@ -124,6 +126,21 @@ def test_a_recording_for_validation_is_read_for_the_model(verdict, trajectory):
     assert [v.name for v in again.values] == ['Cv', 'Cc']
     with pytest.raises(AttributeError):
         again.gap_after = 0.0
+
+
+def test_adapt_keeps_values_that_are_more_likely_and_widens_their_tolerances(monkeypatch):
+    t = np.arange(5000) * DT
+    drive = gm.DriveModel()
+    run = gm.load_recording(gm.simulate(drive, 5 * np.cos(5.7 * t) + 2 * np.cos(14.5 * t), DT,
+                                        Noise(measurement=(2e-3, 1e-3)), 1), drive)
+    tolerances = {'inertia_tolerance': (0.1, 0.3)}
+    for stiffness, kept in ((75.0, True), (drive.transmission.stiffness, False)):
+        monkeypatch.setattr(unit_adaptation, 'adapt', lambda *_, k=stiffness: Adapted(
+            drive.with_(stiffness=k), object(), tolerances, {}, {}, []))
+        result = gm.adapt(run, drive, tau_k_model='random_walk')
+        assert bool(result.kept) == kept == ('less likely' in ''.join(result.open))
+        assert result.model == drive.with_(**(
+            {'inertia_tolerance': 0.3} if kept else {'stiffness': stiffness}))
 
 
 def test_notes_name_their_recording_where_there_are_several(trajectory):
