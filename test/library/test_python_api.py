@@ -134,13 +134,13 @@ def test_adapt_keeps_values_that_are_more_likely_and_widens_their_tolerances(mon
     run = gm.load_recording(gm.simulate(drive, 5 * np.cos(5.7 * t) + 2 * np.cos(14.5 * t), DT,
                                         Noise(measurement=(2e-3, 1e-3)), 1), drive)
     tolerances = {'inertia_tolerance': (0.1, 0.3)}
-    for stiffness, kept in ((75.0, True), (drive.transmission.stiffness, False)):
-        monkeypatch.setattr(unit_adaptation, 'adapt', lambda *_, k=stiffness: Adapted(
-            drive.with_(stiffness=k), object(), tolerances, {}, {}, []))
+    for inertia, kept in ((3.0 * drive.arm_inertia, True), (drive.arm_inertia, False)):
+        monkeypatch.setattr(unit_adaptation, 'adapt', lambda *_, m2=inertia: Adapted(
+            drive.with_(arm_inertia=m2), object(), tolerances, {}, {}, []))
         result = gm.adapt(run, drive, tau_k_model='random_walk')
         assert bool(result.kept) == kept == ('less likely' in ''.join(result.open))
         assert result.model == drive.with_(**(
-            {'inertia_tolerance': 0.3} if kept else {'stiffness': stiffness}))
+            {'inertia_tolerance': 0.3} if kept else {'arm_inertia': inertia}))
 
 
 def test_notes_name_their_recording_where_there_are_several(trajectory):
