@@ -125,14 +125,15 @@ class RobotEvidence:
     def _prior(self, prior: Prior | None) -> tuple[Array, Array]:
         """Return mean and precision of the nuisance, in units of its deviations."""
         mean, covariance = np.zeros(len(self.labels)), np.eye(len(self.labels))
-        if prior is not None:
-            place = {label: i for i, label in enumerate(self.labels)}
-            shared = [(i, place[label]) for i, label in enumerate(prior.labels) if label in place]
-            theirs, ours = (np.array(x, int) for x in zip(*shared))
-            scale = self.deviation[ours]
-            mean[ours] = prior.mean[theirs] / scale
-            covariance[np.ix_(ours, ours)] = prior.covariance[np.ix_(theirs, theirs)] / np.outer(
-                scale, scale)
+        if prior is None:
+            return mean, covariance
+        place = {label: i for i, label in enumerate(self.labels)}
+        shared = [(i, place[label]) for i, label in enumerate(prior.labels) if label in place]
+        theirs, ours = (np.array(x, int) for x in zip(*shared))
+        scale = self.deviation[ours]
+        mean[ours] = prior.mean[theirs] / scale
+        covariance[np.ix_(ours, ours)] = prior.covariance[np.ix_(theirs, theirs)] / np.outer(
+            scale, scale)
         values, vectors = np.linalg.eigh(covariance)
         return mean, (vectors / np.maximum(values, 1e-10 * values.max())) @ vectors.T
 
