@@ -13,14 +13,15 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from gearbox_monitor.balance.robot_effects import PAYLOAD
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.identification.parameter_ranges import NORMAL, ParameterRanges, PAYLOAD
+from gearbox_monitor.identification.parameter_ranges import NORMAL, ParameterRanges
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY
 
 ALIASES = {'isaaclab': 'isaac'}
 FRICTION, VISCOUS, ARMATURE = 'Cc', 'Cv', 'm1'
 DELAY, WEIGHT = 'actuator_delay.T', 'gravity.G'
-MASS = f'{PAYLOAD}.m'  # mass that a robot holds beyond its file
+MASS = f'{PAYLOAD.id}.m'  # mass that a robot holds beyond its file
 JOINT = (FRICTION, VISCOUS, ARMATURE)  # that the function which draws together can write
 STEP = 0.005                           # s, of the physics in the text, for the delay
 RELATED = 0.3                          # correlation that is worth a sentence

@@ -32,7 +32,6 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import Saved, Shown
 
-PAYLOAD = 'payload'  # of a robot: what it holds beyond its file, also less
 CONFIDENCE = 0.9
 NORMAL = 1.6448536269514722  # deviations of a normal that hold CONFIDENCE
 COMPONENTS = 200  # of the mixture over the variance between drives
@@ -256,7 +255,7 @@ def is_signed(name: str) -> bool:
     """
     if name in NUISANCES or name == 'kt':  # a factor on the torque, not the change of it
         return False
-    if name.startswith(f'{PAYLOAD}.'):
+    if name.startswith('payload.'):  # of a robot, beyond its file: also less
         return True
     effect, _, own = '.'.join(BY_EFFECT.get(name, (name,))).partition('.')
     for parameter in library()[effect].parameters if effect in library() else ():

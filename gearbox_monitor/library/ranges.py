@@ -9,20 +9,22 @@ from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.balance.robot_effects import PAYLOAD
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.plain_data import read_json
 from gearbox_monitor.identification.candidates import NUISANCES
 from gearbox_monitor.identification.nominal import FittedValue, NominalFit
 from gearbox_monitor.identification.parameter_ranges import (
-    ParameterRanges, PAYLOAD, ranges_of, UnitEstimate)
+    ParameterRanges, ranges_of, UnitEstimate)
 from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 
 SHORT = {where: name for name, where in NUISANCES.items()}
 EXPECTED = 'JSON of fit-nominal, adapt or diagnose, or what fit or diagnose returns'
-Source = NominalFit | Adapted | Verdict | str | Path
+Source = NominalFit | Adapted | Verdict | RobotDiagnosis | str | Path
 
 
 def ranges(sources: Sequence[Source]) -> ParameterRanges:
@@ -30,10 +32,10 @@ def ranges(sources: Sequence[Source]) -> ParameterRanges:
     Return the ranges that a new drive of the kind may have, from estimates of several.
 
     Args:
-        sources: one estimate of each drive, or of each recording of one drive: what `fit`, `adapt`
-            and `diagnose` return, or the JSON files of the commands. Of a verdict the values of
-            its findings count, as if their errors were independent; of that on a robot its
-            payload.
+        sources: one estimate of each drive, or of each recording of one drive: what `fit`,
+            `adapt`, `diagnose` and `diagnose_robot` return, or the JSON files of the commands. Of
+            a verdict the values of its findings count, as if their errors were independent; of
+            one on a robot only its payload.
 
     Returns:
         The ranges: `low` and `high` hold 90 %; `sample` draws drives; `save` writes YAML.
@@ -71,6 +73,8 @@ def _estimate(source: Any, name: str, notes: list[str]) -> UnitEstimate:
         return _of_values(source.values, source.covariance, name, notes)
     if isinstance(source, Verdict):
         return _of_findings([f.to_dict() for f in source.findings], name, notes)
+    if isinstance(source, RobotDiagnosis):
+        return _of_payload(source.data['findings'], name, notes)
     raise InputError(f'{name}: {type(source).__name__}, expected {EXPECTED}')
 
 
@@ -150,27 +154,27 @@ def _of_findings(findings: Sequence[Mapping[str, Any]], name: str,
 def _of_payload(findings: Sequence[Any], name: str, notes: list[str]) -> UnitEstimate:
     """Return the UnitEstimate of the payload in the findings of a robot, as plain data."""
     findings = [f if isinstance(f, dict) else {} for f in findings]
-    payloads = [f for f in findings if f.get('effect') == PAYLOAD]
+    payloads = [f for f in findings if f.get('effect') == PAYLOAD.id]
     dropped = [f'{f.get("effect")} at {f.get("joint") or f.get("link") or "the base"}'
-              for f in findings if f.get('effect') != PAYLOAD]
+              for f in findings if f.get('effect') != PAYLOAD.id]
     if len(payloads) != 1:
         raise InputError(f'{name}: {len(payloads)} payloads, expected one in the verdict on a '
                          'robot')
     if dropped:
-        notes.append(f'{name}: {", ".join(dropped)}: no payload, no range')
+        notes.append(f'{name}: {", ".join(dropped)}: of a robot only the payload has a range')
     payload: Mapping[str, Any] = payloads[0]
     if not all(isinstance(payload.get(key), Mapping) for key in ('values', 'deviations')):
         raise InputError(f'{name}: payload: no values and deviations, expected {EXPECTED}')
     values, units, errors = {}, {}, []
-    for own, unit in (('m', 'kg'), ('cx', 'm'), ('cy', 'm'), ('cz', 'm')):
+    for own, unit in PAYLOAD.units.items():
         value, error = payload['values'].get(own), payload['deviations'].get(own)
         if not (_is_number(value) and _is_number(error) and error >= 0.0):
-            notes.append(f'{name}: {PAYLOAD}.{own}: without a deviation, no range')
+            notes.append(f'{name}: {PAYLOAD.id}.{own}: without a deviation, no range')
             continue
-        values[f'{PAYLOAD}.{own}'] = float(value)
-        units[f'{PAYLOAD}.{own}'] = f'{unit} at {payload.get("link")}'
+        values[f'{PAYLOAD.id}.{own}'] = float(value)
+        units[f'{PAYLOAD.id}.{own}'] = f'{unit} at {payload.get("link")}'
         errors.append(float(error))
-    if f'{PAYLOAD}.m' not in values:
+    if f'{PAYLOAD.id}.m' not in values:
         raise InputError(f'{name}: payload: no mass with a deviation, expected {EXPECTED}')
     return UnitEstimate(name, values, units, np.diag(np.square(errors)))
 

@@ -4,6 +4,7 @@
 """Ranges of a population of drives: intervals with a known answer, and the texts made of them."""
 import ast
 import json
+from pathlib import Path
 import re
 
 import numpy as np
@@ -16,6 +17,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.randomisation import randomisation
 from gearbox_monitor.identification.parameter_ranges import ranges_of, UnitEstimate
+from gearbox_monitor.library.robot import RobotDiagnosis
 
 
 def estimate(values, covariance, name='unit'):
@@ -279,6 +281,9 @@ def test_payload_of_several_robots_is_drawn_on_top_of_the_link(tmp_path, capsys)
     assert found.high[i] == pytest.approx(masses.mean() + reach, rel=1e-3)
     assert found.units[i] == 'kg at flange' and found.index('payload.cx') is None
     assert any('motor_coulomb at joint2' in note for note in found.notes)
+    robots = [RobotDiagnosis(None, None, json.loads(Path(path).read_text()), None, ())
+              for path in paths]
+    assert gm.ranges(robots).high == pytest.approx(found.high)
     for to, field in (('isaac', 'mass_distribution_params'), ('mjlab', 'ranges')):
         assert main(['export', *paths, '--to', to, '--ranges']) == 0
         text = capsys.readouterr().out
