@@ -5,10 +5,10 @@
 Entries of the catalogue of actuators from public recordings: values, ranges, held-out error.
 
 Each recording of the back end is fitted alone, those of a servo by the gain of its firmware; the
-ranges are those of the next recording. The recordings held
-out were not fitted: their error is that of the median values. Joints of an arm are fitted with
-its links, and each group of recordings is judged by the values of the others. DATA is the folder
-of the recordings, see docs/actuators.md for its source.
+ranges are those of the next recording. The recordings held out were not fitted: their error is
+that of the median values. Joints of an arm are fitted with its links, and each group of recordings
+is judged by the values of the others. DATA is the folder of the recordings, see docs/actuators.md
+for its source.
 
 usage examples:
   python -m benchmarks actuators xl330 path/to/bam_servo_pendulum --out xl330.yaml
@@ -97,12 +97,14 @@ def _of_servo(folder: Path, kind: str) -> Measured:
     """Return the estimates of a servo of BAM's bench by its setpoints, one of each gain."""
     servo, show = bam.SERVOS[kind], progress_line()
     logs = bam.read_logs(folder / kind)
-    if len(logs) < 2:
-        raise InputError(f'{folder / kind}: {len(logs)} recordings, expected those of BAM')
+    fitted = [log for log in logs if log.raw['trajectory'] in bam.TRAINED]
     test = [log for log in logs if log.raw['trajectory'] not in bam.TRAINED]
+    if not (fitted and test):
+        raise InputError(f'{folder / kind}: {len(fitted)} recordings to fit and {len(test)} to '
+                         f'judge, expected some of {", ".join(bam.TRAINED)} and some others')
     estimates, left = [], []
-    for gain in sorted({log.kp for log in logs}):
-        group = [log for log in logs if log.kp == gain and log not in test]
+    for gain in sorted({log.kp for log in fitted}):
+        group = [log for log in fitted if log.kp == gain]
         carried = group[0].raw['mass'] * group[0].raw['length'] ** 2
         model = _swinging(servo, group[0], servo.inertia)
         show(f'{kind}: gain {gain:g}')
@@ -116,6 +118,8 @@ def _of_servo(folder: Path, kind: str) -> Measured:
         estimates.append(_unit(' and '.join(log.path.name for log in group), fit, servo.torque,
                                'N m at full duty', carried))
     show('')
+    if not estimates:
+        raise InputError(*left)
 
     def judged(ranges: ParameterRanges) -> dict[str, Any]:
         """Return the mean absolute error of runs from the setpoints alone."""

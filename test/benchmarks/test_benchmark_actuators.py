@@ -2,9 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """A joint of the catalogue: its own values beside the link that it moves, judged by other days."""
+import gzip
+import json
+
 import numpy as np
 import pytest
 
+from benchmarks.__main__ import main
 from benchmarks.actuators import _log, _of_joint, _with_guesses
 from gearbox_monitor.identification.parameter_ranges import ranges_of
 from gearbox_monitor.plant.drive import DriveModel
@@ -45,3 +49,15 @@ def test_joint_has_its_values_beside_a_link_and_is_judged_by_other_days(tmp_path
     judged = measured.judged(ranges)
     assert all(error < 0.1 * without
                for error, without in zip(judged['error'], judged['without']))
+
+
+def test_a_servo_without_a_motion_to_fit_is_one_line(tmp_path, capsys):
+    (tmp_path / 'xl330').mkdir()
+    row = {'timestamp': 0.0, 'position': 0.0, 'goal_position': 0.0, 'torque_enable': True}
+    for name in 'ab':
+        with gzip.open(tmp_path / f'xl330/{name}.json.gz', 'wt', encoding='utf-8') as file:
+            json.dump({'mass': 0.5, 'length': 0.1, 'kp': 200, 'trajectory': 'lift_and_drop',
+                       'entries': [row, {**row, 'timestamp': 1.0}]}, file)
+    assert main(['actuators', 'xl330', str(tmp_path)]) == 2
+    shown = capsys.readouterr().err
+    assert '0 recordings to fit and 2 to judge' in shown and shown.count('\n') == 1
