@@ -3,7 +3,9 @@
 
 """The catalogue of actuators: each entry loads, draws and is exported."""
 import ast
+from decimal import Decimal
 from pathlib import Path
+import re
 
 import numpy as np
 import pytest
@@ -37,6 +39,34 @@ def test_entry_has_values_within_its_ranges_and_their_source(name):
     drawn = found.ranges.sample(2000, seed=1)['Cc']
     inside = (drawn >= found.ranges.low[i]) & (drawn <= found.ranges.high[i])
     assert np.mean(inside) == pytest.approx(0.9, abs=0.03)
+
+
+def is_rounded(stated, value):
+    """Return whether the number `stated` is `value` to the last digit of it."""
+    half = 0.5 * 10.0 ** Decimal(stated).as_tuple().exponent
+    return abs(float(stated) - value) <= 1.001 * half
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_page_states_the_entry_and_what_is_open(name):
+    page = (Path(__file__).parents[2] / 'docs/actuators.md').read_text()
+    row, = re.findall(rf'^\| {name} \| (.*) \|$', page, re.MULTILINE)
+    *cells, error = row.split(' | ')
+    found = gm.load_actuator(name)
+    model = found.model
+    undetermined = {key for c in found.ranges.combinations for key in c.exponents}
+    for cell, (key, value) in zip(cells, (
+            ('m1', model.motor_inertia), ('Cc', model.coulomb_friction),
+            ('Cv', model.viscous_friction), ('kt', model.torque_constant)), strict=True):
+        stated = cell.split()[0]
+        assert (stated == 'open') == (key in undetermined), key
+        assert stated == 'open' or is_rounded(stated, value), key
+    for stated, values in zip(error.split(' of '), ('error', 'motion'), strict=True):
+        numbers = re.findall(r'[0-9.]+', stated)
+        ends = min(found.held_out[values]), max(found.held_out[values])
+        assert is_rounded(min(numbers, key=float), ends[0]), values
+        assert is_rounded(max(numbers, key=float), ends[1]), values
+    assert error.endswith(f' {found.held_out["unit"]}')
 
 
 def test_unknown_name_lists_the_catalogue():
