@@ -13,7 +13,7 @@ from gearbox_monitor.bag.read import BagReader, JOINT_STATE
 from gearbox_monitor.bag.stamp_matching import StampMatcher
 from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
-from gearbox_monitor.estimation.sample_loop import LATE, REASONS
+from gearbox_monitor.estimation.sample_loop import ESTIMATE, REASONS, stamp_codes, START
 from gearbox_monitor.interfaces.signals import PLANT_TRANSMISSION_STATE, TRANSMISSION
 from gearbox_monitor.kernels.types import Flags, Integers
 
@@ -35,7 +35,7 @@ class ReplaySummary:
         if self._truth:
             self._decode = player.reader.decoder(self._truth.topic, (self._truth.joint,))
         self._samples = self._estimates = 0
-        self._duration, self._last = 0, 0  # ns, of all runs of the clock; stamp before
+        self._duration, self._last = 0, 0  # ns, of all runs of the clock; last stamp taken
         self._burnt_in: int | None = None  # stamp from which on estimates count
         self._first_counted: int | None = None
         self._nis, self._nis_expected, self._counted = 0.0, 0.0, 0
@@ -48,11 +48,7 @@ class ReplaySummary:
         stamps, estimates = part.samples.stamp_ns, part.estimates
         self._samples += len(stamps)
         self._estimates += len(estimates.stamp_ns)
-        stamped = stamps[stamps > 0]
-        if len(stamped):
-            step = np.diff(stamped, prepend=self._last or stamped[0])
-            self._duration += int(step[step > -LATE].sum())  # beyond that the clock restarts
-            self._last = int(stamped[-1])
+        self._add_duration(stamps)
         if self._burnt_in is None and len(estimates.stamp_ns):
             self._burnt_in = int(estimates.stamp_ns[0]) + BURN_IN
         settled = estimates.stamp_ns >= (self._burnt_in or 0)
@@ -66,6 +62,15 @@ class ReplaySummary:
                 self._first_counted = int(counted[0])
         if self._truth:
             self._compare(part, self._truth.topic, estimates, counted, rows)
+
+    def _add_duration(self, stamps: Integers) -> None:
+        """Add the time between those of `stamps` (ns) that the estimator takes."""
+        stamps = np.append(self._last, stamps)
+        codes = stamp_codes(stamps, self._player.estimator.parameters.max_gap)
+        stamps = stamps[(codes == ESTIMATE) | (codes == START)]
+        step = np.diff(stamps)
+        self._duration += int(step[step > 0].sum())  # at a step back the clock restarts
+        self._last = int(stamps[-1]) if len(stamps) else 0
 
     def _compare(self, part: ReplayPart, topic: str, estimates: Estimates, counted: Integers,
                  rows: slice | Flags) -> None:

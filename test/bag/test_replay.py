@@ -84,6 +84,21 @@ def test_the_true_torque_of_a_gearbox_is_under_its_name(tmp_path):
         assert truth(reader, replace(recording, topic='/right/joint_states')) is None
 
 
+def test_duration_is_that_of_all_runs_without_stamps_that_stray(tmp_path, drive, capsys):
+    stamps = T0 + np.tile(np.arange(N // 2) * 1_000_000, 2)  # the clock restarts
+    stamps[500] -= 5_000_000_000
+    stamps[3000] += 100_000_000_000_000_000
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        for k, message in enumerate(encode_joint_states(stamps, ['motor', 'arm'], drive.y,
+                                                        effort=drive.u[:, None] * [1.0, np.nan])):
+            writer.write('/joint_states', T0 + k * 1_000_000, message)
+    assert main(['replay', str(tmp_path / 'bag'), '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told['duration_s'] == pytest.approx(N * 1e-3, abs=0.01)
+    assert told['rate_hz'] == pytest.approx(1000.0, abs=2.0)
+
+
 def test_csv_and_json_hold_what_the_monitor_says(bag, options, drive, tmp_path, capsys):
     file = tmp_path / 'out.csv'
     assert main(['replay', str(bag), *options, '--csv', str(file), '--json']) == 0
