@@ -150,7 +150,7 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
               for k, part in enumerate(parts, 1) if isinstance(part, InputError)]
     if len(parts) > 1:
         notes.append(f'evaluated in {len(parts)} parts: each line shows the first of the worst '
-                     'parts')
+                     'parts, refused and lost samples are counted in all')
     if arm and arm not in decode.joints:  # it was never measured
         notes.append(f'{topic} has no joint {arm!r}, only {", ".join(decode.joints)}: name it '
                      "with --arm-joint, '' where there is no arm encoder")

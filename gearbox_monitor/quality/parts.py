@@ -22,8 +22,8 @@ def joined(parts: Sequence[Examination], drift_window: float) -> Examination:
     """
     Return the Examination of a recording from those of its `parts`, in order.
 
-    Each line is that of the part in which it is worst, of equal ones the first. drift_window (s):
-    the estimator's.
+    Each line is that of the part in which it is worst, of equal ones the first; samples that are
+    refused or lost are counted in all parts. drift_window (s): the estimator's.
     """
     if len(parts) == 1:
         return parts[0]
@@ -45,14 +45,18 @@ def joined(parts: Sequence[Examination], drift_window: float) -> Examination:
 def _worst(candidates: Sequence[tuple[float, DataFinding]], start: float, count: int
            ) -> DataFinding:
     """
-    Return the worst of [(begin of its part, Line)], the first of equal ones; it tells the part.
+    Return the worst of [(begin of its part, finding)], the first of equal ones, with its part.
 
     start: of the recording, s; count: of the parts that could have such a line.
     """
     begin, line = max(candidates, key=lambda pair: pair[1].verdict())
+    counted = line.group == 'stamps' and line.name in ('order', 'gaps')
+    if counted:
+        line = stamps.counted(line, [(part - start, finding) for part, finding in candidates])
     if sum(candidate.verdict() == line.verdict() for _, candidate in candidates) == count:
         return line
-    return replace(line, figure=f'{line.figure} (part from {begin - start:.0f} s on)',
+    where = f'{"worst in the " if counted else ""}part from {begin - start:.0f} s on'
+    return replace(line, figure=f'{line.figure} ({where})',
                    values={**line.values, 'part_from_s': begin - start})
 
 
@@ -63,5 +67,5 @@ def _rests(part: Examination) -> bool:
 
 
 def _of_rest(line: DataFinding) -> bool:
-    """Return whether a Line says something where the drive stands, too."""
+    """Return whether a finding says something where the drive stands, too."""
     return line.group == 'stamps' or line.group in ('motor', 'arm') and line.name == 'readings'

@@ -201,7 +201,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
             continue
         values[field], count = _fill(t, value, field, where, place, axis)
         notices.append(f'{count} values of {field} were NaN and are interpolated')
-    index, dt, jitter = grid_of(t)
+    index, dt, jitter = _grid(t)
     if rms_of(jitter) > LIMITS.max_run * dt:
         raise InputError(f'{where}t: stamps stray from any even spacing by '
                          f'{np.abs(jitter).max():.3g} s, expected one sample rate')
@@ -404,7 +404,7 @@ def _usual_step(t: Array) -> tuple[float, float]:
     return usual, 1.4826 * float(np.median(np.abs(step - usual)))
 
 
-def grid_of(t: Array) -> tuple[Integers, float, Array]:
+def _grid(t: Array) -> tuple[Integers, float, Array]:
     """
     Return (index [N], dt, jitter [N]): t = index dt + jitter, from 0, index increasing.
 
@@ -435,10 +435,9 @@ def absent_samples(t: Array) -> Integers:
     """
     Return how many samples are missing by the stamps `t` [N] (s, increasing) between each two.
 
-    The one definition: a step that is late by lateness, or in a loop that takes what time it
-    needs, misses none.
+    A step that is long because a sample is late, or because the loop has no clock, misses none.
     """
-    index, dt, jitter = grid_of(t)
+    index, dt, jitter = _grid(t)
     return _absent(t, index, _wander(jitter, dt))
 
 

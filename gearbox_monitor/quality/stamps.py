@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Stamps of a recording: order, rate, jitter, dropouts and length."""
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -117,9 +119,7 @@ def evened(stamps: Integers) -> Integers:
 def lines(stamps: Integers, clock: StampClock, max_gap: float, drift_window: float
           ) -> list[DataFinding]:
     """
-    Return Lines on stamps int64 [N] ns with their Clock `found`.
-
-    max_gap, drift_window (s): the estimator's parameters of that name.
+    Return the findings about order, rate, jitter or bursts, gaps and length of `stamps`.
 
     Args:
         stamps: stamps [N], ns.
@@ -141,21 +141,28 @@ def _order(stamps: Integers, clock: StampClock, max_gap: float) -> DataFinding:
     swapped = backward - (CONFIRM - 1) * restarts
     values = {'samples': len(stamps), 'zero': zero, 'repeated': repeated, 'backward': backward,
               'refused': refused, 'restarts': restarts}
-    counts = [f'{n} {word}' for n, word in (
-        (zero, 'zero'), (repeated, 'repeated'), (backward, 'backward'),
-        (restarts, 'restarts of the clock')) if n]
-    if not counts:
-        figure = f'{len(stamps)}, all increasing'
-        return DataFinding(_GROUP, 'order', figure + (f'; {jumps} are refused after gaps' if jumps
-                                                      else ''), values=values)
+    if refused == jumps and not restarts:
+        return DataFinding(_GROUP, 'order', _order_figure(values), values=values)
     share = refused / len(stamps)
     grade = BAD if share > LIMITS.refused else WARN
     advice = 'let one publisher stamp each message with the time of its measurement'
     if restarts and not (zero or repeated or swapped > 0):
         advice = 'record each run of a simulation by itself; diagnose uses the longest one'
     return DataFinding(
-        _GROUP, 'order', f'{", ".join(counts)}; {refused} of {len(stamps)} samples are refused',
-        advice, hurts(grade, grade, BAD if share > LIMITS.max_repaired else grade), values)
+        _GROUP, 'order', _order_figure(values), advice,
+        hurts(grade, grade, BAD if share > LIMITS.max_repaired else grade), values)
+
+
+def _order_figure(values: Mapping[str, Any]) -> str:
+    """Return the figure of the counts `values` of `_order`."""
+    counts = [f'{values[key]} {words}' for key, words in (
+        ('zero', 'zero'), ('repeated', 'repeated'), ('backward', 'backward'),
+        ('restarts', 'restarts of the clock')) if values[key]]
+    if counts:
+        return (f'{", ".join(counts)}; {values["refused"]} of {values["samples"]} samples are '
+                'refused')
+    return f'{values["samples"]}, all increasing' + (
+        f'; {values["refused"]} are refused after gaps' if values['refused'] else '')
 
 
 def _bursts(clock: StampClock) -> DataFinding:
@@ -231,23 +238,49 @@ def _gaps(clock: StampClock, max_gap: float) -> DataFinding:
     longest, lost = float(step.max()), clock.absent.sum()
     step[[row - 1 for row in clock.restarts]] = 0.0
     gaps = int((clock.absent > 0).sum())
-    values = {'gaps': gaps, 'lost': int(lost), 'longest_gap_s': longest}
-    if not lost:
-        return DataFinding(_GROUP, 'gaps', f'none; longest step {longest * 1e3:.3g} ms',
-                           values=values)
-    share = lost / (lost + len(clock.seconds))
     restarts = int((step > max_gap).sum())
+    values = {'gaps': gaps, 'lost': int(lost), 'longest_gap_s': longest, 'restarts': restarts,
+              'longest_gap_at_s': float(clock.seconds[np.argmax(step)]),
+              'samples': len(clock.seconds)}
+    if not lost:
+        return DataFinding(_GROUP, 'gaps', _gaps_figure(values), values=values)
+    share = lost / (lost + len(clock.seconds))
     grade = (BAD if share > LIMITS.lost_many
              else WARN if share > LIMITS.lost_notice or restarts else OK)
-    at = clock.seconds[np.argmax(step)]
-    figure = (f'{gaps} with {lost} samples ({100 * share:.2g} %), the longest '
-              f'{longest:.3g} s at {at:.4g} s')
-    if restarts:
-        figure += f'; {restarts} restart the filter'
     advice = '' if grade == OK else \
         'look for a busy network or recorder: raise the depth of its queue, record locally'
-    return DataFinding(_GROUP, 'gaps', figure, advice,
+    return DataFinding(_GROUP, 'gaps', _gaps_figure(values), advice,
                        hurts(grade, grade, _for_diagnosis(clock)), values)
+
+
+def _gaps_figure(values: Mapping[str, Any]) -> str:
+    """Return the figure of the counts `values` of `_gaps`."""
+    longest, lost = values['longest_gap_s'], values['lost']
+    if not lost:
+        return f'none; longest step {longest * 1e3:.3g} ms'
+    share = lost / (lost + values['samples'])
+    figure = (f'{values["gaps"]} with {lost} samples ({100 * share:.2g} %), the longest '
+              f'{longest:.3g} s at {values["longest_gap_at_s"]:.4g} s')
+    return figure + (f'; {values["restarts"]} restart the filter' if values['restarts'] else '')
+
+
+def counted(line: DataFinding, parts: Sequence[tuple[float, DataFinding]]) -> DataFinding:
+    """
+    Return the finding `line` about order or gaps with the counts of all parts of a recording.
+
+    Args:
+        line: of the part that decides.
+        parts: (begin of the part from that of the recording in s, its finding), in order; each
+            part begins with the last sample of the part before.
+    """
+    values = {key: sum(finding.values[key] for _, finding in parts) for key in line.values}
+    values['samples'] -= len(parts) - 1
+    if line.name == 'order':
+        return replace(line, figure=_order_figure(values), values=values)
+    begin, longest = max(parts, key=lambda pair: pair[1].values['longest_gap_s'])
+    values['longest_gap_s'] = longest.values['longest_gap_s']
+    values['longest_gap_at_s'] = begin + longest.values['longest_gap_at_s']
+    return replace(line, figure=_gaps_figure(values), values=values)
 
 
 def _for_diagnosis(clock: StampClock) -> Grade:
@@ -264,7 +297,7 @@ def _for_diagnosis(clock: StampClock) -> Grade:
 
 
 def length(seconds: float, drift_window: float) -> DataFinding:
-    """Return the Line on a recording of so many `seconds`; drift_window (s): the estimator's."""
+    """Return the finding about a recording of so many `seconds`; see `lines` on drift_window."""
     windows = int(seconds / drift_window)
     estimation = OK if seconds >= LIMITS.length else WARN
     drift = (BAD if windows < LIMITS.drift_windows_none

@@ -286,6 +286,24 @@ def test_a_fault_in_any_part_counts_and_a_part_at_rest_spoils_nothing(sound):
     assert line.verdict() == BAD and '(part from 10 s on)' in line.figure
 
 
+def test_lost_and_refused_samples_of_all_parts_are_counted(sound):
+    keep = np.setdiff1d(np.arange(N), [*range(1000, 1003), *range(12000, 12010)])
+    part = Samples(*(getattr(sound, name)[keep] for name in ('stamp_ns', 'u', 'y')))
+    stamp = part.stamp_ns.copy()
+    stamp[[500, 9000, 15000]] = stamp[[499, 8999, 14999]]
+    part = changed(part, stamp_ns=stamp)
+    ends = (0, 5000, len(stamp))
+    lines = parts.joined([examine(Samples(*(getattr(part, name)[max(a - 1, 0):b]
+                                            for name in ('stamp_ns', 'u', 'y'))), PARAMETERS)
+                          for a, b in zip(ends, ends[1:])], 2.5).lines
+    order, gaps = (next(line for line in lines if line.name == name) for name in (
+        'order', 'gaps'))
+    assert order.figure == f'3 repeated; 3 of {N - 13} samples are refused'
+    # What repeats is refused, so it is lost, too.
+    assert gaps.values['gaps'] == 5 and gaps.values['lost'] == 16
+    assert '0.011 s at 11.99' in gaps.figure or '0.011 s at 12 s' in gaps.figure
+
+
 # ---------------------------------------------------------------------- command line
 
 
@@ -346,7 +364,7 @@ def test_command_with_a_long_recording(bags, monkeypatch, capsys):
     main(words)
     parts = json.loads(capsys.readouterr().out)
     assert parts['notes'] == ['evaluated in 2 parts: each line shows the first of the worst '
-                              'parts']
+                              'parts, refused and lost samples are counted in all']
     assert [line['name'] for line in parts['lines']] == [line['name'] for line in whole['lines']]
     length = next(line for line in parts['lines'] if line['name'] == 'length')
     assert length['values']['duration_s'] == pytest.approx(11.999)
