@@ -281,8 +281,8 @@ def meanings(labels: Sequence[str], units: Sequence[str] | None = None) -> list[
         return [replace(meaning, label=label, joint=_joint_name(joint, (joint,)),
                         key=tuple(words_of(joint)))
                 if meaning.quantity in (POSITION, VELOCITY, EFFORT) else
-                replace(meaning, label=label, joint='') for label in labels
-                for joint, meaning in [product.get(label, ('', meaning_of(label)))]]
+                replace(meaning, label=label, joint='') for label, column in zip(labels, columns)
+                for joint, meaning in [product.get(label, ('', column))]]
     if not any(c.quantity == POSITION and c.source in (MEASURED, '') for c in columns):
         columns = [replace(column, quantity=POSITION, why='the joint itself')
                    if JOINT.fullmatch(column.label) else column for column in columns]
@@ -316,10 +316,16 @@ def _product(labels: Sequence[str], units: Sequence[str]) -> dict[str, tuple[str
     if not whole:
         return {}
     joints, _ = max(whole, key=lambda pair: len(pair[0]))
-    result = {label: (label[:cut.start()], meaning_of(label[cut.end():], unit))
-              for label, unit, cut in splits if prefixes[label[cut.end():]] == joints}
-    quantities = {meaning.quantity for _, meaning in result.values()}
-    return result if quantities & {POSITION, VELOCITY} and NOTHING not in quantities else {}
+    splits = [(label, unit, cut) for label, unit, cut in splits
+              if prefixes[label[cut.end():]] == joints]
+    signals = _by_convention([meaning_of(label[cut.end():], unit) for label, unit, cut in splits])
+    quantities = {meaning.quantity for meaning in signals}
+    if not quantities & {POSITION, VELOCITY} or any(
+            signal.quantity == NOTHING and not STRANGE & set(words_of(signal.label))
+            for signal in signals):  # a temperature of each joint may stand beside them
+        return {}
+    return {label: (label[:cut.start()], meaning)
+            for (label, _, cut), meaning in zip(splits, signals)}
 
 
 def _has_signal_words(joint: str) -> bool:
@@ -374,12 +380,13 @@ def _by_notation(columns: Sequence[Meaning]) -> Callable[[Meaning], Meaning]:
     Return the function that reads a Meaning by letters that mean one thing beside each other.
 
     theta beside q: motor and link of an elastic joint. q_A beside d_A, i_q beside i_d: axes of a
-    current.
+    current. input_pos beside pos_estimate: what an ODrive is to do.
     """
     endings = {column.label.rpartition('.')[2] for column in columns}
     measured = [set(words_of(c.label)) for c in columns if c.quantity == POSITION
                 and c.source in (MEASURED, '') and not c.side]
     elastic = all(any(letter in words for words in measured) for letter in ('q', 'theta'))
+    estimated = any({'pos', 'estimate'} <= words for words in measured)
 
     def _read(column: Meaning) -> Meaning:
         words = set(words_of(column.label))
@@ -388,6 +395,8 @@ def _by_notation(columns: Sequence[Meaning]) -> Callable[[Meaning], Meaning]:
             if axis in pair and set(pair) <= endings:
                 return replace(column, quantity=EFFORT, unit='A', joint='', why=f"'{axis}'",
                                source='' if axis == pair[0] else PART, side='')
+        if estimated and 'input' in words and column.quantity in (POSITION, VELOCITY, EFFORT):
+            return replace(column, source=SETPOINT, side='')
         if elastic and not column.side and column.quantity in (POSITION, VELOCITY):
             if words & {'theta', 'dtheta'}:
                 return replace(column, side='motor', why=f'{column.why}; of the motor, beside q')

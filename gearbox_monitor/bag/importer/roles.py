@@ -331,7 +331,7 @@ def _efforts(choice: Choice, columns: Sequence[Column], motion: Motion, t: Array
 def _drive_effort(choice: Choice, measured: Sequence[Column], commanded: Sequence[Column]) -> None:
     """Choose between measured and commanded efforts, torques and what needs a constant."""
     measured = _without_copies(choice, measured)
-    measured = [c for c in measured if np.ptp(c.values) > 0.0] or measured
+    measured = [c for c in measured if np.nanmax(c.values) > np.nanmin(c.values)] or measured
     torques = [c for c in measured if not is_input(c.meaning)]
     commanded_torques = [c for c in commanded if not is_input(c.meaning)]
     if torques:
