@@ -347,3 +347,85 @@ def test_options_of_a_question_can_be_pasted(tmp_path, capsys):
     path = csv(tmp_path / 'r.csv', {'t': T, 'Encoder A': ARM, 'Encoder B': np.sin(T ** 2)})
     assert main(['import', str(path), '--guess']) == 3
     assert "--use 'motor=Encoder A' --use 'arm=Encoder B'" in capsys.readouterr().err
+
+
+LONG = {'t': np.round(np.repeat(T, 2) + 0.001 * np.tile([0, 1], len(T)), 6),
+        'q': np.column_stack([ARM, 2.0 * ARM]).ravel(),
+        'dq': np.column_stack([SPEED, np.nan * T]).ravel(),
+        'tau': np.column_stack([TORQUE, 3.0 * TORQUE]).ravel()}
+NOISE = 1e-3 * np.random.default_rng(0).standard_normal(len(T))
+ROW_KEYS = np.tile(['elbow', 'wrist'], len(T))
+
+
+def _long_files(folder):
+    """Yield a row for each joint, of which the second has no velocity, in four formats."""
+    columns = {'joint': ROW_KEYS.tolist(), **{
+        name: [None if np.isnan(x) else float(x) for x in values]
+        for name, values in LONG.items()}}
+    (folder / 'c.csv').write_text(','.join(columns) + '\n' + ''.join(
+        ','.join('' if x is None else str(x) for x in row) + '\n'
+        for row in zip(*columns.values())))
+    yield folder / 'c.csv'
+    (folder / 'j.jsonl').write_text('\n'.join(
+        json.dumps(dict(zip(columns, row))) for row in zip(*columns.values())))
+    yield folder / 'j.jsonl'
+    np.savez(folder / 'n.npz', joint=ROW_KEYS, **LONG)
+    yield folder / 'n.npz'
+    parquet.write_table(pa.table({**columns, 'joint': pa.array(
+        columns['joint']).dictionary_encode()}), folder / 'p.parquet')
+    yield folder / 'p.parquet'
+
+
+def test_a_row_for_each_joint_in_every_format(tmp_path, capsys):
+    for path in _long_files(tmp_path):
+        bag = path.with_suffix('.bag')
+        assert main(['import', str(path), '--guess', '--stamps', 'even', str(bag)]) == 0
+        out, told = capsys.readouterr()
+        assert "by its name: 'dq'" in told and 'JOINT' not in told
+        assert 'laid on an even grid' in out
+        with open_bag(bag) as reader:
+            states = reader.joint_states('/joint_states', ['elbow', 'wrist'])
+        assert np.isnan(states.velocity[:, 1]).all()
+        np.testing.assert_allclose(states.position[:, 0], ARM, atol=1e-9, err_msg=str(path))
+        np.testing.assert_allclose(states.effort[1:, 1], 3.0 * np.interp(
+            T, T + 0.001, TORQUE)[1:], atol=1e-4)
+
+
+@pytest.mark.parametrize('columns, expected', [
+    # A temperature that flickers between two numbers is no name of a joint.
+    ({**NAMED, 'motor_temp': np.random.default_rng(0).integers(41, 43, len(T))},
+     {'motor_position': 'q', 'motor_effort': 'tau'}),
+    # Of an ODrive: what it is to do, no input shaft.
+    ({'t': T, 'input_pos': ARM, 'pos_estimate': np.roll(ARM, 3), 'torque_estimate': TORQUE},
+     {'motor_position': 'pos_estimate', 'motor_setpoint': 'input_pos',
+      'motor_effort': 'torque_estimate'}),
+    ({'t': T, 'input_pos': 20.0 * ARM, 'output_pos': ARM + NOISE, 'tau': TORQUE},
+     {'motor_position': 'input_pos', 'arm_position': 'output_pos', 'motor_effort': 'tau'})])
+def test_roles_of_one_joint(tmp_path, columns, expected):
+    guess = guessed_mapping(csv(tmp_path / 'log.csv', columns))
+    assert {role: block['column'] for role, block in guess.data['signals'].items()} == expected
+
+
+def test_names_of_joints_with_words_of_signals_beside_units_and_temperatures(tmp_path):
+    columns = {'t': T}
+    for k, joint in enumerate(('motor0', 'motor1', 'motor2'), 1):
+        columns.update({f'{joint}.pos_estimate': k * ARM, f'{joint}.vel_estimate': k * SPEED,
+                        f'{joint}.temp': 30.0 + 0.1 * ARM})
+    guess = guessed_mapping(csv(tmp_path / 'log.csv', columns))
+    assert guess.data['joints'] == {joint: {
+        'position': {'column': f'{joint}.pos_estimate', 'unit': 'turns'},
+        'velocity': {'column': f'{joint}.vel_estimate', 'unit': 'turns/s'}}
+        for joint in ('motor0', 'motor1', 'motor2')}
+
+
+def test_runs_one_after_another_and_torques_with_gaps_are_asked_for(tmp_path, capsys):
+    rows = ''.join(f'{run},{t!r},{q!r},{tau!r}\n' for run in ('slow', 'fast')
+                   for t, q, tau in zip(T.tolist(), ARM.tolist(), TORQUE.tolist()))
+    (tmp_path / 'runs.csv').write_text('trial,t,q,tau\n' + rows)
+    assert main(['import', str(tmp_path / 'runs.csv'), '--guess']) == 3
+    assert 'grows like a time' in capsys.readouterr().err
+    gaps = np.where(np.arange(len(T)) % 50, TORQUE, np.nan)
+    path = csv(tmp_path / 'two.csv', {'t': T, 'q': ARM, 'tau_meas': gaps,
+                                      'torque_b': 0.9 * TORQUE + 50.0 * NOISE})
+    assert main(['import', str(path), '--guess']) == 3
+    assert 'no name tells which' in capsys.readouterr().err

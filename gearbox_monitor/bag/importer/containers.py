@@ -171,6 +171,9 @@ def opened_table(path: str | Path, kind: str) -> Any:
         # A struct becomes columns 'name.part'.
         while any(str(field.type).startswith('struct') for field in table.schema):
             table = table.flatten()
+        for k, field in enumerate(table.schema):  # categories become their names
+            if str(field.type).startswith('dictionary'):
+                table = table.set_column(k, field.name, table[k].cast(field.type.value_type))
         return table
 
 

@@ -160,7 +160,7 @@ class _Proposal:
         if self.key is not None:
             by_label = {c.label: meaning for c, meaning in zip(series, descriptions)}
             pairs = [(joint, column) for joint, column in self.key.by_joint(self.all_series)
-                     if column.label in by_label]
+                     if column.label in by_label and np.isfinite(column.values).any()]
             series = [column for _, column in pairs]
             descriptions = [replace(by_label[c.label], joint=joint) for joint, c in pairs]
         joints = joints_of(descriptions)
@@ -388,7 +388,9 @@ class _Proposal:
         """Return the block of the mapping for a `column` in a role."""
         own = series[column.number]
         block: dict[str, Any] = {**own.place, **self.decoding.get(column.number, {})}
-        if not np.isfinite(own.values.astype(float)).all():
+        column_of_file = own if self.key is None else next(
+            whole for whole in self.all_series if whole.label == own.label)
+        if not np.isfinite(column_of_file.values.astype(float)).all():
             block['missing'] = 'nan'
         stated = self._stated_unit(role, column)
         unit = stated or column.meaning.unit
@@ -578,11 +580,9 @@ class _Proposal:
         if time.column is None or not any(
                 np.isnan(column.values.astype(float)).mean() > BLANK for column in used):
             return
-        own = {key: value for key, value in time.block.items()
-               if key not in ('start_stamp_ns', 'only', 'stamps')}
         for block in _blocks_of(data):
             block.pop('missing', None)
-            block['time'] = dict(own)
+            block['time'] = _own_time(time)
         self.assumptions.append('Empty cells: each curve has its own samples; they are '
                                 'interpolated onto those of the first signal.')
 
@@ -598,7 +598,7 @@ class _Proposal:
         by_number = {column.number: (choice, role) for choice in choices
                      for role, column in choice.roles.items()}
         unused = {number: reason for choice in choices for number, reason in choice.left.items()}
-        families: dict[tuple[str, ...], list[str]] = {}
+        families: dict[tuple[str, ...], tuple[str, list[str]]] = {}  # reason of the first, labels
         for k, meaning in enumerate(descriptions):
             choice, role = by_number.get(k, (None, ''))
             unit = meaning.unit
@@ -610,8 +610,8 @@ class _Proposal:
             reason = choice.reasons[role] if choice is not None else unused.get(
                 k, _no_role(meaning, bool(choices[0].joint), series[k]))
             key = (stem_of(meaning), role, unit, _alike(reason, meaning))
-            families.setdefault(key, []).append(meaning.label)
-        for (_, role, unit, reason), labels in families.items():
+            families.setdefault(key, (reason, []))[1].append(meaning.label)
+        for (_, role, unit, _), (reason, labels) in families.items():
             name = labels[0] if len(set(labels)) == 1 else f'{labels[0]} ... {labels[-1]}'
             rows.append(TableRow(name, role, unit, reason))
         return rows
@@ -625,11 +625,14 @@ def _blocks_of(data: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def _with_row_key(data: Mapping[str, Any], key: RowKey, time: FoundTime) -> None:
     """Give each signal of a table with a row for each joint the time of its own rows."""
-    own = {name: value for name, value in time.block.items()
-           if name not in ('start_stamp_ns', 'stamps')}
     for block in _blocks_of(data):
-        block['time'] = {**own, 'segment': next(iter(key.column.place.values())),
-                         'only': block.pop('only')}
+        block['time'] = {**_own_time(time), 'only': block.pop('only'),
+                         'segment': next(iter(key.column.place.values()))}
+
+
+def _own_time(time: FoundTime) -> dict[str, Any]:
+    """Return the block of the time of one signal; the recording begins at the common one."""
+    return {name: value for name, value in time.block.items() if name != 'start_stamp_ns'}
 
 
 def _names_of(role: str) -> list[str]:
@@ -639,7 +642,7 @@ def _names_of(role: str) -> list[str]:
 
 def _alike(reason: str, meaning: Meaning) -> str:
     """Return the reason without what differs from joint to joint."""
-    return re.sub(re.escape(meaning.joint) if meaning.joint else '(?!)', 'JOINT', reason)
+    return re.sub(rf'\b{re.escape(meaning.joint)}\b', 'JOINT', reason) if meaning.joint else reason
 
 
 def _time_unit(block: Mapping[str, Any]) -> str:

@@ -176,7 +176,7 @@ def _policies(stamps: Array, starts: Flags, is_named: bool) -> dict[str, Any] | 
     bursts = is_named and median < SHORTEST and (step >= 0).all()
     if bursts:  # stamped on receipt: the mean tells the rate
         median = float(np.mean(step)) * 1e-9
-    if not SHORTEST <= median < LONGEST * 1.001 or (step < 0).mean() > 0.01 or (
+    if not SHORTEST <= median < LONGEST * 1.001 or _unordered(stamps, starts) > 0.01 or (
             (step == 0).mean() > 0.3 and not bursts):
         return None
     if not is_named and np.std(step) > STEADY * np.mean(step):
@@ -191,3 +191,15 @@ def _policies(stamps: Array, starts: Flags, is_named: bool) -> dict[str, Any] | 
     if stamps[0] >= EPOCH:
         extra['start_stamp_ns'] = 'recorded'
     return extra
+
+
+def _unordered(stamps: Array, starts: Flags) -> float:
+    """
+    Return the share of the samples that are out of order; where the time restarts most are.
+
+    A late sample has later ones before it, a wild one in the future only earlier ones behind it.
+    """
+    t = np.append(0.0, np.cumsum(np.where(starts, 0.0, np.diff(stamps))))
+    late = t < np.maximum.accumulate(t)
+    early = t > np.minimum.accumulate(t[::-1])[::-1]
+    return float(min(late.mean(), early.mean()))

@@ -103,6 +103,11 @@ def recognised_layout(path: str | Path) -> Format:
     return Format(blocks, series, labelled, joints, rate, row_keys)
 
 
+def _comes_back(words: Sequence[str]) -> bool:
+    """Return whether `words` may tell rows apart: a few, that come back."""
+    return 1 < len(set(words)) <= MOST_KEYS and all(words)
+
+
 def _of_keys(column: Series) -> bool:
     return column.values.dtype.kind == 'U' and not DATE.match(str(column.values[0]))
 
@@ -228,10 +233,9 @@ def _column_values(cells: Sequence[str], text: TextFormat) -> AnyArray | None:
         return np.array([cell.strip() for cell in cells])
     if text.decimal == ',':
         cells = [cell.replace(',', '.') for cell in cells]
-    words = {cell.strip() for cell in cells}
-    if 1 < len(words) <= MOST_KEYS and not any(not word or is_number(word, text)
-                                               for word in words):
-        return np.array([cell.strip() for cell in cells])
+    words = [cell.strip() for cell in cells]
+    if _comes_back(words) and not any(is_number(word, text) for word in set(words)):
+        return np.array(words)
     values = np.full(len(cells), np.nan)
     filled = 0
     for k, cell in enumerate(cells):
@@ -328,7 +332,7 @@ def _of_table(path: str | Path, kind: str) -> Iterator[Series]:
             if all(isinstance(cell, (int, float)) for cell in rows[0] or ['']):
                 yield from _of_lists(name, name, rows)
         elif pa.types.is_string(column.type) and len(column) and (
-                DATE.match(str(column[0].as_py())) or 1 < len(column.unique()) <= MOST_KEYS):
+                DATE.match(str(column[0].as_py())) or _comes_back(column.unique().to_pylist())):
             yield Series({'column': name}, name, '', np.array([str(text) for text in
                                                                column.to_pylist()]))
 
@@ -419,12 +423,13 @@ def _at(entry: Any, parts: Sequence[str]) -> Any:
 
 
 def _matrix(value: Any) -> AnyArray | None:
-    """Return numbers or dates of `value` as an array of one or two dimensions, None otherwise."""
+    """Return numbers, dates or names of `value` as an array, None: it holds something else."""
     try:
         array = np.asarray(value)
     except (TypeError, ValueError):
         return None
-    if array.dtype.kind == 'U' and array.size and DATE.match(str(array.flat[0])):
+    if array.dtype.kind == 'U' and array.ndim == 1 and _comes_back(array.tolist()) or (
+            array.dtype.kind == 'U' and array.size and DATE.match(str(array.flat[0]))):
         return array
     if array.dtype.kind not in 'iuf' or array.ndim not in (1, 2):
         return None

@@ -389,7 +389,7 @@ def _text(block: Any, source: str) -> TextFormat:
 def _time(block: Any, source: str, kind: str, where: str = 'time') -> TimeMapping:
     allowed = [f.name for f in fields(TimeMapping)]
     if where != 'time':  # of one signal: the recording begins where the common time begins
-        allowed = [key for key in allowed if key not in ('start_stamp_ns', 'stamps')]
+        allowed.remove('start_stamp_ns')
     _require_keys(block, where, source, allowed)
     if 'rate' in block:
         for key in ('column', 'field', 'scale', 'unit'):

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gearbox_monitor.bag.importer.layout import MOST_KEYS, Series
-from gearbox_monitor.bag.importer.meaning import meaning_of, TIMES, words_of
+from gearbox_monitor.bag.importer.layout import MOST_KEYS, MOST_ROWS, Series
+from gearbox_monitor.bag.importer.meaning import (
+    COUNTER, meaning_of, NOTHING, STRANGE, TIMES, words_of)
 from gearbox_monitor.kernels.types import Integers
 
 NUMBERED = frozenset('id joint motor servo axis device actuator node can name channel'.split())
@@ -43,7 +44,8 @@ def row_key(series: Sequence[Series], words: Sequence[Series]) -> RowKey | None:
     """
     Return the RowKey of a recording, None where each row holds all joints.
 
-    Joints take turns, or the time restarts with each block of rows of a joint.
+    Joints take turns, or the time restarts with each block of rows of a joint. Blocks of what is
+    no joint by its name are runs, and of a file that is read in part blocks may be missing.
 
     Args:
         series: columns of numbers.
@@ -51,15 +53,16 @@ def row_key(series: Sequence[Series], words: Sequence[Series]) -> RowKey | None:
     """
     times = [column for column in series if meaning_of(column.label, column.unit).quantity == TIMES
              and column.values.dtype.kind in 'iuf']
-    for column in (*words, *(c for c in series if NUMBERED & set(words_of(c.label))
+    for column in (*words, *(c for c in series if _names_joints(c)
                              and c.values.dtype.kind in 'iuf')):
         names, place, counts = np.unique(column.values, return_inverse=True, return_counts=True)
         if not 1 < len(names) <= MOST_KEYS or counts.min() < EVEN * counts.max() or (
                 names.dtype.kind == 'f' and (names != np.floor(names)).any()):
             continue
         turns = np.diff(place) != 0
-        blocks = turns.sum() == len(names) - 1 and any(
-            np.array_equal(np.diff(time.values) < 0, turns) for time in times)
+        blocks = (turns.sum() == len(names) - 1 and _names_joints(column)
+                  and len(place) != MOST_ROWS and any(
+                      np.array_equal(np.diff(time.values) < 0, turns) for time in times))
         if turns.mean() > TURNS or blocks:
             order = np.argsort([int(np.flatnonzero(place == k)[0]) for k in range(len(names))])
             return RowKey(column, {
@@ -67,3 +70,10 @@ def row_key(series: Sequence[Series], words: Sequence[Series]) -> RowKey | None:
                 (str(names[k]) if names.dtype.kind == 'U' else int(names[k]),
                  np.flatnonzero(place == k)) for k in order})
     return None
+
+
+def _names_joints(column: Series) -> bool:
+    """Return whether a column tells joints apart by its name: 'motor_id', not 'motor_temp'."""
+    words = set(words_of(column.label))
+    return bool(words & NUMBERED) and not words & STRANGE and meaning_of(
+        column.label, column.unit).quantity in (COUNTER, NOTHING)
