@@ -200,6 +200,6 @@ def _unordered(stamps: Array, starts: Flags) -> float:
     A late sample has later ones before it, a wild one in the future only earlier ones behind it.
     """
     t = np.append(0.0, np.cumsum(np.where(starts, 0.0, np.diff(stamps))))
-    late = t < np.maximum.accumulate(t)
-    early = t > np.minimum.accumulate(t[::-1])[::-1]
-    return float(min(late.mean(), early.mean()))
+    behind = t < np.maximum.accumulate(t)
+    ahead = t > np.minimum.accumulate(t[::-1])[::-1]
+    return float(min(behind.mean(), ahead.mean()))
