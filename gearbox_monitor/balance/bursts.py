@@ -56,7 +56,8 @@ def energy_over(evidence: RobotEvidence, fit: RobotFit, variance: Array) -> Arra
     """
     out = np.zeros(evidence.joints)
     for j, a in enumerate(evidence.at):
-        usual, (covered, usable) = a.spread(variance[j][a.band]), _usable(evidence, j)
+        covered, usable = _usable(evidence, j)
+        usual = a.spread(variance[j][a.band])
         use = usable[a.segment] & (usual > 0.0)
         if use.any():
             out[j] = (fit.residual[j][use] ** 2 / usual[use]).sum() / covered[a.segment][use].sum()

@@ -240,8 +240,10 @@ def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
                                  free=True, over=over))
 
     def swinging(j: int, frequency: float) -> Candidate:
-        parts = [rows.tested(j, swing(rows.joints[j].q, rows.motion.step, frequency))
-                 for rows in recordings]
+        # What lies between two sections is no motion: a mass would swing from its leap.
+        series = [np.concatenate([swing(rows.joints[j].q[s], rows.motion.step, frequency)
+                                  for s in rows.motion.sections]) for rows in recordings]
+        parts = [rows.tested(j, x) for rows, x in zip(recordings, series)]
         return Candidate('function', {j: np.concatenate(parts)}, joint=joints[j], free=True,
                          over='past speeds', setting=frequency, extra=1,
                          again=lambda f: swinging(j, f))

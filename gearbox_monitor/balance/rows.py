@@ -115,9 +115,9 @@ class Rows:
             weight[:, r.joint] += r.g @ chain.theta[r.link]
         out = []
         for j in range(len(self.joints)):
-            moved, shifted = self.motion.q.copy(), np.zeros_like(weight)
-            moved[:, j] -= step
-            for r in chain.regressors(moved, still):
+            q, shifted = self.motion.q.copy(), np.zeros_like(weight)
+            q[:, j] -= step
+            for r in chain.regressors(q, still):
                 shifted[:, r.joint] += r.g @ chain.theta[r.link]
             change = (shifted - weight) / step
             size = np.abs(change).max(axis=0)
@@ -272,8 +272,7 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
         delays[j] = rows.tested(j, moved(m.t, m.model, 0.0))[:, 0]
-        columns.append(NuisanceColumn(f'lag {name}', {j: delays[j]},
-                                      s.lag_joint))
+        columns.append(NuisanceColumn(f'lag {name}', {j: delays[j]}, s.lag_joint))
         slow = m.sign * np.exp(-(m.v / s.creep) ** 2)
         if not robot.learnt:
             add(f'viscous {name}', m.v, robot.friction_tolerance * m.viscous + 1e-9, VISCOUS)

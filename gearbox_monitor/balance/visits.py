@@ -119,9 +119,10 @@ def with_unvisited(rows: Rows, visits: Mapping[str, Mapping[str, Visits]], sizes
             if knots:
                 strange[:, j] = np.maximum(strange[:, j], tests.mean_in_motion(
                     series.sum(axis=1), j))
-                # A torque and a friction: of the speed, whose sign is in it, they are the same.
-                friction = rows.sign[:, j, None] * series
-                for kind, x in (('', series), ('friction ', friction))[:1 + (variable != 'speed')]:
+                shapes = {'': series}
+                if variable != 'speed':  # whose sign is in it: its friction is a torque
+                    shapes['friction '] = rows.sign[:, j, None] * series
+                for kind, x in shapes.items():
                     columns += [NuisanceColumn(f'beyond {name} {kind}{variable} {knot}',
                                                {j: tested}, UNSURE * sizes[j])
                                 for knot, tested in zip(knots, rows.tested(j, x).T)]

@@ -13,7 +13,7 @@ import random_robots
 import robot_gap
 from scipy.signal import butter, sosfreqz
 
-from gearbox_monitor.balance.candidates import Candidate, stops, swing
+from gearbox_monitor.balance.candidates import Candidate, free_functions, stops, swing
 from gearbox_monitor.balance.contest import _allowed
 from gearbox_monitor.balance.evidence import RobotEvidence
 from gearbox_monitor.balance.local_cosines import local_cosines
@@ -204,6 +204,20 @@ def test_functions_of_the_past_remember():
     assert np.argmax(sizes, axis=0).tolist() == [1, 1]
 
 
+def test_no_mass_swings_from_a_gap_of_the_log():
+    """A leap of the position between two sections rang for seconds."""
+    rows = healthy_evidence()[0].recordings[0]
+    middle = len(rows.motion.t) // 2
+    ends = slice(0, middle), slice(middle, len(rows.motion.t))
+    rows = replace(rows, motion=replace(rows.motion, sections=ends))
+    leap = np.arange(len(rows.motion.t)) >= middle
+    away = replace(rows, joints=tuple(replace(m, q=m.q + leap) for m in rows.joints))
+    for one, other in zip(*(free_functions([x]) for x in (rows, away))):
+        if one.over == 'past speeds':
+            for j, x in one.columns.items():
+                np.testing.assert_allclose(other.columns[j], x, atol=1e-9)
+
+
 def test_angles_of_a_slide_have_knots_within_its_range():
     """Knots 0.3 m apart: a slide of 0.1 m had been everywhere."""
     case = random_robots.make(32045, True, [], 100)
@@ -215,8 +229,8 @@ def test_angles_of_a_slide_have_knots_within_its_range():
     name, moves = rows.robot.chain.joints[slide], rows.tests.covered[:, slide] > 0.0
     everywhere = {joint: {} for joint in rows.robot.chain.joints}
     for own, strange in ((rows, 0.0), (away, 1.0)):
-        beyond = with_unvisited(own, {**everywhere, name: {'angle': visits}}, np.ones(9)[
-            :len(own.joints)])
+        beyond = with_unvisited(own, {**everywhere, name: {'angle': visits}}, np.ones(
+            len(own.joints)))
         np.testing.assert_allclose(beyond.strange[moves, slide], strange, atol=0.1)
         assert not beyond.strange[:, :slide].any()
         # Its friction is as unsure as its torque.

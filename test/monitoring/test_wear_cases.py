@@ -113,7 +113,7 @@ def test_slow_friction_keeps_up():
 class OiledGearbox(Gearbox):
     """Friction of the model at 20 deg C: viscous falls by 3 %/K, Coulomb by 0.2 %/K."""
 
-    def warm(self, speed, temperatures, coulomb=0.0):
+    def warm(self, speed, temperatures, coulomb=0.0, gap=0.0):
         """Return the outcomes of friction; the share of Coulomb friction at the end is `share`."""
         found = []
         for kelvin in np.asarray(temperatures) - 20.0:
@@ -121,7 +121,7 @@ class OiledGearbox(Gearbox):
             self.share = new / (viscous * speed + new)
             errors = self.random.standard_normal(2) * (0.0013, 0.0065)
             found.append(judged(self.tracker, self.window(
-                speed=speed, viscous=viscous - 0.1 + errors[0], coulomb_std=0.0065,
+                gap, speed=speed, viscous=viscous - 0.1 + errors[0], coulomb_std=0.0065,
                 coulomb=new * (1.0 + coulomb) - 0.27 + errors[1]), True, kelvin + 20.0))
         return [f['friction'] for f in found]
 
@@ -153,6 +153,25 @@ def test_growth_does_not_hide_behind_points_that_a_warming_founds():
     assert found[-1].level == Level.WARN
     growth, std = gearbox.tracker.growth(FEATURES.index('friction'))
     assert abs(growth - 0.6 * gearbox.share) < 3 * std
+
+
+def test_a_gap_grows_in_a_warming_oil():
+    gearbox = OiledGearbox(5)
+    gearbox.warm(18.0, np.concatenate([np.full(30, 20.0), WARMING]))
+    gearbox.warm(18.0, WARMING, gap=0.2)
+    size(gearbox, 'gap', 0.2, WARNED)
+    assert not [key for key in gearbox.tracker.changes if key != 'gap']
+
+
+def test_trackers_that_continue_one_state_do_not_touch_it():
+    gearbox = learnt(8)
+    gearbox.go(1, load=9.0)
+    state = gearbox.tracker.to_dict()
+    text = json.dumps(state)
+    gearbox.tracker = Tracker(gearbox.tracker.settings, state)
+    gearbox.go(1, load=30.0)
+    gearbox.go(30)
+    assert json.dumps(state) == text
 
 
 def test_one_of_two_changes_ends():

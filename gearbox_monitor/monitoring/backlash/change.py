@@ -209,9 +209,9 @@ class Tracker:
             stamp = data.stamps[-1] if data.stamps else self.stamp_ns - 1
             for column, feature in enumerate(self.wear):
                 if np.isfinite(values[column]):
-                    feature.pending.append(stamp)
+                    pending = [*feature.pending, stamp]
                     # A change that came with one that is dropped shows at its neighbours.
-                    del feature.pending[1:len(feature.pending) - MAX_PENDING + 1]
+                    feature.pending = pending[:1] + pending[1:][1 - MAX_PENDING:]
         data.add(self.stamp_ns, point, trusted, data.warmth(self.temperature),
                  data.relative(values))
         marks = self._marks()
@@ -280,7 +280,7 @@ class Tracker:
         prior = PRIORS[min(column, len(PRIORS) - 1) if column != SHARP else GAP]
         spread = self.data.spread[column]
         offset = prior.offset ** 2 if not math.isfinite(spread) else spread
-        common = (LIMITS.level_std ** 2, prior.temperature ** 2, prior.warmth ** 2,
+        common = (LIMITS.level_std ** 2, prior.temperature ** 2, prior.coulomb ** 2,
                   prior.distrust ** 2, self.data.shift[column])
         return np.concatenate([common, np.full(points, offset)])
 
@@ -351,7 +351,7 @@ class Tracker:
         """Keep what a fit says of temperature, spread of offsets and the healthy level."""
         data, first = self.data, wear.N_COMMON
         share = data.shares([points[place]], column)[0]
-        data.slopes[column] = fit.mean[wear.TEMPERATURE:wear.WARMTH + 1] @ share
+        data.slopes[column] = fit.mean[wear.TEMPERATURES] @ share
         variance = np.diag(fit.covariance)
         offsets = slice(first, first + len(points))
         stated = PRIORS[GAP if column == SHARP else column].offset ** 2
@@ -363,7 +363,7 @@ class Tracker:
         if column < len(FEATURES):
             at = np.zeros(len(fit.mean))
             at[[wear.LEVEL, first + place]] = 1.0
-            at[wear.TEMPERATURE:wear.WARMTH + 1] = data.kelvin[-1] * share
+            at[wear.TEMPERATURES] = data.kelvin[-1] * share
             self._levels[column] = at @ fit.mean
             self._level_stds[column] = math.sqrt(max(float(at @ fit.covariance @ at), 0.0))
 
@@ -498,7 +498,7 @@ class Tracker:
             value = float(fit.mean[begin + k])
             std = math.sqrt(max(float(fit.covariance[begin + k, begin + k]), 0.0))
             if std <= LIMITS.over * notice:
-                feature.pending.remove(stamp)
+                feature.pending = [p for p in feature.pending if p != stamp]
                 if abs(value) >= notice + std:
                     self._add_step(column, stamp)
                 return True
@@ -743,7 +743,7 @@ class Tracker:
                 if count:
                     level = fit.mean[wear.LEVEL] + fit.mean[index]
                     if place.temperature is not None and data.first_kelvin is not None:
-                        level += fit.mean[wear.TEMPERATURE:wear.WARMTH + 1] @ data.shares(
+                        level += fit.mean[wear.TEMPERATURES] @ data.shares(
                             [point], column)[0] * (place.temperature - data.first_kelvin)
                     variance = place.variance()[column]
                     mean, std = self._natural(column, level, math.sqrt(variance), place.scale)

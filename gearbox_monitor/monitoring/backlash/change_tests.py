@@ -26,7 +26,7 @@ class FeaturePrior:
 
     offset: between operating points, before some are known. distrust: of windows in which the
     filter is at odds with the drive, all of them together. temperature: of the coefficient, per K;
-    of viscous friction, and warmth: of Coulomb friction.
+    of friction, that of the viscous part, coulomb: that of the other.
     scale, crosstalk: what the regression of a window misses of a change, over the change; what
     changes of other features seem to be one of this (test/system/wear.py measures both).
     logarithmic: whether the feature is positive, and its changes relative to it; else to the load.
@@ -38,14 +38,14 @@ class FeaturePrior:
     scale: float
     crosstalk: float
     logarithmic: bool = True
-    warmth: float = 0.0
+    coulomb: float = 0.0
 
 
 PRIORS = (
     FeaturePrior(0.015, 0.015, 0.0005, 0.02, 0.03), FeaturePrior(0.015, 0.015, 0.0005, 0.02, 0.03),
     FeaturePrior(0.02, 0.02, 0.0005, 0.06, 0.05),
     FeaturePrior(0.02, 0.02, 0.0005, 0.06, 0.05, False),
-    FeaturePrior(0.05, 0.04, 0.02, 0.06, 0.05, warmth=0.005),
+    FeaturePrior(0.05, 0.04, 0.02, 0.06, 0.05, coulomb=0.005),
     FeaturePrior(0.01, 0.01, 0.0005, 0.05, 0.08))
 
 

@@ -25,8 +25,9 @@ import numpy as np
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 
-# Columns before those of the points. WARMTH: of Coulomb friction alone.
-LEVEL, TEMPERATURE, WARMTH, DISTRUST, SHIFT, N_COMMON = range(6)
+# Columns before those of the points. COULOMB: of the temperature, of Coulomb friction alone.
+LEVEL, TEMPERATURE, COULOMB, DISTRUST, SHIFT, N_COMMON = range(6)
+TEMPERATURES = slice(TEMPERATURE, COULOMB + 1)
 # Ages (windows) at which a random walk may have moved; fine where new.
 KNOTS = (1, 2, 3, 4, 6, 8, 11, 15, 21, 29, 41, 57, 80, 113, 160, 226, 320, 640, 1280, 2560)
 
@@ -181,8 +182,8 @@ def fit(observations: Observations, prior: Array, course: Course, has_slope: boo
     weighted = design * o.weight[:, None]
     information = weighted.T @ design
     right = weighted.T @ o.y
-    information[TEMPERATURE:WARMTH + 1, TEMPERATURE:WARMTH + 1] += o.within[0]
-    right[TEMPERATURE:WARMTH + 1] += o.within[1]
+    information[TEMPERATURES, TEMPERATURES] += o.within[0]
+    right[TEMPERATURES] += o.within[1]
     # In units of the prior: what it says and what windows say differ by ten orders of magnitude.
     scale = np.sqrt(variances)
     information = information * np.outer(scale, scale)

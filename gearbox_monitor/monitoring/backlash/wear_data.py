@@ -273,7 +273,7 @@ class WearData:
     # ------------------------------------------------------------------ for a fit
 
     def shares(self, points: Sequence[int], column: int) -> Array:
-        """Return by what temperature coefficients of a `column` count at `points`: [N, 2]."""
+        """Return the shares [N, 2] of both temperature coefficients of a `column` at `points`."""
         parts = np.tile((1.0, 0.0), (len(points), 1))
         if column == FRICTION and self.viscous + self.coulomb > 0.0:
             parts[:] = [(self.viscous * self.points[k].speed, self.coulomb) for k in points]
@@ -336,7 +336,7 @@ class WearData:
         for f in range(N_COLUMNS):
             part = self.shares([point for point, _ in keys], f)
             own = design.copy()
-            own[:, wear.TEMPERATURE:wear.WARMTH + 1] = part * design[:, [wear.TEMPERATURE]]
+            own[:, wear.TEMPERATURES] = part * design[:, [wear.TEMPERATURE]]
             result.append(wear.Observations(
                 own, mean[:, f], weight[:, f], counts[:, f], age, m,
                 ((part[:n] * spread[:, [f]]).T @ part[:n], product[:, f] @ part[:n])))
