@@ -25,7 +25,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_RIPPLE
 from gearbox_monitor.plant.effects.motor_side import COGGING
 
-VERSION = 2
+VERSION = 3
 MOST_PARTS = 12
 CALMED = 0.9  # the shapes have made parts alike where their over-dispersion falls to this
 MOST_PASSES = 4

@@ -101,11 +101,11 @@ def test_knowledge_of_an_older_version_is_refused_with_what_to_do(
         arm, tmp_path, capsys, monkeypatch):
     knowledge = load_knowledge(arm / 'arm.knowledge', read_robot(arm / 'robot.urdf').digest)
     with monkeypatch.context() as patch:
-        patch.setattr(knowledge_file, 'VERSION', 1)
+        patch.setattr(knowledge_file, 'VERSION', 2)
         save_knowledge(tmp_path / 'old.knowledge', knowledge)
     assert diagnose(arm, '--reference', str(tmp_path / 'old.knowledge')) == 2
     error = capsys.readouterr().err
-    assert error.endswith('old.knowledge: version: 1, expected 2: learn it again\n')
+    assert error.endswith('old.knowledge: version: 2, expected 3: learn it again\n')
 
 
 def test_a_damaged_file_of_knowledge_is_refused_in_one_line(arm, tmp_path):
