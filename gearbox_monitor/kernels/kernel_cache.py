@@ -69,8 +69,8 @@ def _code(code: CodeType, names: dict[str, Any], doc: str | None) -> Iterator[st
 
 def _names(code: CodeType) -> tuple[str, ...]:
     """Return the names of attributes and globals in `code`, and in functions inside it."""
-    inside = [_names(c) for c in code.co_consts if isinstance(c, CodeType)]
-    return sum(inside, code.co_names)
+    parts = [_names(c) for c in code.co_consts if isinstance(c, CodeType)]
+    return sum(parts, code.co_names)
 
 
 def _value(value: Any, attributes: tuple[str, ...]) -> str:
