@@ -14,11 +14,13 @@ RUN apt-get update \
 
 COPY . src/gearbox_monitor
 RUN . /opt/ros/jazzy/setup.sh && colcon build
-RUN . install/setup.sh && NUMBA_CACHE_DIR=/ws/kernels ros2 run gearbox_monitor gearbox_monitor compile
+RUN . install/setup.sh && NUMBA_CACHE_DIR=/ws/kernels ros2 run gearbox_monitor gearbox_monitor compile \
+ && chmod -R a+rX /ws/kernels
 
-# Bags, pages and the state of the monitor; the cache takes the kernels of the image, and others.
+# Bags, pages and the state of the monitor; the cache takes the kernels of the image where
+# it is writable, and others.
 VOLUME /data
 WORKDIR /data
 ENV NUMBA_CACHE_DIR=/data/.cache
-ENTRYPOINT ["bash", "-c", "source /ws/install/setup.bash && mkdir -p $NUMBA_CACHE_DIR && cp -n /ws/kernels/* $NUMBA_CACHE_DIR && exec \"$@\"", "--"]
+ENTRYPOINT ["bash", "-c", "source /ws/install/setup.bash && { mkdir -p \"$NUMBA_CACHE_DIR\" && cp --update=none /ws/kernels/* \"$NUMBA_CACHE_DIR\"; exec \"$@\"; }", "--"]
 CMD ["ros2", "launch", "gearbox_monitor", "monitor.launch.py"]

@@ -14,11 +14,13 @@ usage examples:
   gearbox_monitor compile node replay --filter ukf aekf
 """
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 import hashlib
 import json
 from pathlib import Path
 from tempfile import TemporaryDirectory
 import time
+from typing import Any
 
 from gearbox_monitor.cli import main as command_line
 from gearbox_monitor.cli.options import check_filter, estimator_options
@@ -88,22 +90,31 @@ def _compile(name: str, kind: str, folder: str, model: DriveModel,
     """Run `name` with the filter `kind` in a process of its own that works in `folder`."""
     begin, files = time.monotonic(), len(_files())
     if settings is not None:
-        child = in_child(warm_up, model, settings, folder=folder)
+        _call(name, folder, warm_up, model, settings)
     else:
         if 'bag' in LINES[name].split() and not Path(folder, 'bag').exists():
-            in_child(_run_line, EXAMPLE.format(name='bag'), folder=folder)
+            _call('example', folder, _run_line, EXAMPLE.format(name='bag'))
         line = LINES[name].format(filter=kind, name=f'{name}_{kind}')
-        child = in_child(_run_line, line, folder=folder)
-    if child.returncode:
-        lines = child.stderr.decode('utf-8', 'replace').strip().splitlines() or ['']
-        raise InputError(f'{name}: ended with exit code {child.returncode}: {lines[-1]}')
+        _call(name, folder, _run_line, line)
     count = len(_files()) - files
     print(f'{name} {kind}'.rstrip() + f': {count} kernels compiled, '
           f'{time.monotonic() - begin:.1f} s', flush=True)
 
 
+def _call(name: str, folder: str, function: Callable[..., object], *arguments: Any) -> None:
+    """Call `function` for `name` in a process of its own; raise InputError where that fails."""
+    child = in_child(function, *arguments, folder=folder)
+    if child.returncode:
+        lines = child.stderr.decode('utf-8', 'replace').strip().splitlines() or ['']
+        raise InputError(f'{name}: ended with exit code {child.returncode}: {lines[-1]}')
+
+
 def _run_line(line: str) -> int:
-    """Run a command `line`; return 0, or the exit code of an error: a finding is none."""
+    """
+    Run a command `line`; return 0, or the exit code of an error: a finding is none.
+
+    A crash raises here, and ends the process with another exit code than 0.
+    """
     code = command_line.main(line.split())
     return 0 if code == FINDING else code
 

@@ -128,8 +128,7 @@ def jit_anew(function: Kernel) -> Kernel:
     """
     Return `function` as jit does, compiled in each process.
 
-    For what is made at run time: the cache tells kernels apart by their source only, not by the
-    functions that they call.
+    For what is made around a plug-in: files for each state of its functions would pile up.
     """
     if not COMPILED:
         return function
@@ -168,7 +167,7 @@ def bound(template: Kernel, name: str, **values: Any) -> Kernel:
     """
     Return the plain function `template` as jit does, with other `values` of its globals.
 
-    Each needs its own `name`: by that, added to the template's, the cache tells them apart.
+    name: added to the template's, names its machine code: the linker goes by it.
     """
     code = template.__code__.replace(co_name=f'{template.__name__}_{name}')
     function: Any = FunctionType(code, {**template.__globals__, **values})

@@ -10,7 +10,6 @@ of a kernel, at that of the kernels it calls, and at the constants they read.
 """
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-import enum
 from functools import cache
 import hashlib
 import os
@@ -29,8 +28,10 @@ import numpy as np
 
 # Their functions change with their versions only, and numba replaces most of them by its own.
 FOREIGN = ('math', 'numba', 'numpy', 'builtins')
-# Compiled with another of these, a kernel is another.
-SETUP = (numba.__version__, sys.implementation.cache_tag)
+# Compiled with another of these, a kernel is another: the last ones are how we have it compiled.
+SETUP = (numba.__version__, sys.implementation.cache_tag, *(
+    hashlib.sha256(Path(__file__).with_name(name).read_bytes()).hexdigest()
+    for name in ('jit.py', 'pipeline.py')))
 _open: list[FunctionType] = []  # whose content is being read
 
 
@@ -41,9 +42,11 @@ def content(function: FunctionType) -> str:
         return function.__qualname__
     _open.append(function)
     try:
-        parts = [_value(cell.cell_contents, ()) for cell in function.__closure__ or ()]
-        parts += [repr(function.__defaults__), repr(function.__kwdefaults__)]
-        parts += _code(function.__code__, function.__globals__, function.__doc__)
+        code = function.__code__
+        values = [cell.cell_contents for cell in function.__closure__ or ()]
+        values += [function.__defaults__, *(function.__kwdefaults__ or {}).items()]
+        parts = [_value(value, _names(code)) for value in values]
+        parts += _code(code, function.__globals__, function.__doc__)
     finally:
         _open.pop()
     return hashlib.sha256('\n'.join(parts).encode()).hexdigest()
@@ -51,15 +54,23 @@ def content(function: FunctionType) -> str:
 
 def _code(code: CodeType, names: dict[str, Any], doc: str | None) -> Iterator[str]:
     """Yield what `code` is made of, with the global `names` that it reads, without its `doc`."""
-    yield f'{code.co_code.hex()} {code.co_names} {code.co_varnames} {code.co_argcount}'
+    yield f'{code.co_code.hex()} {code.co_exceptiontable.hex()} {code.co_names}'
+    yield (f'{code.co_varnames} {code.co_argcount} {code.co_posonlyargcount} '
+           f'{code.co_kwonlyargcount} {code.co_flags}')
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             yield from _code(constant, names, None)
-        elif constant != doc:
-            yield _value(constant, ())
+        else:
+            yield '' if constant == doc else _value(constant, ())
     for name in code.co_names:
         if name in names:
             yield f'{name} {_value(names[name], code.co_names)}'
+
+
+def _names(code: CodeType) -> tuple[str, ...]:
+    """Return the names of attributes and globals in `code`, and in functions inside it."""
+    parts = [_names(c) for c in code.co_consts if isinstance(c, CodeType)]
+    return sum(parts, code.co_names)
 
 
 def _value(value: Any, attributes: tuple[str, ...]) -> str:
@@ -67,21 +78,23 @@ def _value(value: Any, attributes: tuple[str, ...]) -> str:
     function = getattr(value, '__wrapped__', value)  # of a kernel, or of an instruction
     if isinstance(function, FunctionType) and not _foreign(function.__module__):
         return f'{content(function)} {_options(value)}'
-    if isinstance(value, (FunctionType, BuiltinFunctionType)):
-        return f'{value.__module__}.{value.__qualname__}'
+    if isinstance(function, (FunctionType, BuiltinFunctionType)):
+        return f'{function.__module__}.{function.__qualname__}'
     if isinstance(value, ModuleType):
         own = () if _foreign(value.__name__) else sorted(set(attributes) & set(vars(value)))
         return value.__name__ + ''.join(
             f' {name} {_value(getattr(value, name), attributes)}' for name in own)
     if isinstance(value, type):
-        members = list(value) if issubclass(value, enum.Enum) else getattr(value, '_fields', '')
-        return f'{value.__module__}.{value.__qualname__} {members}'
+        parts = [getattr(value, name, '') for name in ('__members__', '_fields')]
+        defaults = [*getattr(value, '_field_defaults', {}).items()]
+        return f'{value.__module__}.{value.__qualname__} {parts} {_value(defaults, attributes)}'
     if isinstance(value, (tuple, list)):
-        return f'{type(value).__name__}({", ".join(_value(v, attributes) for v in value)})'
+        return (f'{type(value).__qualname__} {getattr(value, "_fields", "")}'
+                f'({", ".join(_value(v, attributes) for v in value)})')
     if isinstance(value, np.ndarray):
-        return f'{value.dtype.str} {value.shape} {value.tobytes().hex()}'
-    plain = isinstance(value, (int, float, complex, str, bytes, slice, np.generic, type(None)))
-    return repr(value) if plain else type(value).__qualname__
+        return f'{value.dtype} {value.shape} {value.tobytes().hex()}'
+    # An object whose text is its address is another in each process: it is compiled again.
+    return f'{type(value).__qualname__} {value!r}'
 
 
 def _foreign(module: str) -> bool:
@@ -94,10 +107,10 @@ def _options(value: Any) -> list[tuple[str, Any]]:
 
 
 def _kind(kind: Any) -> str:
-    """Return what stands for the type `kind` of an argument: of a named tuple its names, too."""
-    parts = getattr(kind, 'types', None)
-    return str(kind) if parts is None else (
-        f'{getattr(kind, "fields", "")}({", ".join(map(_kind, parts))})')
+    """Return what stands for the type `kind` of an argument: of a named tuple its class, too."""
+    parts, made_of = getattr(kind, 'types', None), getattr(kind, 'instance_class', None)
+    return f'{made_of and _value(made_of, ())} ' + (
+        str(kind) if parts is None else f'({", ".join(map(_kind, parts))})')
 
 
 class KernelCache(_Cache):
@@ -122,7 +135,8 @@ class KernelCache(_Cache):
             data = self._path(sig, target_context.codegen()).read_bytes()
             # From a folder that nobody else can write into: see usable_cache.
             return CompileResult._rebuild(target_context, *pickle.loads(data))  # noqa: S301
-        except (OSError, EOFError, pickle.UnpicklingError):
+        except (OSError, EOFError, pickle.UnpicklingError, ImportError, AttributeError,
+                IndexError):  # damaged
             return None
 
     def save_overload(self, sig: Any, compiled: Any) -> None:

@@ -9,11 +9,14 @@ callers needs none of its own. numba changes the inside of its compiler: a versi
 tried compiles as it always does, which takes longer.
 """
 from copy import copy
+import hashlib
 from typing import Any
 
 import numba
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
+
+from gearbox_monitor.kernels.kernel_cache import content
 
 TRIED = (0, 62) <= numba.version_info.short <= (0, 68)
 
@@ -78,9 +81,21 @@ class AllocatingCompiler(CompilerBase):
     def define_pipelines(self) -> list[Any]:
         """Return numba's own pipeline, with a library of our kind as its result."""
         state = self.state
+        self._number(state.func_id)
         state.library = self.library(self.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
         return [DefaultPassBuilder.define_nopython_pipeline(state)]
+
+    def _number(self, function: Any) -> None:
+        """
+        Give a `function` a number of its content; numba counts those of a process.
+
+        The linker goes by name and number: what two processes have compiled of closures with one
+        number, or of a kernel and its copy around a plug-in, it would take for the same.
+        """
+        text = f'{type(self).__name__} {content(function.func)}'
+        function.unique_id = int(hashlib.sha256(text.encode()).hexdigest()[:15], 16)
+        function.unique_name = f'{function.func_qualname}${function.unique_id}'
 
     def codegen(self) -> Any:
         """Return what makes machine code."""

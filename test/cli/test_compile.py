@@ -8,6 +8,7 @@ import pytest
 
 from gearbox_monitor.cli import compile_
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.jit import COMPILED
 
 
@@ -28,7 +29,16 @@ def test_each_command_and_filter_is_run_once_for_a_state_of_the_sources(
     assert main(['compile', 'node', '--filter', 'ekf']) == 0 and len(lines) == 6
     assert 'node ekf: is compiled' in capsys.readouterr().out
     monkeypatch.setattr(compile_, '_state', lambda: 'another')
-    code = 2
+    code = 1  # of a traceback
     assert main(['compile', 'node']) == 2 and lines[6:] == ['ekf']
-    assert 'node: ended with exit code 2: too short' in capsys.readouterr().err
+    assert 'node: ended with exit code 1: too short' in capsys.readouterr().err
+    assert main(['compile', 'check']) == 2 and len(lines) == 8  # the bag that it needs
+    assert 'example: ended with exit code 1: too short' in capsys.readouterr().err
     assert main(['compile', 'nodes']) == 2 and main(['compile', '--filter', 'kalman']) == 2
+
+
+def test_a_finding_is_done_and_a_crash_is_none(monkeypatch, tmp_path):
+    monkeypatch.setattr(compile_.command_line, 'main', lambda words: 1)
+    assert compile_._run_line('diagnose bag') == 0
+    with pytest.raises(InputError, match='check: ended with exit code 1: ValueError: crash'):
+        compile_._call('check', str(tmp_path), exec, 'raise ValueError("crash")')

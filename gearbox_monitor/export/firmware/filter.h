@@ -60,7 +60,8 @@ typedef struct {
 } gm_sample;
 
 typedef struct {
-    gm_real tau_k, tau_k_std;             /* N m; with what the tolerances of the model add */
+    gm_real tau_k, tau_k_std;             /* N m; with what the tolerances of the model add, and as
+                                             the node states it with narrow_std: false */
     gm_real tau_k_noise_std;              /* N m, by noise alone */
     gm_real motor_side;                   /* tau_K and the error of the friction, N m */
     gm_real twist, twist_std;             /* rad */
