@@ -703,7 +703,9 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
                        scratch.matrices, smoothed[n_smoothed:])
                 for i in range(oldest, keep + 1):
                     smoothed_stamps[n_smoothed] = ring_stamps[i % rows]
-                    if share < 1.0:  # its root: beside less noise, the model errs in bursts
+                    # By the root of the share, as `benchmarks trust --tolerances` showed: beside
+                    # less noise, errors of the model come in bursts.
+                    if share < 1.0:
                         row = smoothed[n_smoothed]
                         row[S_TAU_K_STD] = math.sqrt(max(
                             row[S_TAU_K_STD] ** 2
