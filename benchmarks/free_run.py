@@ -4,8 +4,8 @@
 """
 Cost of free runs: one through a recording, its slopes in seven parameters, SciPy's solvers.
 
-The slopes are those that "diagnose" takes: differences between runs of windows of 1 s, side by
-side in lanes. solve_ivp gets the same equations in Python, as a user would write them, and of
+The slopes are those that "diagnose" takes: of the innovations of a filter, by its tangents.
+solve_ivp gets the same equations in Python, as a user would write them, and of
 several solvers the cheapest settings that end within ERROR of the exact motion; ours ends nearer.
 """
 from collections.abc import Callable, Mapping
@@ -16,7 +16,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from gearbox_monitor.identification.candidates import Starts
-from gearbox_monitor.identification.likelihood import coordinate_sensitivity, fresh, WindowData
+from gearbox_monitor.identification.innovation_fit import coordinate_columns, evaluated
+from gearbox_monitor.identification.innovations import halves, InnovationLikelihood
 from gearbox_monitor.identification.shooting import shooting_windows, Simulator
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
@@ -45,14 +46,14 @@ def steppers() -> tuple[dict[str, Callable[[], Any]], dict[str, float]]:
     run = simulate(MODEL, u, DT, Noise(measurement=NOISE))
     recording = UniformRecording(run.t, run.u, run.y, DT)
     simulator, whole = Simulator(recording, MODEL), shooting_windows(recording, float(SECONDS))
-    windows = shooting_windows(recording, 1.0)
-    data = WindowData(recording, simulator, windows, np.array(NOISE), np.ones(len(windows), bool))
-    candidate = Starts(MODEL, recording).none()
-    point = data.evaluate(candidate, fresh(data, candidate))
+    likelihood = InnovationLikelihood(
+        recording, MODEL, np.array(NOISE), halves([slice(0, len(u))]))
+    candidate = Starts(MODEL, [recording]).none()
+    at = evaluated(likelihood, candidate, candidate.start(), likelihood.least_noise)
     rows: dict[str, Callable[[], Any]] = {
         'simulate': lambda: simulate(MODEL, u, DT),
         'free run': lambda: simulator.run(whole, MODEL, np.zeros((1, 4)), np.zeros((1, 4))),
-        'slopes in 7 parameters': lambda: coordinate_sensitivity(data, candidate, point)}
+        'slopes in 7 parameters': lambda: coordinate_columns(likelihood, at)}
     counts: dict[str, float] = dict.fromkeys(rows, len(u))
     for name, settings in SETTINGS.items():
         rows[f'solve_ivp {name}'] = _solver(u[:FEW], settings)

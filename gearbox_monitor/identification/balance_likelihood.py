@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.identification.innovations import InnovationLikelihood
+from gearbox_monitor.identification.innovations import halves, InnovationLikelihood
 from gearbox_monitor.identification.torque_domain import BalanceSimulator
 from gearbox_monitor.kernels.cosine_basis import cosine_basis, motion_mask
 from gearbox_monitor.kernels.types import Array, Flags
@@ -161,4 +161,4 @@ def likelihood_of(recording: UniformRecording, model: DriveModel, sigma: Array,
     """Return the likelihood that suits a recording: of its innovations or of its balance."""
     if recording.motor is not None:
         return BalanceLikelihood(recording, model, sigma, spans)
-    return InnovationLikelihood(recording, model, sigma, spans, coarse, finer)
+    return InnovationLikelihood(recording, model, sigma, halves(spans), coarse, finer)

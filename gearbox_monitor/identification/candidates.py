@@ -351,10 +351,7 @@ def nuisances_of(model: DriveModel) -> dict[str, float]:
 class Starts:
     """Where fits of each effect begin, in the scales of one drive and one recording."""
 
-    def __init__(self, model: DriveModel,
-                 recordings: UniformRecording | Sequence[UniformRecording]) -> None:
-        if isinstance(recordings, UniformRecording):
-            recordings = (recordings,)
+    def __init__(self, model: DriveModel, recordings: Sequence[UniformRecording]) -> None:
         self.model = model
         self.effects = library()
         scales = [_scales(model, recording) for recording in recordings]

@@ -21,8 +21,8 @@ from gearbox_monitor.identification.adequacy import adequacy_of
 from gearbox_monitor.identification.candidates import (
     amplitude, CandidateModel, PHASED, sine_and_cosine, with_effects)
 from gearbox_monitor.identification.diagnose import (
-    chosen_ids, decided_between, doubts, evidence_of, hidden_by, read_as_doubted, standard_errors)
-from gearbox_monitor.identification.evidence import Evidence, silent
+    chosen_ids, decided_between, doubts, hidden_by, read_as_doubted, standard_errors)
+from gearbox_monitor.identification.evidence import Evidence, evidence_of, silent
 from gearbox_monitor.identification.findings import kind_of, NONE
 from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.judge import Decision

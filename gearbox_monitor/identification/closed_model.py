@@ -14,18 +14,18 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification import likelihood, window_states
-from gearbox_monitor.identification.balance_likelihood import BalanceLikelihood
+from gearbox_monitor.identification import window_data, window_states
+from gearbox_monitor.identification.balance_likelihood import likelihood_of
 from gearbox_monitor.identification.candidates import CandidateModel, Starts
 from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
-from gearbox_monitor.identification.innovations import InnovationLikelihood
+from gearbox_monitor.identification.innovations import JointLikelihood
 from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.windows import (
-    free_runs, misfit_of, segment_of, SETTLING, WindowRuns)
+    free_runs, misfit_of, SECONDS, segment_of, SETTLING, WindowRuns)
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MEMORIES
@@ -168,13 +168,13 @@ def with_starts_of(runs: Sequence[WindowRuns],
             np.arange(len(run.data.windows)))
         closer = chi2 < run.chi2
         out.append(run if not closer.any() else replace(run, point=run.data.evaluate(
-            run.candidate, replace(run.point, states=likelihood.updated(
+            run.candidate, replace(run.point, states=window_data.updated(
                 run.point.states, closer, states[closer])))))
     return tuple(out)
 
 
 def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
-              settling: float = SETTLING) -> WindowRuns:
+              settling: float = SETTLING, seconds: float = SECONDS) -> WindowRuns:
     """
     Return free runs of `model` over the windows of a recording; no value of it moves.
 
@@ -183,23 +183,19 @@ def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
         model: model of the drive.
         sigma: noise of the encoders [2], rad.
         settling: s at the beginning that no window reads where the torque drives the model.
+        seconds: length of the windows, s; longer ones begin in the smoothed states as they are.
     """
     plain = replace(model, tolerance=0.0, process_torque_time=0.0,
                     controller=model.controller and replace(model.controller, tolerance=0.0))
-    if recording.motor is not None:
-        # No state of a window holds the zero of the encoders, which nobody knows.
-        data, candidate = segment_of(recording, plain, sigma, settling=settling).data, Starts(
-            plain, recording).none()
-        balance = BalanceLikelihood(recording, plain, sigma, recording.segments)
-        at = fitted(balance, InnovationFit(candidate, candidate.start(), balance.first_noise))
-        return WindowRuns(data, candidate, data.evaluate(candidate, likelihood.fresh(
-            data, candidate).at(at.z)))
-    segment = segment_of(recording, plain, sigma, settling=settling)
-    filter_ = InnovationLikelihood(recording, plain, sigma, [segment.span])
-    candidate = CandidateModel(plain, (), ())
-    fit = fitted(filter_, InnovationFit(candidate, np.zeros(0), filter_.first_noise))
-    smooth = filter_.smoothed(filter_.run(plain, fit.torque))
-    return free_runs(segment, candidate, np.zeros(0), smooth)
+    segment = segment_of(recording, plain, sigma, settling=settling, seconds=seconds)
+    put_in = recording.motor is not None
+    # No state of a window holds the zero of the encoders, which nobody knows.
+    candidate = Starts(plain, [recording]).none() if put_in else CandidateModel(plain, (), ())
+    likelihood = JointLikelihood([likelihood_of(
+        recording, plain, sigma, recording.segments if put_in else [segment.span])])
+    fit = fitted(likelihood, InnovationFit(candidate, candidate.start(), likelihood.first_noise))
+    smooth, = likelihood.smoothed(likelihood.run(candidate.model(fit.z), fit.torque))
+    return free_runs(segment, candidate, fit.z, smooth)
 
 
 def crossed(fits: Sequence[WindowRuns]) -> list[WindowRuns]:
@@ -215,7 +211,7 @@ def crossed(fits: Sequence[WindowRuns]) -> list[WindowRuns]:
                 e['id'] in MEMORIES for e in run.model.effects):
             for _ in range(2):
                 run = replace(run, point=window_states.solved(run.data, run.candidate, replace(
-                    run.point, memory=likelihood.carried(run.point.memory, run.point.carry))))
+                    run.point, memory=window_data.carried(run.point.memory, run.point.carry))))
         carried.append(run)
     return [with_starts_of([run], [carried[1 - k]])[0] for k, run in enumerate(carried)]
 

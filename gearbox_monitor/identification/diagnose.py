@@ -13,13 +13,13 @@ from gearbox_monitor.identification import coloured_noise
 from gearbox_monitor.identification.adequacy import adequacy_of, runs_of
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.closed_model import open_loop, with_starts_of
-from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.evidence import Evidence, evidence_of
 from gearbox_monitor.identification.innovation_fit import (
     by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES)
 from gearbox_monitor.identification.isolability import (
     evidence_for, InnovationSpace, matrix, rivals, separations)
 from gearbox_monitor.identification.judge import decide, Decision
-from gearbox_monitor.identification.noise_model import MOTION, noise_floor
+from gearbox_monitor.identification.noise_model import MOTION
 from gearbox_monitor.identification.random_effects import between_recordings
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_between_stamps import is_open, likeliest
@@ -33,7 +33,6 @@ from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.motor_side import LUGRE
-from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import expect_one_rate, UniformRecording
 
 MOST_READINGS = 3  # of the torque between the stamps, each with the effects of the previous one
@@ -122,33 +121,6 @@ class Reporter:
         self._done += 1
         if self._callback is not None:
             self._callback(self._done, self._done + 1, text)
-
-
-def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: Sequence[str],
-                jobs: int, progress: Callable[[str], object]) -> tuple[Evidence, Array]:
-    """
-    Return (Evidence, quantisation steps [2] of the encoders, rad) of recordings of one drive.
-
-    Args:
-        recordings: of one drive.
-        model: its nominal model.
-        ids: effects that may be named.
-        jobs: number of threads.
-        progress: called with a text.
-    """
-    levels, steps = zip(*(noise_floor(recording, model) for recording in recordings))
-    sigma, quantum = np.zeros(2), np.zeros(2)
-    for channel in (0, 1):
-        # Of a hidden encoder the copy stands in.
-        own = [i for i, r in enumerate(recordings) if channel in r.channels] or [0]
-        sigma[channel] = max(levels[i][channel] for i in own)
-        quantum[channel] = max(steps[i][channel] for i in own)
-    rough = bool((quantum > THRESHOLDS.rough_lattice * sigma).any())
-    with_map = TORQUE_MAP.id in ids and not any(
-        effect['id'] == TORQUE_MAP.id for effect in model.effects)
-    return Evidence(tuple(recordings), model, sigma,
-                    tuple(i for i in ids if i != TORQUE_MAP.id), rough=rough,
-                    with_map=with_map, jobs=jobs, progress=progress), quantum
 
 
 def decided(evidence: Evidence, quantum: Array) -> Decision:

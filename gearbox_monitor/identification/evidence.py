@@ -12,12 +12,13 @@ from gearbox_monitor.identification.balance_likelihood import likelihood_of
 from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.innovation_fit import InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood, JointLikelihood
-from gearbox_monitor.identification.noise_model import white_level
+from gearbox_monitor.identification.noise_model import noise_floor, white_level
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.windows import (
     hidden_begins, seconds_at_rest, Segment, segment_of, SETTLING)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import UniformRecording
 
 
@@ -155,3 +156,31 @@ class Evidence:
     def score(self, fit: InnovationFit) -> float:
         """Return the BIC (Schwarz 1978) of a fit to the training parts."""
         return fit.deviance + fit.candidate.n_effect * float(np.log(self.fine.readings))
+
+
+def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: Sequence[str],
+                jobs: int = 1, progress: Callable[[str], object] = silent
+                ) -> tuple[Evidence, Array]:
+    """
+    Return (Evidence, quantisation steps [2] of the encoders, rad) of recordings of one drive.
+
+    Args:
+        recordings: of one drive.
+        model: its nominal model.
+        ids: effects that may be named.
+        jobs: number of threads.
+        progress: called with a text.
+    """
+    levels, steps = zip(*(noise_floor(recording, model) for recording in recordings))
+    sigma, quantum = np.zeros(2), np.zeros(2)
+    for channel in (0, 1):
+        # Of a hidden encoder the copy stands in.
+        own = [i for i, r in enumerate(recordings) if channel in r.channels] or [0]
+        sigma[channel] = max(levels[i][channel] for i in own)
+        quantum[channel] = max(steps[i][channel] for i in own)
+    rough = bool((quantum > THRESHOLDS.rough_lattice * sigma).any())
+    with_map = TORQUE_MAP.id in ids and not any(
+        effect['id'] == TORQUE_MAP.id for effect in model.effects)
+    return Evidence(tuple(recordings), model, sigma,
+                    tuple(i for i in ids if i != TORQUE_MAP.id), rough=rough,
+                    with_map=with_map, jobs=jobs, progress=progress), quantum

@@ -5,8 +5,7 @@
 Experiment design: the motion that best separates effects, by the angle between their signatures.
 
 With an effect a of known size, d s2 is the evidence for it that another effect b cannot imitate
-(see isolability, here on windows of 1 s). Motions are simulated with the effect within limits of
-torque, speed and travel;
+(see isolability). Motions are simulated with the effect within limits of torque, speed and travel;
 the one with the largest smallest d s2 of all pairs is proposed (max-min design).
 """
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -18,11 +17,12 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification import isolability, likelihood
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, NOT_FITTED, PERIODIC, PHASED, sine_and_cosine)
-from gearbox_monitor.identification.likelihood import CandidateFit
-from gearbox_monitor.identification.search import Search
+    CandidateModel, NOT_FITTED, PERIODIC, PHASED, sine_and_cosine, Starts)
+from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.innovation_fit import evaluated
+from gearbox_monitor.identification.isolability import (
+    direction, InnovationSpace, remove, share_left, TWINS)
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
@@ -85,17 +85,17 @@ class SuggestedMotion:
                              self.seconds).torque(t)
 
 
-def sized(search: Search, name: str, values: Values | None = None) -> CandidateModel:
+def sized(starts: Starts, name: str, values: Values | None = None) -> CandidateModel:
     """
     Return the Candidate of effect `name` at `values` {parameter: value}, or at a usual size.
 
     Args:
-        search: fits of all candidates to one recording.
+        starts: of effects in one recording.
         name: id of an effect.
         values: parameters of the effect by name, None for a usual size.
     """
     order = int(values['N']) if values and name in PERIODIC else 1
-    candidate = search.starts.candidates(name, order)[0]
+    candidate = starts.candidates(name, order)[0]
     own = dict(values or {})
     replaces = name in EFFECTS and EFFECTS[name].replaces
     if name in PHASED and own:
@@ -107,40 +107,6 @@ def sized(search: Search, name: str, values: Values | None = None) -> CandidateM
             c = replace(c, start=float(own.get(c.name, usual)))
         coordinates.append(c)
     return replace(candidate, coordinates=tuple(coordinates))
-
-
-class WindowSpace:
-    """Scalar products of changes of the training windows, free unknowns taken out."""
-
-    def __init__(self, search: Search, fitted: CandidateFit) -> None:
-        self.search, self.fitted = search, fitted
-        data, point = search.long, fitted.point
-        self.model = fitted.candidate.model(point.z)
-        s = likelihood.sensitivity(data, fitted.candidate, point)
-        train = data.train
-        Jx = s.Jx[train]
-        # Orthonormal in each window: the states' part is then a plain product.
-        Jx = Jx / np.maximum(np.linalg.norm(Jx, axis=1, keepdims=True), 1e-30)
-        self._basis, _ = np.linalg.qr(Jx)
-        self.own = self.clean(s.Jz)  # [M, P]
-
-    def clean(self, columns: Array) -> Array:
-        """Return columns [W, 2L, C] as [M, C], window states taken out."""
-        columns = columns[self.search.long.train]
-        columns = columns - self._basis @ (self._basis.transpose(0, 2, 1) @ columns)
-        return columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
-
-    def signature(self, name: str, order: int | None = None) -> Array:
-        """
-        Return the changes [M, C] by a little of effect `name`, one column per way.
-
-        Args:
-            name: id of an effect.
-            order: order N of a periodic effect, None for the others.
-        """
-        effects = [effect for probe in self.search.probes(name, order) for effect in probe]
-        return self.clean(likelihood.effect_columns(
-            self.search.long, self.model, self.fitted.point, effects))
 
 
 def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Array, sigma: Array,
@@ -163,8 +129,7 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
         return None, None
     probe = UniformRecording(plain.t, u, plain.y, DT)
     for a in dict.fromkeys(a for a, _ in pairs):
-        start = Search(probe, model, sigma)
-        candidate = sized(start, a, effects.get(a))
+        candidate = sized(Starts(model, (probe,)), a, effects.get(a))
         drive = candidate.model(candidate.start())
         run = simulate(drive, u, DT)
         if not np.isfinite(run.x).all():
@@ -173,23 +138,17 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
                          max(reached.speed, float(np.abs(run.x[:, 2:]).max())),
                          max(reached.travel, float(np.abs(run.x[:, :2]).max())))
         rivals = [b for effect, b in pairs if effect == a]
-        search = Search(replace(probe, y=run.y), model, sigma)
-        fitted = CandidateFit(candidate, search.long.evaluate(candidate, likelihood.fresh(
-            search.long, candidate, run.x[search.long.windows.begin])))
-        space = WindowSpace(search, fitted)
-        signature = isolability.direction(fitted.candidate, fitted.point.z, 0, space.own)
-        _, prior = candidate.prior(candidate.start())
-        other_coordinates = [k for k, c in enumerate(candidate.coordinates) if c.owner != 0]
-        signature = isolability.remove(signature, space.own[:, other_coordinates],
-                                       prior[other_coordinates])
+        evidence = Evidence((replace(probe, y=run.y),), model, sigma, ())
+        at = evaluated(evidence.fine, candidate, candidate.start(), evidence.fine.least_noise)
+        orders = {b: int((effects.get(b) or effects.get(a) or {}).get('N', 1)) for b in rivals}
+        space = InnovationSpace(evidence.fine, at, evidence.starts, orders)
+        others = [k for k, c in enumerate(candidate.coordinates) if c.owner != 0]
+        nuisances, prior = space.own[:, others], candidate.prior(at.z)[1][others]
+        signature = remove(direction(candidate, at.z, 0, space.own), nuisances, prior)
         d = float((signature ** 2).sum())
         for b in rivals:
-            order = 1
-            if b in PERIODIC:
-                order = int((effects.get(b) or effects.get(a) or {}).get('N', 1))
-            columns = isolability.remove(space.signature(b, order),
-                                         space.own[:, other_coordinates], prior[other_coordinates])
-            out[a, b] = d * isolability.share_left(signature, columns)
+            columns = remove(space.signature(b), nuisances, prior)
+            out[a, b] = d * share_left(signature, columns)
     return out, reached
 
 
@@ -215,7 +174,7 @@ def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequ
     """
     # Twins differ near standstill only, by less than any model of friction is good for.
     pairs = [(a, b) for a, b in pairs
-             if not {a, b} & set(NOT_FITTED) and isolability.TWINS.get(a) != b]
+             if not {a, b} & set(NOT_FITTED) and TWINS.get(a) != b]
     if not pairs:
         raise InputError('motion: no pair of effects that a motion could separate')
     random = np.random.default_rng(0)

@@ -100,8 +100,15 @@ def annealed(likelihood: Likelihood, fit: FilteredFit) -> Array:
     return torque
 
 
-def coordinate_columns(likelihood: Likelihood, fit: FilteredFit) -> Array:
-    """Return the derivatives of whitened innovations [2 N, P] by the coordinates of `fit`."""
+def coordinate_columns(likelihood: Likelihood, fit: FilteredFit, central: bool = False) -> Array:
+    """
+    Return the derivatives of whitened innovations [2 N, P] by the coordinates of a fit.
+
+    Args:
+        likelihood: of the recording.
+        fit: where the model stands.
+        central: whether differences are central; one-sided ones see what is not determined.
+    """
     candidate, z = fit.candidate, fit.z
     steps = COORDINATE_STEP * candidate.steps()
     scale = 1.0 / np.sqrt(fit.run.variance)
@@ -113,6 +120,9 @@ def coordinate_columns(likelihood: Likelihood, fit: FilteredFit) -> Array:
             step = -step
             moved[i] = z[i] + step
         change = likelihood.change(fit.run, candidate.model(moved))
+        if central:
+            moved[i] = z[i] - step
+            change = 0.5 * (change - likelihood.change(fit.run, candidate.model(moved)))
         columns[:, i] = (change * scale).ravel() / step
     columns[~np.isfinite(columns)] = 0.0
     return columns
@@ -133,7 +143,7 @@ def _noise_columns(likelihood: Likelihood, fit: FilteredFit) -> tuple[Array, Arr
 
 
 def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
-           tolerance: float = 0.5) -> InnovationFit:
+           tolerance: float = 0.5, free_noise: bool = True) -> InnovationFit:
     """
     Return the fit of maximum likelihood that `fit` leads to.
 
@@ -142,16 +152,17 @@ def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
         fit: start of the iterations.
         iterations: at most so many.
         tolerance: gain in -2 log L below which it stops.
+        free_noise: whether the torque noise is fitted, too.
     """
     damping = RULE.start
     at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
     for _ in range(iterations):
-        torque = annealed(likelihood, at)
+        torque = annealed(likelihood, at) if free_noise else at.torque
         deviance = at.deviance
         if (torque != at.torque).any():
             moved = evaluated(likelihood, at.candidate, at.z, torque)
             at = moved if moved.deviance < at.deviance else at
-        at, damping = _step(likelihood, at, damping)
+        at, damping = _step(likelihood, at, damping, free_noise)
         if deviance - at.deviance < tolerance:
             break
     return at.alone()
@@ -178,8 +189,8 @@ def by_time(likelihood_with: Callable[[float], Likelihood], candidate: Candidate
     return out
 
 
-def _step(likelihood: Likelihood, fit: FilteredFit,
-          damping: float) -> tuple[FilteredFit, float]:
+def _step(likelihood: Likelihood, fit: FilteredFit, damping: float,
+          free_noise: bool) -> tuple[FilteredFit, float]:
     """Return `fit` after a Fisher step on coordinates and noise, and the damping of the next."""
     candidate, count = fit.candidate, len(fit.z)
     read = fit.run.read.ravel()
@@ -194,8 +205,8 @@ def _step(likelihood: Likelihood, fit: FilteredFit,
     g[count:] += 0.5 * spreads.T @ (read - residual ** 2)
     g[:count] += pull
     smallest, largest = likelihood.least_noise, likelihood.most_noise
-    at_least = (fit.torque <= smallest * 1.001) & (g[count:] > 0.0)
-    free = np.array([*range(count), *(count + np.flatnonzero(~at_least))], int)
+    moves = free_noise & ~((fit.torque <= smallest * 1.001) & (g[count:] > 0.0))
+    free = np.array([*range(count), *(count + np.flatnonzero(moves))], int)
     if not len(free):
         return fit, damping
     log = np.array([c.log for c in candidate.coordinates], bool)
@@ -206,7 +217,8 @@ def _step(likelihood: Likelihood, fit: FilteredFit,
         step = np.zeros(count + 2)
         step[free] = -change
         z = candidate.bounded(fit.z + np.clip(step[:count], -reach, reach))
-        torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), smallest, largest)
+        torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), smallest,
+                         largest) if free_noise else fit.torque
         return evaluated(likelihood, candidate, z, torque)
 
     def gain_of(trial: FilteredFit) -> float:

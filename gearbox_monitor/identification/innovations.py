@@ -9,7 +9,7 @@ and arm, of a size that the likelihood itself finds, bears what a model does not
 filter follows the drive however wrong the model is, and the torque vanishes as the model becomes
 right.
 """
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
 import math
@@ -113,8 +113,8 @@ class InnovationLikelihood:
     """
     Likelihood of models for the parts `spans` of a Recording, noise `sigma` [2] rad.
 
-    Each part is halved: the halves are filtered side by side. coarse: on larger steps; finer: with
-    so many times as many steps.
+    The parts are filtered side by side. coarse: on larger steps; finer: with so many times as many
+    steps.
     """
 
     def __init__(self, recording: UniformRecording, model: DriveModel, sigma: Array,
@@ -122,12 +122,10 @@ class InnovationLikelihood:
         self.simulator = Simulator(recording, model, coarse, finer)
         self.recording, self.nominal = recording, model
         self.variance = np.asarray(sigma, float) ** 2
-        ends = [k for span in spans for k in (span.start, (span.start + span.stop) // 2)]
-        self.begin = np.array(ends)
-        self.end = np.array([*ends[1:], 0])
-        self.end[1::2] = [span.stop for span in spans]
+        self.begin = np.array([span.start for span in spans])
+        self.end = np.array([span.stop for span in spans])
         self.y = np.ascontiguousarray(recording.y)
-        self._states = np.zeros((len(ends), N_FILTER))
+        self._states = np.zeros((len(spans), N_FILTER))
         lasts = model.process_torque_time
         self.fade = math.exp(-recording.dt / lasts) if lasts > 0.0 else 0.0
         self.every = max(1, round(SPARSE / recording.dt)) if lasts > 0.0 else 1
@@ -312,6 +310,12 @@ class InnovationLikelihood:
         kernels.smoothed(run.schedule, run.data, run.start.places, run.trace,
                          np.zeros(2 * len(run.start.places)), states)
         return states[:, :N_STATE]
+
+
+def halves(spans: Iterable[slice]) -> list[slice]:
+    """Return the halves of `spans`: two lanes of a filter take as long as one."""
+    return [half for span in spans for middle in [(span.start + span.stop) // 2]
+            for half in (slice(span.start, middle), slice(middle, span.stop))]
 
 
 @dataclass(frozen=True)

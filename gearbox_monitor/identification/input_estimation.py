@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.identification import likelihood
+from gearbox_monitor.identification import window_data
 from gearbox_monitor.identification.shooting import ShootingWindows
 from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
 from gearbox_monitor.kernels.types import Array, Flags, Integers
@@ -93,8 +93,8 @@ def _gram(J: Array) -> Array:
 class InputEstimator:
     """Windows with a free signal at one place."""
 
-    def __init__(self, data: likelihood.WindowData, model: DriveModel, place: str,
-                 start: likelihood.FitPoint) -> None:
+    def __init__(self, data: window_data.WindowData, model: DriveModel, place: str,
+                 start: window_data.FitPoint) -> None:
         self.data, self.model, self.place = data, model, place
         self.memory = start.memory
         windows = data.windows
@@ -151,7 +151,7 @@ class InputEstimator:
             index = np.arange(len(states))
         count = self.basis.shape[1]
         J = np.zeros((*residual.shape, count + 4))
-        steps = np.array([1e-3 * self.scale] * count + [*likelihood.STATE_STEPS])
+        steps = np.array([1e-3 * self.scale] * count + [*window_data.STATE_STEPS])
         columns = np.arange(0 if self.torque else count, count + 4)
         if not self.torque:
             sensor, channels = SENSORS.index(self.place), self.data.channels
@@ -198,7 +198,7 @@ class InputEstimator:
         share = np.linalg.solve(precision + ridge[0] * np.eye(count), precision)
         unknowns = 4.0 + np.einsum('wii->w', share)
         return InputEstimate(self.place, both[:, :count], precision, residual,
-                             likelihood.squares(residual), unknowns, both[:, count:])
+                             window_data.squares(residual), unknowns, both[:, count:])
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,7 +212,7 @@ class _Inputs:
     def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
         """See LeastSquaresProblems: `theta` of the problems `index`."""
         residual = self.estimator.residual(theta[:, :-4], theta[:, -4:], index)
-        return residual, likelihood.squares(residual)
+        return residual, window_data.squares(residual)
 
     def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
         """See LeastSquaresProblems: `theta`, `residual` of the problems `index`."""
@@ -261,7 +261,7 @@ def better_of(first: InputEstimate, second: InputEstimate) -> InputEstimate:
     """
     use_second = first.chi2 / (first.residual.shape[1] - first.unknowns) > (
         second.chi2 / (second.residual.shape[1] - second.unknowns))
-    arrays = {name: likelihood.updated(getattr(first, name), use_second,
+    arrays = {name: window_data.updated(getattr(first, name), use_second,
                                        getattr(second, name)[use_second])
               for name in ('signal', 'precision', 'residual', 'chi2', 'unknowns', 'states')}
     return InputEstimate(first.place, **arrays)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gearbox_monitor.identification import basis_functions, likelihood, window_states
+from gearbox_monitor.identification import basis_functions, window_data, window_states
 from gearbox_monitor.identification.input_estimation import (
     better_of, InputEstimate, InputEstimator, PLACES, QUARTERS, reduced_chi2, SENSORS, SPACING,
     taken_over, TORQUES, triangles)
@@ -60,7 +60,7 @@ def free_forms(runs: WindowRuns, jobs: int = 1, places: Sequence[str] = PLACES,
         states, memory = np.split(runs.smooth[parts.begin], [4], axis=1)
     index = np.arange(len(parts))
     states, _ = window_states.solve_states(short, model, states, memory, index)
-    start_point = likelihood.FitPoint(point.z, states, memory)
+    start_point = window_data.FitPoint(point.z, states, memory)
 
     def one(place: str) -> InputEstimate:
         """Return the input estimate at `place`."""

@@ -18,24 +18,22 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.identification import (
-    closed_model, gauss_newton, innovation_fit, likelihood, window_states)
+from gearbox_monitor.identification import closed_model
 from gearbox_monitor.identification.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered,
     PERIODIC, PHASED, sine_and_cosine, Starts, ZERO)
-from gearbox_monitor.identification.innovation_fit import InnovationFit
-from gearbox_monitor.identification.innovations import InnovationLikelihood, SPARSE
-from gearbox_monitor.identification.likelihood import CandidateFit
+from gearbox_monitor.identification.evidence import Evidence, evidence_of
+from gearbox_monitor.identification.innovation_fit import (
+    by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES)
+from gearbox_monitor.identification.innovations import (
+    halves, InnovationLikelihood, JointLikelihood, SPARSE)
 from gearbox_monitor.identification.noise_model import noise_floor
-from gearbox_monitor.identification.process_noise import noise_weighted_residual
-from gearbox_monitor.identification.search import Search
 from gearbox_monitor.identification.shooting import shooting_windows
-from gearbox_monitor.identification.smoothed_windows import likeliest, on_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_between_stamps import is_open, read_for
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.torque_regression import torque_regression, TorqueRegression
-from gearbox_monitor.identification.windows import misfit_of
+from gearbox_monitor.identification.windows import misfit_of, SECONDS
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
@@ -49,6 +47,10 @@ WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
 ITERATIONS = 40
 READINGS = 2       # of the torque between the stamps of a slow log
 LEFT = 0.5         # of the torque, that a regression leaves at most
+FIXED = 1e-9       # rad and rad/s: deviation of states in which long runs begin
+LARGEST = 700.0    # logarithm of a number
+LEAST = 1.01       # times the least torque noise: a fit that reaches it needs none
+BLOCKS = 4         # for each value, at least, whose scores scatter
 
 
 @dataclass(frozen=True)
@@ -106,12 +108,13 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         InputError: names that this drive does not have; Undecided: neither search nor regression
             is a solution.
     """
-    result = _fit(recordings, model, free, validate, seconds, progress)
+    report = progress or (lambda *_: None)
+    result = _fit(recordings, model, free, validate, seconds, report)
     if any(is_open(recording, model) for recording in recordings):
         for _ in range(READINGS):  # of the torque between the stamps, by the fit before
             sigma, _ = noise_floor(concatenated(recordings), model)
             recordings = read_for(recordings, result.model, sigma)
-            result = _fit(recordings, model, free, validate, seconds, progress)
+            result = _fit(recordings, model, free, validate, seconds, report)
     return result
 
 
@@ -143,12 +146,12 @@ def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
     Raises:
         InputError: names that this drive does not have. Undecided: no regression.
     """
-    recording = concatenated([driven(r, model) for r in recordings])
+    recordings = [driven(r, model) for r in recordings]
     model = stated = model.folded()
     _expect_free(model, free)
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
-    sigma, _ = noise_floor(recording, model)
-    candidate = _free_candidate(Search(recording, plain, sigma), plain, model, free)
+    candidate = _free_candidate(Starts(plain, recordings), plain, model, free)
+    recording = concatenated(recordings)
     regression = torque_regression(recording, candidate)
     if regression is None:
         raise Undecided(f'{recording.name}: the balance of torques determines no values')
@@ -158,62 +161,59 @@ def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
 
 def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequence[str] | None,
          validate: UniformRecording | None, seconds: float | None,
-         progress: Callable[..., object] | None) -> NominalFit:
+         report: Callable[..., object]) -> NominalFit:
     """Return the fit to recordings as they are read; see fit_nominal."""
-    recording = concatenated([driven(r, model) for r in recordings])
+    recordings = [driven(r, model) for r in recordings]
     model = stated = model.folded()
-    if len(recording.channels) == 1 and model.transmission.kind != 'rigid':
-        raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
-                         'transmission.kind: rigid; diagnose takes it')
+    for recording in recordings:
+        if len(recording.channels) == 1 and model.transmission.kind != 'rigid':
+            raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
+                             'transmission.kind: rigid; diagnose takes it')
     model = _with_starts(model, free or ())
     _expect_free(model, free)
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
-    sigma, _ = noise_floor(recording, model)
-    search = Search(recording, plain, sigma)
-    gap_before = None
-    if not seconds:  # no state of a window holds the zero where the motor's motion is put in
-        base = plain if recording.motor is None else model
-        gap_before = misfit_of([closed_model.open_loop(driven(r, model), base, sigma, 0.0)
-                                for r in recordings])
-    candidate = _free_candidate(search, plain, model, free)
-    report = progress or (lambda *_: None)
-    regression = torque_regression(recording, candidate)
-    fitted = _searched(search, candidate, regression, report)
-    time = model.process_torque_time
-    if fitted is not None and recording.motor is None and _leaves_torque(search, fitted):
-        report(0.5, 1.0, 'how long torque lasts')
-        time = lasting_time(search, fitted)
-    if time != model.process_torque_time:
-        plain, candidate = (replace(plain, process_torque_time=time),
-                            replace(candidate, nominal=replace(plain, process_torque_time=time)))
-        search = Search(recording, plain, sigma)
-        fitted = _searched(search, candidate, regression, report)
-    data = search.long
-    if seconds:
-        whole = min(seconds, min(np.diff([*recording.cuts, len(recording.u)])) * recording.dt)
-        windows = shooting_windows(recording, whole)
-        # Free states would move by many deviations to hide what the model leaves later.
-        data = replace(data, windows=windows, train=np.ones(len(windows), bool),
-                       fixed_states=fitted is not None and fitted.smooth is not None)
-        if fitted is not None:
-            report(0.9, 1.0, f'windows of {seconds:g} s')
-            fitted = _longer(data, fitted)
-    fitted, method = _decided(search, data, candidate, fitted, regression)
-    fitted_model = candidate.model(fitted.point.z)
-    covariance = (_covariance(data, fitted) if method == 'search' or regression is None
+    evidence, _ = evidence_of(recordings, plain, ())
+    # Nothing is held out of long runs, nor of balances, which begin in no state.
+    evidence = replace(evidence, all_trained=bool(seconds) or evidence.balances)
+    candidate = _free_candidate(evidence.starts, plain, model, free)
+    regression = torque_regression(concatenated(recordings), candidate)
+    starts = [candidate.start(), *([] if regression is None else [regression.z])]
+    report(0, 2, 'fit')
+    fit = _likeliest(evidence, candidate, starts)
+    if not evidence.balances and _disturbed(evidence, fit):
+        report(0.5, 2, 'how long torque lasts')
+        time = lasting_time(evidence, fit)
+        if time != plain.process_torque_time:
+            plain = replace(plain, process_torque_time=time)
+            candidate = replace(candidate, nominal=plain)
+            evidence = replace(evidence, model=plain)
+            fit = _likeliest(evidence, candidate, starts)
+    long = _long_runs(evidence, fit, seconds) if seconds and not evidence.balances else None
+    if long is not None:
+        report(1, 2, f'windows of {seconds:g} s')
+        fit = fitted(long.likelihood, replace(fit, torque=long.torque), ITERATIONS,
+                     free_noise=False)
+    z, method = _decided(fit, regression, evidence.torque,
+                         lambda z: _left_by(evidence, long, candidate.model(z)))
+    fitted_model = candidate.model(z)
+    report(1.5, 2, 'free runs')
+    runs = [closed_model.open_loop(r, fitted_model, evidence.sigma, seconds=seconds or SECONDS)
+            for r in recordings]
+    covariance = (_covariance(evidence, fit, long) if method == 'search' or regression is None
                   else regression.covariance)
-    values, correlated, covariance = _listed(candidate, fitted.point.z, covariance, stated)
-    gap_after = _gap(data, candidate, fitted.point)
-    validation = None
-    if validate is not None:
-        base = plain if recording.motor is None else replace(model, tolerance=0.0)
-        validation = closed_model.validate(validate, base, fitted_model, sigma)
+    values, correlated, covariance = _listed(candidate, z, covariance, stated)
+    # No state of a window holds the zero of the encoders where the motor's motion is put in.
+    base = replace(plain, zero_tolerance=model.zero_tolerance) if evidence.balances else plain
+    gap_before = None if seconds else misfit_of([
+        closed_model.open_loop(r, base, evidence.sigma, 0.0) for r in recordings])
+    validation = None if validate is None else closed_model.validate(
+        validate, base, fitted_model, evidence.sigma)
     if model.controller is None:  # filters have a torque constant, but no gain
         fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
     fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
                            zero_tolerance=model.zero_tolerance)
-    return NominalFit(fitted_model, values, correlated, gap_before, gap_after, validation, method,
-                      covariance)
+    return NominalFit(fitted_model, values, correlated, gap_before, misfit_of(runs), validation,
+                      method, covariance)
 
 
 def _expect_free(model: DriveModel, free: Sequence[str] | None) -> None:
@@ -226,25 +226,25 @@ def _expect_free(model: DriveModel, free: Sequence[str] | None) -> None:
             raise InputError(f'free: {name!r} twice, expected each name once')
 
 
-def _free_candidate(search: Search, plain: DriveModel, model: DriveModel,
+def _free_candidate(starts: Starts, plain: DriveModel, model: DriveModel,
                     free: Sequence[str] | None) -> CandidateModel:
     """
     Return the CandidateModel of the values that are free.
 
     Args:
-        search: of the recording.
+        starts: of effects in the recordings.
         plain: model without tolerances.
         model: with them.
         free: names, None for all of the drive.
     """
     own = _effects_of(model)
-    scales = {'u0': search.starts.scales.torque, ZERO: max(search.starts.scales.twist, 1e-6)}
+    scales = {'u0': starts.scales.torque, ZERO: max(starts.scales.twist, 1e-6)}
     fixed = ('kt', *(GAINS if model.controller and not model.controller.tolerance else ()))
     free = free or [name for name in offered(model) if name not in fixed]
     ids = tuple(name for name in free if name in own)
     coordinates = [_coordinate(name, scales.get(name)) for name in free if name not in own]
     for i, name in enumerate(ids):
-        coordinates += _of_effect(search.starts, own[name], i)
+        coordinates += _of_effect(starts, own[name], i)
     orders = {i: int(own[name]['N']) for i, name in enumerate(ids) if name in PERIODIC}
     return CandidateModel(plain, ids, tuple(coordinates), orders)
 
@@ -261,94 +261,117 @@ def _with_starts(model: DriveModel, free: Sequence[str]) -> DriveModel:
         if name in free and not model.value(NUISANCES[name])})
 
 
-def _searched(search: Search, candidate: CandidateModel, regression: TorqueRegression | None,
-              report: Callable[..., object]) -> CandidateFit | None:
-    """Return the CandidateFit of a search from both starts, None where it does not arrive."""
-    starts = [candidate.start(), *([] if regression is None else [regression.z])]
-    try:
-        return _settled(search, candidate, starts, report)
-    except (Undecided, np.linalg.LinAlgError):
-        if regression is None:
-            raise
-        return None
+def _likeliest(evidence: Evidence, candidate: CandidateModel,
+               starts: Sequence[Array]) -> InnovationFit:
+    """Return the likeliest fit of a candidate to the training parts from several starts [P]."""
+    likelihood = evidence.fine
+    return min((fitted(likelihood, InnovationFit(candidate, z, likelihood.first_noise), ITERATIONS)
+                for z in starts), key=lambda fit: fit.deviance)
 
 
-def _leaves_torque(search: Search, fitted: CandidateFit) -> bool:
-    """Return whether the residual of a fit is more than noise, or its torque has noise."""
-    chi2 = fitted.point.chi2.sum() / (len(fitted.point.chi2) * search.long.size)
-    return fitted.s > 0.0 or bool(chi2 > THRESHOLDS.encoder_noise)
+def _disturbed(evidence: Evidence, fit: InnovationFit) -> bool:
+    """Return whether a fit needs torque that no model explains, beyond what always remains."""
+    return bool((fit.torque > LEAST * evidence.fine.least_noise).any())
 
 
-def lasting_time(search: Search, fitted: CandidateFit) -> float:
+def lasting_time(evidence: Evidence, fit: InnovationFit) -> float:
     """
     Return how long unexplained torque lasts (s) by the likelihood of a fit.
 
     All times see the same readings. Another than that of the model has to be worth its price.
 
     Args:
-        search: of a recording that the torque drives.
-        fitted: fit of the search.
+        evidence: recordings that the torque drives.
+        fit: of the model with the time that it states.
     """
-    stated, stride = search.model.process_torque_time, max(1, round(SPARSE / search.recording.dt))
+    stated = evidence.model.process_torque_time
+    stride = max(1, round(SPARSE / evidence.recordings[0].dt))
 
-    def likelihood_with(time: float) -> InnovationLikelihood:
-        return InnovationLikelihood(
-            search.recording, replace(search.model, process_torque_time=time), search.long.sigma,
-            search.spans).thinned(stride)
-    deviances = innovation_fit.by_time(likelihood_with, fitted.candidate, fitted.point.z,
-                                       (stated, 0.0, *innovation_fit.LASTING_TIMES))
+    def likelihood_with(time: float) -> JointLikelihood:
+        model = replace(evidence.model, process_torque_time=time)
+        return JointLikelihood([part.thinned(stride)
+                                for part in replace(evidence, model=model).whole.parts])
+    deviances = by_time(likelihood_with, fit.candidate, fit.z, (stated, 0.0, *LASTING_TIMES))
     best = min(deviances, key=lambda time: deviances[time])
     price = math.log(likelihood_with(stated).readings)
     return best if deviances[best] + price < deviances[stated] else stated
 
 
-def _decided(search: Search, data: likelihood.WindowData, candidate: CandidateModel,
-             fitted: CandidateFit | None,
-             regression: TorqueRegression | None) -> tuple[CandidateFit, str]:
+@dataclass(frozen=True, eq=False)
+class _LongRuns:
     """
-    Return (the fit that stands, 'search' or 'regression').
+    Likelihood of runs that torque noise hardly corrects, so that what drifts slowly weighs.
 
-    The search stands unless the model file or the regression leaves less: of windows that were not
-    fitted, where `data` has any, or of the balances, where the motion is put in. A regression
-    stands that leaves less of the torque than the model file.
+    torque: that noise [2], N m rms in a sample; readings: in each run.
+    """
+
+    likelihood: JointLikelihood
+    torque: Array
+    readings: int
+
+
+def _long_runs(evidence: Evidence, fit: InnovationFit, seconds: float) -> _LongRuns:
+    """Return the _LongRuns of so many `seconds`, which begin in the smoothed states of `fit`."""
+    parts, model, readings = [], replace(evidence.model, process_torque_time=0.0), 0
+    for recording in evidence.recordings:
+        whole = InnovationLikelihood(recording, evidence.model, evidence.sigma,
+                                     halves(recording.segments))
+        smooth = whole.smoothed(whole.run(fit.candidate.model(fit.z), fit.torque))
+        windows = shooting_windows(recording, min(seconds, recording.duration))
+        part = InnovationLikelihood(recording, model, evidence.sigma, [
+            slice(begin, begin + windows.length) for begin in windows.first.tolist()])
+        parts.append(part.begun(smooth[windows.first, :4], np.full(4, FIXED)))
+        readings = max(readings, windows.length * len(recording.channels))
+    likelihood = JointLikelihood(parts)
+    # White torque moves an inertia by the power 3/2 of the time; the least is that of 1 s.
+    return _LongRuns(likelihood, likelihood.least_noise * (SECONDS / seconds) ** 1.5, readings)
+
+
+def _decided(fit: InnovationFit, regression: TorqueRegression | None, torque: float,
+             left: Callable[[Array], float]) -> tuple[Array, str]:
+    """
+    Return (coordinates [P] that stand, 'search' or 'regression').
+
+    The search stands unless the model file or the regression leaves less. A regression stands that
+    leaves less of the torque than the model file.
 
     Args:
-        search: of the recording.
-        data: windows of readings and how residuals are weighted.
-        candidate: model that was fitted.
-        fitted: fit of the search, None where it did not arrive.
+        fit: of the search.
         regression: of the torque, None without.
+        torque: standard deviation of the torque, N m.
+        left: what coordinates leave of readings that decide.
 
     Raises:
         Undecided: neither is a solution.
     """
-    unseen = data.train if data.train.all() else ~data.train
-    start = (fitted.point if fitted is not None
-             else data.evaluate(candidate, likelihood.fresh(data, candidate)))
-
-    def left(z: Array) -> tuple[likelihood.FitPoint, float]:
-        """Return where windows stand with the coordinates z, and the gap that decides."""
-        if search.balance is not None:
-            return (_balanced_point(data, candidate, z),
-                    search.balance.run(candidate.model(z), search.balance.first_noise).gap)
-        point = window_states.rescue(
-            data, candidate, window_states.solved(data, candidate, start.at(z)), [start],
-            half_gap=search.half_gap)
-        return point, closed_model.gap_of(point.chi2[unseen], data.size)
-    _, gap_start = left(candidate.start())
-    gap = math.inf if fitted is None else left(fitted.point.z)[1]
-    torque = float(np.std(search.recording.torque))
+    by_file, by_search, by_regression = left(fit.candidate.start()), left(fit.z), math.inf
     if regression is not None and regression.after < min(regression.before, LEFT * torque):
-        point, gap_regression = left(regression.z)
+        by_regression = left(regression.z)
+    if by_search <= THRESHOLDS.no_worse * min(by_file, by_regression):
+        return fit.z, 'search'
+    if regression is not None and math.isfinite(by_regression):
+        return regression.z, 'regression'
+    raise Undecided(f'the fit leaves {by_search / by_file:.4g} times what the model file leaves: '
+                    'no solution; expected a model of this drive (see check), or fewer values to '
+                    'fit (--free)')
+
+
+def _left_by(evidence: Evidence, long: _LongRuns | None, model: DriveModel) -> float:
+    """
+    Return how much a model leaves: geometric mean of innovations in their standard deviations.
+
+    Args:
+        evidence: the recordings: what was not fitted of them counts, where anything was not.
+        long: runs that count where they were fitted.
+        model: of the drive.
+    """
+    if long is not None:
+        judge, torque = long.likelihood, long.torque
     else:
-        point, gap_regression = start, math.inf
-    if fitted is not None and gap <= THRESHOLDS.no_worse * min(gap_start, gap_regression):
-        return fitted, 'search'
-    if math.isfinite(gap_regression):
-        return CandidateFit(candidate, point), 'regression'
-    raise Undecided(f'gap after the fit {gap:.4g} standard deviations, of the model file '
-                    f'{gap_start:.4g}: no solution; expected a model of this drive (see '
-                    'check), or fewer values to fit (--free)')
+        judge, fine = evidence.unseen or evidence.fine, evidence.fine
+        plain = CandidateModel(model, (), ())
+        torque = fitted(fine, InnovationFit(plain, plain.start(), fine.first_noise)).torque
+    return math.exp(min(0.5 * judge.run(model, torque).deviance / judge.readings, LARGEST))
 
 
 def _coordinate(name: str, scale: float | None) -> Coordinate:
@@ -356,12 +379,6 @@ def _coordinate(name: str, scale: float | None) -> Coordinate:
         low, high = WIDE
         return Coordinate(-1, name, 1.0, 1.0, low, high, log=True, prior=WEAK)
     return Coordinate(-1, name, 0.0, scale, prior=WEAK * scale)
-
-
-def _gap(data: likelihood.WindowData, candidate: CandidateModel,
-         point: likelihood.FitPoint) -> float:
-    """Return the gap that `point` leaves, in standard deviations of the noise."""
-    return closed_model.gap_of(data.evaluate(candidate, point).chi2, data.size)
 
 
 def _effects_of(model: DriveModel) -> dict[str, Values]:
@@ -381,81 +398,37 @@ def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
         c.scale, abs(values[c.name])))) for c in own if c.owner == 0]
 
 
-def _settled(search: Search, candidate: CandidateModel, starts: Sequence[Array],
-             report: Callable[..., object]) -> CandidateFit:
+def _covariance(evidence: Evidence, fit: InnovationFit, long: _LongRuns | None) -> Array:
     """
-    Return the CandidateFit on windows of 1 s.
+    Return the covariance [P, P] of the coordinates, from the derivatives of the innovations.
+
+    A model that is wrong leaves innovations that are not white: their scores are summed in blocks,
+    whose scatter counts (Liang and Zeger, 1986). What it leaves of a long run is one number.
 
     Args:
-        search: of the recording.
-        candidate: model to be fitted.
-        starts: coordinates [P] to begin with.
-        report: progress.
+        evidence: the recordings.
+        fit: of the search.
+        long: runs that were fitted, None: the innovations were.
     """
-    report(0, 2, 'fit')
-    balance = search.balance
-    if balance is not None:
-        fits = [innovation_fit.fitted(balance, InnovationFit(candidate, z, balance.first_noise),
-                                      ITERATIONS) for z in starts]
-        z = min(fits, key=lambda f: f.deviance).z
-        return search.as_fitted(candidate, _balanced_point(search.long, candidate, z))
-    fit = likeliest(search, candidate, starts, ITERATIONS)
-    report(1, 2, 'fit, windows of 1 s')
-    whole = InnovationLikelihood(search.recording, candidate.nominal, search.long.sigma,
-                                 search.spans)
-    return on_windows(search, fit, whole, fit.deviance)
-
-
-def _balanced_point(data: likelihood.WindowData, candidate: CandidateModel,
-                    z: Array) -> likelihood.FitPoint:
-    """Return where windows without states of their own stand at the coordinates z [P]."""
-    return data.evaluate(candidate, likelihood.fresh(data, candidate).at(z))
-
-
-def _longer(data: likelihood.WindowData, fitted: CandidateFit) -> CandidateFit:
-    """
-    Return `fitted` on the longer windows of `data`, which begin in its smoothed states.
-
-    Balances have no windows: their fit stands as it is.
-    """
-    if data.simulator.begins_known:
-        return replace(fitted, point=_balanced_point(data, fitted.candidate, fitted.point.z))
-    point = likelihood.fresh(data, fitted.candidate).at(fitted.point.z)
-    if fitted.smooth is not None:
-        states, memory = np.split(fitted.smooth[data.windows.begin], [4], axis=1)
-        point = replace(point, states=states, memory=memory)
-    return CandidateFit(fitted.candidate, gauss_newton.fit(
-        data, fitted.candidate, point, 40, refresh=range(40)))
-
-
-def _covariance(data: likelihood.WindowData, fitted: CandidateFit) -> Array:
-    """
-    Return the covariance [P, P] of the coordinates by the linearised fit.
-
-    What is more than encoder noise is no chance of single readings: its sum over each window is
-    one number (Liang and Zeger, 1986), or, with few windows, one per window and encoder.
-    """
-    candidate, point = fitted.candidate, fitted.point
-    s = likelihood.Sensitivity(likelihood.state_sensitivity(
-        data, candidate.model(point.z), point.states, point.memory, point.residual),
-        _central(data, candidate, point))
-    residual, whiten = noise_weighted_residual(data, fitted)
-    S, _, X, x = likelihood.normal_equations(s, point.residual, data.train.astype(float), whiten)
-    misfit = max(1.0, float((residual[data.train] ** 2).mean()))
-    prior = np.diag(candidate.prior(point.z)[1])
-    count, windows = len(point.z), int(data.train.sum())
-    if misfit <= THRESHOLDS.encoder_noise or windows <= 2 * count:
-        misfit *= data.windows.length if misfit > THRESHOLDS.encoder_noise else 1.0
+    likelihood, candidate = evidence.fine if long is None else long.likelihood, fit.candidate
+    at = evaluated(likelihood, candidate, fit.z, fit.torque)
+    J, residual = coordinate_columns(likelihood, at, central=True), at.run.residual.ravel()
+    S, prior = J.T @ J, np.diag(candidate.prior(fit.z)[1])
+    misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))
+    noise_alone = misfit <= THRESHOLDS.encoder_noise
+    if long is not None or noise_alone and not _disturbed(evidence, fit):
+        if long is not None and not noise_alone:
+            misfit *= long.readings
         covariance: Array = np.linalg.inv(S / misfit + prior)
         return covariance
-    J, states, r = s.Jz, s.Jx, point.residual
-    if whiten is not None:
-        J, states, r = whiten(J), whiten(states), whiten(r)
-    scores = np.einsum('wlp,wl->wp', J - states @ X, r - np.einsum('wlk,wk->wl', states, x))[
-        data.train]
+    count = len(fit.z)
+    seconds = sum(r.duration for r in evidence.recordings)
+    blocks = max(round(seconds / SECONDS), BLOCKS * count)
+    edges = np.linspace(0, len(J), blocks, endpoint=False).astype(int)
+    scores = np.add.reduceat(J * residual[:, None], edges)
     scores -= scores.mean(axis=0)
     unit = float(np.trace(np.linalg.solve(S + prior, scores.T @ scores))) / count
-    meat = scores.T @ scores * (windows / (windows - count)) + unit * unit * prior
+    meat = scores.T @ scores * (blocks / (blocks - count)) + unit * unit * prior
     inverse: Array = np.linalg.inv(S + unit * prior)
     return inverse @ meat @ inverse
 
@@ -502,20 +475,6 @@ def _listed(candidate: CandidateModel, z: Array, covariance: Array,
                   for j in range(i) if abs(r[i, j]) > THRESHOLDS.correlated]
     sizes = np.array([value.error for value in values])
     return values, correlated, r * np.outer(sizes, sizes)
-
-
-def _central(data: likelihood.WindowData, candidate: CandidateModel,
-             point: likelihood.FitPoint) -> Array:
-    """Return d(-residual)/dz [W, C L, P]; one-sided, it would see what is not determined."""
-    columns = []
-    for i, step in enumerate(candidate.steps()):
-        sides = []
-        for sign in (-1.0, 1.0):
-            z = point.z.copy()
-            z[i] += 0.02 * sign * step
-            sides.append(data.residual(candidate.model(z), point.states, point.memory)[0])
-        columns.append((sides[0] - sides[1]) / (0.04 * step))
-    return np.stack(columns, axis=2)
 
 
 def start_values(model: DriveModel) -> dict[str, float]:

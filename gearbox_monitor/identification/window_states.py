@@ -2,15 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """States where the windows start: fitted by Levenberg-Marquardt, and freed from wrong contacts."""
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gearbox_monitor.identification.candidates import CandidateModel
-from gearbox_monitor.identification.likelihood import (
-    carried, FitPoint, shortened, squares, state_sensitivity, updated, WindowData)
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.window_data import (
+    FitPoint, shortened, squares, state_sensitivity, updated, WindowData)
 from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
@@ -137,41 +136,24 @@ def hidden_states(data: WindowData, states: Array, half_gap: float) -> list[Arra
 
 
 def rescue(data: WindowData, candidate: CandidateModel, point: FitPoint,
-           rivals: Sequence[FitPoint] = (), half_gap: float = 0.05) -> FitPoint:
+           half_gap: float) -> FitPoint:
     """
     Return `point` with other starts of windows that stand out; itself where none is better.
 
-    Where a rival fits a window better, its start is tried, too: a better start must not count as
-    evidence for the candidate that has it.
-
     Args:
         data: windows of readings and how residuals are weighted.
-        candidate: model to be fitted, with its coordinates.
-        point: where the fit stands: coordinates, window states and memories.
-        rivals: points of other fits whose window states are tried.
+        candidate: model with its coordinates.
+        point: where the windows stand: coordinates, window states and memories.
         half_gap: half backlash on which states are started elsewhere, rad.
     """
-    if data.begins_known:
-        return point
     start = point
     point = _with_memories(data, candidate, point)
-    stuck = point.chi2 > max(STUCK * float(np.median(point.chi2)), THRESHOLDS.quiet * data.size)
-    worse_than_rival = np.zeros(len(stuck), bool)
-    for rival in rivals:
-        worse_than_rival |= rival.chi2 < point.chi2 - RIVAL
-    for windows, anywhere in ((np.flatnonzero(stuck), True),
-                              (np.flatnonzero(worse_than_rival & ~stuck), False)):
-        if not len(windows):
-            continue
-        starts = _rival_states(rivals, windows)
-        if anywhere:
-            starts.append(grown_states(data, candidate.model(point.z), point.memory, windows,
-                                       half_gap))
-            starts += hidden_states(data, point.states[windows], half_gap)
-            if point.carry is not None:
-                starts.append(np.where(windows[:, None] > 0,
-                                       point.carry[np.maximum(windows - 1, 0), :4], starts[-1]))
-        point = _with_starts(data, candidate, point, windows, np.stack(starts, axis=1))
+    stuck = np.flatnonzero(point.chi2 > max(
+        STUCK * float(np.median(point.chi2)), THRESHOLDS.quiet * data.size))
+    if len(stuck):
+        starts = [grown_states(data, candidate.model(point.z), point.memory, stuck, half_gap),
+                  *hidden_states(data, point.states[stuck], half_gap)]
+        point = _with_starts(data, candidate, point, stuck, np.stack(starts, axis=1))
     return point if point is start else data.evaluate(candidate, point)
 
 
@@ -196,16 +178,6 @@ def _with_memories(data: WindowData, candidate: CandidateModel, point: FitPoint)
     return point
 
 
-def _rival_states(rivals: Sequence[FitPoint], windows: Integers) -> list[Array]:
-    """Return the states [M, 4] of the Points `others` that fit `windows` best, as a list."""
-    if not rivals:
-        return []
-    chi2 = np.stack([rival.chi2[windows] for rival in rivals])
-    states = np.stack([rival.states[windows] for rival in rivals])
-    return [states[winner, np.arange(len(windows))]
-            for winner in np.argsort(chi2, axis=0)[:KEPT_STARTS]]
-
-
 def _with_starts(data: WindowData, candidate: CandidateModel, point: FitPoint,
                  windows: Integers, starts: Array) -> FitPoint:
     """Return `point`, the states of `windows` [M] the best of `starts` [M, S, 4] if better."""
@@ -221,20 +193,3 @@ def _with_starts(data: WindowData, candidate: CandidateModel, point: FitPoint,
     if not improved.any():
         return point
     return replace(point, states=updated(point.states, windows[improved], starts[improved, 0]))
-
-
-def hand_over(data: WindowData, candidate: CandidateModel, point: FitPoint) -> FitPoint:
-    """
-    Return `point` with the memories that windows hand over, where they can live with them.
-
-    Args:
-        data: windows of readings and how residuals are weighted.
-        candidate: model to be fitted, with its coordinates.
-        point: where the fit stands: coordinates, window states and memories.
-    """
-    moved = data.evaluate(candidate, FitPoint(
-        point.z, point.states, carried(point.memory, point.carry)))
-    # Near a reversal a little change elsewhere turns a memory over; then the last one is better.
-    use = moved.chi2 < point.chi2 + RIVAL
-    return replace(point, **{name: updated(getattr(point, name), use, getattr(moved, name)[use])
-                             for name in ('memory', 'residual', 'chi2', 'carry')})

@@ -14,10 +14,10 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.identification import likelihood as likelihood_of, window_states
+from gearbox_monitor.identification import window_data, window_states
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovations import InnovationLikelihood
-from gearbox_monitor.identification.likelihood import FitPoint, WindowData
+from gearbox_monitor.identification.window_data import FitPoint, WindowData
 from gearbox_monitor.identification.shooting import shooting_windows, ShootingWindows
 from gearbox_monitor.identification.torque_domain import simulator
 from gearbox_monitor.kernels.types import Array
@@ -80,7 +80,7 @@ def seconds_at_rest(recording: UniformRecording, sigma: Array) -> float:
 
 def segment_of(recording: UniformRecording, model: DriveModel, sigma: Array,
                colour: Array | None = None, settling: float = SETTLING,
-               finer: int = 1) -> Segment:
+               finer: int = 1, seconds: float = SECONDS) -> Segment:
     """
     Return a recording as a Segment.
 
@@ -91,8 +91,10 @@ def segment_of(recording: UniformRecording, model: DriveModel, sigma: Array,
         colour: correlation of neighbouring readings of each encoder [2], None: white.
         settling: s at the beginning that no window reads.
         finer: how many times as many steps the model takes as the nominal drive asks for.
+        seconds: length of the windows, s; of longer ones than SECONDS, which free states would fit
+            by many deviations, they are fixed.
     """
-    windows = shooting_windows(recording, SECONDS, settling)
+    windows = shooting_windows(recording, min(seconds, recording.duration), settling)
     train = np.ones(len(windows), bool)
     held_out = round(HELD_OUT * len(windows))
     stop = len(recording.u)
@@ -101,7 +103,7 @@ def segment_of(recording: UniformRecording, model: DriveModel, sigma: Array,
         train[-held_out:] = False
         unseen = int(windows.first[-held_out])
     data = WindowData(recording, simulator(recording, model, finer), windows,
-                      np.asarray(sigma, float), train, colour)
+                      np.asarray(sigma, float), train, colour, seconds > SECONDS)
     return Segment(data, slice(int(windows.begin[0]), stop), unseen)
 
 
@@ -175,7 +177,7 @@ def smoothed_point(data: WindowData, candidate: CandidateModel, z: Array,
     states, model, index = begun, candidate.model(z), np.arange(len(data.windows))
     for share in window_states.SHARES:
         states, chi2 = window_states.solve_states(
-            likelihood_of.shortened(data, share), model, states, memory, index)
+            window_data.shortened(data, share), model, states, memory, index)
     if len(data.channels) == 1:
         # The beginning of a window says little of a side that no encoder reads.
         whole, at_once = window_states.solve_states(data, model, begun, memory, index)
@@ -206,8 +208,8 @@ def hidden_begins(likelihood: InnovationLikelihood, candidate: CandidateModel, z
     smooth = likelihood.smoothed(likelihood.run(model, likelihood.first_noise))
     point = smoothed_point(data, candidate, z, smooth)
     point = window_states.rescue(data, candidate, point,
-                                 half_gap=max(model.transmission.half_gap, 0.01))
-    J = likelihood_of.state_sensitivity(data, model, point.states, point.memory, point.residual)
+                                 max(model.transmission.half_gap, 0.01))
+    J = window_data.state_sensitivity(data, model, point.states, point.memory, point.residual)
     A = np.einsum('wli,wlj->wij', J, J)
     # What nothing tells stays as uncertain as it was.
     A[:, range(4), range(4)] += 1.0 / np.maximum(likelihood.begin_variance, 1e-300)

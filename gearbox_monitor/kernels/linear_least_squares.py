@@ -8,9 +8,8 @@ Parameters differ by ten orders of magnitude: a normal matrix is taken at unit d
 directions with less than RANK of the largest eigenvalue count as undetermined. A prior is part of
 the matrix: 1 over its variance on the diagonal. Elsewhere stand, on purpose: bounded least squares
 (quality.wiring), noise profiled per band (balance.evidence), noise in the columns
-(identification.torque_regression), a roughness penalty with its own cutoff
-(identification.basis_functions) and window states eliminated in a batch
-(identification.likelihood).
+(identification.torque_regression) and a roughness penalty with its own cutoff
+(identification.basis_functions).
 """
 import numpy as np
 

@@ -19,8 +19,8 @@ def backlash(model, twist, **changes):
     """Return the coordinate b of backlash_gap where the twist is `twist` [N] (rad)."""
     arm = np.sin(T)
     recording = UniformRecording(T, np.cos(T), np.column_stack([arm + twist, arm]), 1e-3)
-    candidates = Starts(model_from_dict(model, 'test'), replace(recording, **changes)).candidates(
-        'backlash_gap')
+    starts = Starts(model_from_dict(model, 'test'), [replace(recording, **changes)])
+    candidates = starts.candidates('backlash_gap')
     return [candidate.coordinates[-1] for candidate in candidates]
 
 

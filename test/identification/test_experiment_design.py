@@ -11,9 +11,10 @@ import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification import experiment_design as motions, gauss_newton, likelihood
+from gearbox_monitor.identification import experiment_design as motions
+from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.experiment_design import DT, Limits, separations, suggest
-from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -66,11 +67,14 @@ def test_it_is_what_the_evidence_of_fits_says():
     pair = ('motor_viscous', 'motor_coulomb')
     found, _ = separations(MODEL, {'motor_viscous': values}, u, SIGMA, [pair])
     run = simulate(replace(MODEL, effects=({'id': 'motor_viscous', **values},)), u, DT)
-    search = Search(UniformRecording(t, u, run.y, DT), MODEL, SIGMA)
-    candidate = search.starts.candidates('motor_coulomb')[0]
-    point = likelihood.fresh(search.long, candidate, run.x[search.long.windows.begin])
-    point = gauss_newton.fit(search.long, candidate, point, 20, refresh=range(20))
-    left = point.chi2[search.long.train].sum()
+    evidence = Evidence((UniformRecording(t, u, run.y, DT),), MODEL, SIGMA, ())
+    likelihood, least = evidence.fine, evidence.fine.least_noise
+    deviance = {}
+    for name in pair:
+        candidate = evidence.starts.candidates(name)[0]
+        deviance[name] = fitted(likelihood, InnovationFit(candidate, candidate.start(), least), 20,
+                                free_noise=False).deviance
+    left = deviance['motor_coulomb'] - deviance['motor_viscous']
     assert left == pytest.approx(found[pair], rel=0.2)
 
 

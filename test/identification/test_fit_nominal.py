@@ -7,13 +7,14 @@ import json
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import Undecided
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.identification import nominal
-from gearbox_monitor.identification.innovations import InnovationLikelihood
+from gearbox_monitor.identification.innovation_fit import InnovationFit
 from gearbox_monitor.identification.nominal import balanced
 from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.plant.drive import Controller, DriveModel, Transmission
@@ -60,17 +61,25 @@ def test_values_are_found_again(tmp_path, capsys):
     assert fitted.torque_offset == pytest.approx(0.1, rel=0.05)
 
 
-@pytest.mark.parametrize('words, fits', [([], 2), (['--windows', '4'], 1)])
-def test_states_are_smoothed_once_for_each_fit(tmp_path, capsys, monkeypatch, words, fits):
-    """The gap of the model file, of windows of 1 s, is another fit; long windows have none."""
-    smoothed, calls = InnovationLikelihood.smoothed, []
-    monkeypatch.setattr(InnovationLikelihood, 'smoothed',
-                        lambda self, run: calls.append(run) or smoothed(self, run))
-    bag = record(tmp_path / 'a.csv', TRUE, zero=0.0)
-    main(['fit-nominal', bag, '--model', model_file(tmp_path / 'd.yaml', TRUE), '--free', 'u0',
-          '--json', '-', *words])
-    assert len(calls) == fits
-    assert (json.loads(capsys.readouterr()[0])['gap_before'] is None) == bool(words)
+def test_torque_that_no_model_explains_is_not_put_into_the_values(tmp_path, capsys):
+    """It lasts 0.3 s: deviations count it, and a value within them is determined all the same."""
+    dt, noise = 1e-3, np.random.default_rng(5)
+    t = np.arange(8000) * dt
+    u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1)).torque(t)
+    fade = np.exp(-dt / 0.3)
+    unknown = lfilter([1.0], [1.0, -fade], 0.1 * np.sqrt(1.0 - fade * fade)
+                      * noise.standard_normal(len(t)))
+    y = simulate(TRUE, u + unknown, dt).x[:, :2] + 1e-3 * noise.standard_normal((len(t), 2))
+    bag = tmp_path / 'a.csv'
+    np.savetxt(bag, np.column_stack([t, u, y]), '%.9g', ',', header='t,u,motor,arm', comments='')
+    main(['fit-nominal', str(bag), '--model', model_file(tmp_path / 'd.yaml', WRONG), '--json',
+          '-'])
+    data = json.loads(capsys.readouterr()[0])
+    assert data['process_torque_time'] in (0.1, 0.3, 1.0)
+    true = {'m1': TRUE.motor_inertia, 'm2': TRUE.arm_inertia, 'Cv': 0.1, 'K': 25.0, 'b': 0.1}
+    for name, value in true.items():
+        fitted = data['values'][name]
+        assert abs(fitted['value'] - value) < 4.0 * fitted['error'] < 0.3 * value, name
 
 
 @pytest.mark.system
@@ -185,10 +194,8 @@ def followed(frequencies, effects):
 
 def test_a_servo_has_values_where_no_search_arrives(monkeypatch):
     recordings, stated = followed([0.4], ({'id': 'gravity', 'G': 0.5},))
-
-    def lost(*_):
-        raise Undecided('lost')
-    monkeypatch.setattr(nominal, '_settled', lost)
+    monkeypatch.setattr(nominal, '_likeliest', lambda evidence, candidate, starts: InnovationFit(
+        candidate, starts[0] + 1.0, evidence.fine.first_noise))
     fit = nominal.fit_nominal(recordings, stated, ['m1', 'Cv', 'Cc', 'kp'])
     assert fit.method == 'regression'
     for value, at in zip(fit.values, (0.02, 0.06, 0.08, 5.0)):

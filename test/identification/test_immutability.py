@@ -3,14 +3,14 @@
 
 """Nobody writes into another's object: searches, fits, points and windows."""
 import ast
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gearbox_monitor import identification
-from gearbox_monitor.identification.likelihood import FitPoint
+from gearbox_monitor.identification.window_data import FitPoint
 
 MODULES = sorted(Path(identification.__file__).parent.glob('*.py'))
 
@@ -64,4 +64,4 @@ def test_where_a_fit_stands_stays_as_it_is():
     point = FitPoint(np.zeros(1), np.zeros((2, 4)), np.zeros((2, 4)))
     with pytest.raises(FrozenInstanceError):
         point.z = np.ones(1)
-    assert (point.at(np.ones(1)).z == 1.0).all() and (point.z == 0.0).all()
+    assert (replace(point, z=np.ones(1)).z == 1.0).all() and (point.z == 0.0).all()

@@ -194,7 +194,7 @@ def test_the_true_effect_is_proposed_and_fitted_from_nothing_and_the_noise_vanis
     truth = {'id': 'hysteresis_bouc_wen', 'Th': 0.15, 'dh': 0.03}
     recording = recorded(replace(BLUNT, effects=(truth,)), 5.0, seed=2)
     likelihood = likelihood_of(recording, BLUNT, [slice(0, 4000)])
-    starts = Starts(BLUNT, recording)
+    starts = Starts(BLUNT, [recording])
     none = starts.none()
     without = fitted(likelihood, evaluated(likelihood, none, none.start(), np.full(2, 0.1)))
     proposals = scan(likelihood, starts, without, [truth['id'], 'arm_coulomb', 'gravity',

@@ -49,7 +49,7 @@ def test_range_covers_the_mean_of_simulated_runs(effect, key, field, value, betw
             run = simulate(MODEL.with_(**{field: float(true)}), torque, 2e-3,
                            Noise(measurement=(5e-3, 5e-3)), int(random.integers(1 << 30)))
             runs.append(admitted(run.t, run.u, run.y, None, 'run', None, MODEL, 'model')[0])
-        candidate = Starts(MODEL, runs[0]).candidates(effect)[0]
+        candidate = Starts(MODEL, runs[:1]).candidates(effect)[0]
         result = between_recordings(runs, candidate, candidate.start(), np.full(2, 5e-3))
         covered.append(result[effect][key].low <= value <= result[effect][key].high)
     assert 0.83 <= np.mean(covered) <= 0.97

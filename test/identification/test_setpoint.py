@@ -106,7 +106,7 @@ def test_effects_fit_what_is_recorded():
         assert visible(name, MODEL, recording) == (not effect.torque_only)
         assert visible(name, model_from_dict({}, 'torque'), recording) == (
             effect.location != 'controller')
-    scales = Starts(MODEL, recording).scales
+    scales = Starts(MODEL, [recording]).scales
     assert 0.5 < scales.torque < 8.0 and scales.values['kp'] == 6.3
 
 

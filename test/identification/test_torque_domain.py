@@ -17,9 +17,9 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification import likelihood, nominal
-from gearbox_monitor.identification.noise_model import noise_floor
-from gearbox_monitor.identification.search import Search
+from gearbox_monitor.identification import nominal
+from gearbox_monitor.identification.evidence import evidence_of
+from gearbox_monitor.identification.innovation_fit import InnovationFit
 from gearbox_monitor.identification.torque_domain import BalanceSimulator, driven
 from gearbox_monitor.identification.torque_regression import torque_regression
 from gearbox_monitor.plant.drive import model_from_dict
@@ -183,18 +183,18 @@ def test_balances_decide_between_search_and_regression(tmp_path):
     model = model_from_dict(SERVO, 'test')
     recording = driven(
         UniformRecording(t, u, np.column_stack([motor, arm]), DT, arm_torque=load), model)
-    search = Search(recording, model, noise_floor(recording, model)[0])
-    candidate = nominal._free_candidate(search, model, model, ['Cc', 'zero'])
+    evidence, _ = evidence_of([recording], model, ())
+    candidate = nominal._free_candidate(evidence.starts, model, model, ['Cc', 'zero'])
     regression = torque_regression(recording, candidate)
-    begin = likelihood.fresh(search.long, candidate)
 
     def decided(z, beside):
-        """Return the fit that stands of a search that ended at `z`, and how it was reached."""
-        fitted = search.as_fitted(candidate, search.long.evaluate(candidate, begin.at(z)))
-        return nominal._decided(search, search.long, candidate, fitted, beside)
+        """Return the coordinates that stand of a search that ended at `z`, and whose they are."""
+        fit = InnovationFit(candidate, z, evidence.fine.first_noise)
+        return nominal._decided(fit, beside, evidence.torque, lambda z: nominal._left_by(
+            evidence, None, candidate.model(z)))
     for z, method in ((regression.z, 'search'), (candidate.start(), 'regression')):
-        fitted, said = decided(z, regression)
-        assert said == method and fitted.point.z == pytest.approx(regression.z)
+        at, said = decided(z, regression)
+        assert said == method and at == pytest.approx(regression.z)
     with pytest.raises(Undecided, match='no solution'):
         decided(candidate.start() - (1.0, 0.0), None)  # farther from 0.05 N m
 

@@ -20,7 +20,7 @@ from gearbox_monitor.identification.candidates import (
     CandidateModel, Coordinate, NUISANCES, sine_and_cosine)
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit)
-from gearbox_monitor.identification.innovations import InnovationLikelihood
+from gearbox_monitor.identification.innovations import halves, InnovationLikelihood
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers
@@ -102,7 +102,7 @@ class HiddenArm:
             return NotExcited(stamp_ns, 'the motor stands still')
         candidate = _candidate(self.model, torque)
         likelihood = InnovationLikelihood(recording, self.model, sigma,
-                                          [slice(0, len(recording.u))])
+                                          halves([slice(0, len(recording.u))]))
         fit = self._fit(likelihood, candidate, torque)
         states = fit.run.trace.begin[:-1, 0]
         twist = states[:, 0] - states[:, 1]

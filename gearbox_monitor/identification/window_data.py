@@ -2,27 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Residuals of free runs over windows, their sensitivities and the reduced normal equations.
+Residuals of free runs over windows, and their sensitivity to the states where windows begin.
 
 Residuals are in standard deviations of the encoder noise. Each window has four states of its own
-(position and speed of motor and arm where it starts); the coordinates of the candidate are common
-to all windows. In shapes W counts windows, L samples, C encoders and P coordinates.
+(position and speed of motor and arm where it starts). In shapes W counts windows, L samples,
+C encoders and P coordinates.
 """
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-import math
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification.candidates import CandidateModel, with_effects
+from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.noise_model import prewhitened
-from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows, Simulator
-from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
+from gearbox_monitor.identification.shooting import ShootingWindows, Simulator
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import MEMORIES
-from gearbox_monitor.plant.effects.controller import SERVO_DELAY, SERVO_INTEGRATOR
 from gearbox_monitor.quality.recording import UniformRecording
 
 
@@ -48,10 +44,6 @@ class FitPoint:
     residual: Array = UNSET
     chi2: Array = UNSET
     carry: Array = UNSET
-
-    def at(self, z: Array) -> 'FitPoint':
-        """Return the point with these states at other coordinates z [P], not evaluated."""
-        return FitPoint(z, self.states, self.memory)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,11 +79,6 @@ class WindowData:
     def begins_known(self) -> bool:
         """Whether no state of a window is fitted."""
         return self.fixed_states or self.simulator.begins_known
-
-    @property
-    def n_train(self) -> int:
-        """Number of readings in the windows that count."""
-        return int(self.train.sum()) * self.size
 
     @property
     def size(self) -> int:
@@ -171,28 +158,6 @@ class WindowData:
         return states
 
 
-@dataclass(frozen=True, eq=False)
-class CandidateFit:
-    """
-    A candidate where its fit ended, on the long windows.
-
-    s: torque noise on the motor, N m rms per sample; white: residual [W, 2L] with that noise taken
-    out; smooth [N, N_STATE]: smoothed states of the filter in which its windows began.
-    """
-
-    candidate: CandidateModel
-    point: FitPoint
-    score: float = math.inf
-    s: float = 0.0
-    white: Array | None = None
-    smooth: Array | None = None
-
-    @property
-    def name(self) -> str:
-        """Ids joined by '+'."""
-        return self.candidate.name
-
-
 def updated(array: Array, index: Integers | Flags, values: Array) -> Array:
     """
     Return a copy of `array` with other values in some windows.
@@ -261,148 +226,3 @@ def shortened(data: WindowData, share: float) -> WindowData:
     w = data.windows
     length = max(round(share * w.length), 8)
     return replace(data, windows=ShootingWindows(w.first, length, w.begin, w.first + length))
-
-
-def weights(data: WindowData, chi2: Array, robust: bool) -> Array:
-    """
-    Return the weight [W] of each window on the coordinates.
-
-    Args:
-        data: windows of readings and how residuals are weighted.
-        chi2: squared residuals of the windows [W].
-        robust: whether windows that stand out weigh less.
-    """
-    weight = data.train.astype(float)
-    if robust:
-        median = np.median(chi2[data.train])
-        weight *= np.minimum(1.0, ROBUST * median / np.maximum(chi2, 1e-30))
-    return weight
-
-
-@dataclass(frozen=True, eq=False)
-class Sensitivity:
-    """Derivatives of -residual by states Jx [W, 2L, 4] and coordinates Jz [W, 2L, P]."""
-
-    Jx: Array
-    Jz: Array
-
-
-def coordinate_sensitivity(data: WindowData, candidate: CandidateModel,
-                           point: FitPoint) -> Array:
-    """
-    Return d(-residual)/dz [W, 2L, P]; memories stay as they are.
-
-    Args:
-        data: windows of readings and how residuals are weighted.
-        candidate: model to be fitted, with its coordinates.
-        point: where the fit stands: coordinates, window states and memories.
-    """
-    steps = candidate.steps()
-    out = np.zeros((*point.residual.shape, len(steps)))
-    for i, step in enumerate(steps):
-        moved = point.z.copy()
-        moved[i] += step
-        if candidate.bounded(moved)[i] != moved[i]:
-            step = -step
-            moved[i] = point.z[i] + step
-        r, _ = data.residual(candidate.model(moved), point.states, point.memory)
-        out[:, :, i] = (point.residual - r) / step
-    return out
-
-
-def sensitivity(data: WindowData, candidate: CandidateModel, point: FitPoint) -> Sensitivity:
-    """
-    Return the Sensitivity at `point`.
-
-    Args:
-        data: windows of readings and how residuals are weighted.
-        candidate: model to be fitted, with its coordinates.
-        point: where the fit stands: coordinates, window states and memories.
-    """
-    model = candidate.model(point.z)
-    return Sensitivity(
-        state_sensitivity(data, model, point.states, point.memory, point.residual),
-        coordinate_sensitivity(data, candidate, point))
-
-
-def normal_equations(s: Sensitivity, residual: Array, weight: Array,
-                     whiten: Callable[[Array], Array] | None = None) -> Reduced:
-    """
-    Return (S [P, P], g [P], X [W, 4, P], x [W, 4]), the reduced normal equations.
-
-    The window states are eliminated by a Schur complement: S dz = g, and the step of the states is
-    x - X dz.
-
-    Args:
-        s: sensitivities at the point.
-        residual: residual of the windows [W, C L], in standard deviations of the encoder noise.
-        weight: weights of the windows [W].
-        whiten: whitening of arrays [W, C L, ...] for process noise, None for white residuals.
-    """
-    Jx, Jz, r = s.Jx, s.Jz, residual
-    if whiten is not None:
-        Jx, Jz, r = whiten(Jx), whiten(Jz), whiten(r)
-    A = np.einsum('wli,wlj->wij', Jx, Jx)
-    A[:, range(4), range(4)] *= 1.0 + 1e-9
-    A[:, range(4), range(4)] += 1e-9
-    B = np.einsum('wli,wlj->wij', Jx, Jz)
-    gx = np.einsum('wli,wl->wi', Jx, r)
-    solved = np.linalg.solve(A, np.concatenate([B, gx[:, :, None]], axis=2))
-    X, x = solved[:, :, :-1], solved[:, :, -1]
-    full = np.einsum('wli,wlj->wij', Jz, Jz) - np.einsum('wki,wkj->wij', B, X)
-    g = np.einsum('wli,wl->wi', Jz, r) - np.einsum('wki,wk->wi', B, x)
-    return np.einsum('w,wij->ij', weight, full), weight @ g, X, x
-
-
-def effect_columns(data: WindowData, model: DriveModel, point: FitPoint,
-                   effects: Iterable[Values]) -> Array:
-    """
-    Return the changes [W, C L, E] of the readings by each of E effects, in units of the residual.
-
-    Args:
-        data: windows of readings and how residuals are weighted.
-        model: model of the drive where the fit stands.
-        point: where the fit stands: coordinates, window states and memories.
-        effects: that are added to the model or take the place of its own.
-    """
-    return np.stack([point.residual - data.residual(
-        with_effects(model, [*model.effects, effect]), point.states, point.memory)[0]
-        for effect in effects], axis=2)
-
-
-def objective(candidate: CandidateModel, point: FitPoint, weight: Array) -> float:
-    """
-    Return what a fit makes small: weighted chi2 and the prior.
-
-    Args:
-        candidate: model to be fitted, with its coordinates.
-        point: where the fit stands: coordinates, window states and memories.
-        weight: weights of the windows [W].
-    """
-    return float(weight @ point.chi2) + candidate.penalty(point.z)
-
-
-def uses_memory(candidate: CandidateModel) -> bool:
-    """
-    Return whether windows hand anything over but their states.
-
-    Args:
-        candidate: model to be fitted, with its coordinates.
-    """
-    servo = candidate.nominal.controller
-    return candidate.nominal.transmission.kind in ('play', 'passive_play') or any(
-        i in (*MEMORIES, SERVO_INTEGRATOR.id, SERVO_DELAY.id) for i in candidate.ids) or (
-            servo is not None and bool(servo.ki or servo.delay or servo.rate))
-
-
-def fresh(data: WindowData, candidate: CandidateModel, states: Array | None = None) -> FitPoint:
-    """
-    Return a FitPoint at the candidate's start; states [W, 4]: by default from readings.
-
-    Args:
-        data: windows of readings and how residuals are weighted.
-        candidate: model to be fitted, with its coordinates.
-        states: states of the drive where the windows start [W, 4].
-    """
-    states = data.raw_states() if states is None else states
-    return FitPoint(candidate.start(), states, np.zeros((len(data.windows), N_MEMORY)))
