@@ -6,9 +6,10 @@ Fit the nominal values of a drive to recordings, and tell which of them the data
 
 Each value moves on a log scale about that of the model file, under a weak prior: values that the
 data do not determine stay there. A regression of the torque comes first (torque_regression). A
-search begins in its values and in those of the model file; where it does not arrive, or leaves
-more than they do on windows that were not fitted, the values of the regression are the result.
-How long unexplained torque lasts is that of the likeliest fit.
+search by innovations (innovation_fit) begins in its values and in those of the model file; where
+it does not arrive, or leaves more than they do of readings that were not fitted, the values of the
+regression are the result. How long unexplained torque lasts is that of the likeliest fit. Long
+runs are the same filter with hardly any torque noise.
 """
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
