@@ -253,17 +253,17 @@ def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[s
 
 
 def _alone(recording: UniformRecording, evidence: Evidence, ids: Sequence[str]) -> str | None:
-    """Return the effects that one recording of several shows alone, None if it shows none."""
+    """Return the effects that alone explain one recording of several, None without any."""
     visible_ids = [i for i in ids if visible(i, evidence.model, recording)]
     if not visible_ids:
         return None
     decision = decided(*evidence_of([recording], evidence.model, visible_ids, evidence.jobs,
                                     evidence.progress))
-    return '+'.join(decision.ids) or None
+    return None if decision.remains else '+'.join(decision.ids) or None
 
 
 def _shown_by_each(decision: Decision, names: Sequence[str | None]) -> Decision | None:
-    """Return the decision for the effect that each recording alone shows, None if they differ."""
+    """Return the decision for the effect that explains each recording alone, None without one."""
     if len(set(names)) != 1 or names[0] is None:
         return None
     fit = next((f for f in decision.fits if f.candidate.name == names[0]), None)

@@ -416,7 +416,7 @@ def _covariance(evidence: Evidence, fit: InnovationFit, long: _LongRuns | None) 
     J, residual = coordinate_columns(likelihood, at, central=True), at.run.residual.ravel()
     S, prior = J.T @ J, np.diag(candidate.prior(fit.z)[1])
     misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))
-    noise_alone = misfit <= THRESHOLDS.encoder_noise
+    noise_alone = misfit <= THRESHOLDS.encoder_noise and not evidence.balances
     if long is not None or noise_alone and not _disturbed(evidence, fit):
         if long is not None and not noise_alone:
             misfit *= long.readings
