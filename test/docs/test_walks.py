@@ -116,7 +116,7 @@ WALKS = (
          claims={'The verdict is `viscous_asymmetry`': '',
                  'falls from 183 mm to 5 mm rms': r'^  motor +0\.\S+ +\S+$'}),
     Walk('real_drives.md', ('A light motor behind a gearbox',),
-         fails=('diagnose run20 run23 --model davinci', 'fit-nominal'), brings={
+         fails=('diagnose run20 run23 --model davinci',), brings={
              **{f'{n}.TXT.gz': DATA / f'davinci_backend/{n}.TXT.gz' for n in (20, 22, 23)},
              'davinci_backend_nominal.yaml': CONFIG / 'davinci_backend_nominal.yaml'},
          claims={r'`backlash_gap`, a dead zone of \S+ rad': r'b = \S+',
