@@ -6,11 +6,12 @@ Mutants: one wrong operator or number at a time, which the tests of its module s
 
 A copy of the checkout gets one change: < for <=, + for -, * for /, and for or, a condition turned
 round, a number twice as large or one more. The tests of the module run on it; a mutant that they
-pass survives, and is printed with its line. Ctrl-C ends the run with what it has.
+pass survives, and is printed with its line. Fields of a class stay as they are: another limit is
+another decision, no error.
 
 usage examples:
   python test/system/mutants.py --n 4
-  python test/system/mutants.py --rooms filters thresholds --n 20 --seed 7
+  python test/system/mutants.py --rooms filters alerts --n 20 --seed 7
 """
 import ast
 from collections.abc import Mapping
@@ -48,22 +49,21 @@ ROOMS = MappingProxyType({
         'identification/evidence.py': ('identification/test_judge.py',),
         'identification/innovation_fit.py': ('identification/test_innovations.py',
                                              'identification/test_fit_nominal.py')},
-    'thresholds': {
-        'monitoring/alert_limits.py': ('monitoring/test_alert_limits.py',),
-        'quality/recording_limits.py': ('quality/test_recording_limits.py',),
-        'identification/thresholds.py': ('identification/test_thresholds.py',)},
     'alerts': {
         'monitoring/checks/innovation.py': ('monitoring/test_row_checks.py',
                                             'monitoring/test_alert_limits.py'),
         'monitoring/checks/covariance.py': ('monitoring/test_row_checks.py',
                                             'monitoring/test_alert_limits.py'),
+        'monitoring/checks/outcome.py': ('monitoring/test_outcome.py',
+                                         'monitoring/test_alert_limits.py'),
+        'monitoring/checks/passivity.py': ('monitoring/test_row_checks.py',
+                                           'monitoring/test_alert_limits.py'),
         'monitoring/backlash/wear.py': ('monitoring/test_change.py', 'monitoring/test_drift.py'),
         'monitoring/backlash/change_tests.py': ('monitoring/test_change.py',
                                                 'monitoring/test_drift.py')}})
-SWAPPED = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq,
-           ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn,
-           ast.NotIn: ast.In, ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div,
-           ast.Div: ast.Mult, ast.And: ast.Or, ast.Or: ast.And}
+PAIRS = ((ast.Lt, ast.LtE), (ast.Gt, ast.GtE), (ast.Eq, ast.NotEq), (ast.Is, ast.IsNot),
+         (ast.Add, ast.Sub), (ast.Mult, ast.Div), (ast.And, ast.Or))
+SWAPPED = {**dict(PAIRS), **{b: a for a, b in PAIRS}}
 
 
 def add_arguments(parser):
@@ -92,6 +92,12 @@ class Mutator(ast.NodeTransformer):
     def visit_FunctionDef(self, node):  # noqa: N802
         """Leave decorators, types and defaults as they are."""
         node.body = [self.visit(statement) for statement in node.body]
+        return node
+
+    def visit_ClassDef(self, node):  # noqa: N802
+        """Leave decorators and fields as they are."""
+        node.body = [self.visit(statement) if isinstance(statement, ast.FunctionDef)
+                     else statement for statement in node.body]
         return node
 
     def visit_AnnAssign(self, node):  # noqa: N802
