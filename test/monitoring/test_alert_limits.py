@@ -125,6 +125,35 @@ def test_counts_decide_at_their_value():
     assert passivity.check(rows[:LIMITS.passivity_rows - 1], DRIVE) is None
 
 
+def judged(white, dof=2.0):
+    """Return the Outcome on whitened innovations [N, 2], of which the last 500 tell the mean."""
+    n, stds = len(white), np.array([0.01, 0.03])
+    return innovation.check(white, np.full(n, dof), np.full(n, dof), stds * white,
+                            np.tile(stds, (n, 1)), 500, 1000)
+
+
+def test_the_mean_is_that_of_the_last_samples_alone():
+    white = np.random.default_rng(5).standard_normal((4000, 2))
+    for rows, biased in ((slice(0, 3500), False), (slice(3500, 4000), True)):
+        shifted = white.copy()
+        shifted[rows, 1] += 1.0
+        said = judged(shifted)
+        assert ('biased' in said.message) == biased
+        assert innovation.systematic({**said.values, 'ljung_box': 0.0}) == biased
+
+
+def test_few_samples_or_few_that_were_read_are_too_few():
+    white = np.random.default_rng(5).standard_normal((innovation.MIN_SAMPLES, 2))
+    assert judged(white).message != judged(white[1:]).message == judged(white, 0.99).message
+    assert 'too few' in judged(white[1:]).message
+
+
+def test_bounds_are_stated_in_the_unit_of_the_reference():
+    values = covariance.check(0.3, 0.2, 0.25).values
+    assert values['lower_bound'] == pytest.approx(LIMITS.covariance_low * 0.25)
+    assert values['upper_bound'] == pytest.approx(LIMITS.covariance_high * 0.25)
+
+
 @pytest.mark.parametrize('component', [name for name, debounce in DEBOUNCE.items()
                                        if debounce != (1, 1)])
 def test_a_level_rises_and_falls_after_its_count_of_evaluations(component):

@@ -4,7 +4,7 @@
 """
 Mutants: one wrong operator or number at a time, which the tests of its module should notice.
 
-A copy of the checkout gets one change: < for <=, + for -, * for /, and for or, a condition turned
+A copy of the checkout gets one change: < for >=, + for -, * for /, and for or, a condition turned
 round, a number twice as large or one more. The tests of the module run on it; a mutant that they
 pass survives, and is printed with its line. Fields of a class stay as they are: another limit is
 another decision, no error.
@@ -50,10 +50,10 @@ ROOMS = MappingProxyType({
         'identification/innovation_fit.py': ('identification/test_innovations.py',
                                              'identification/test_fit_nominal.py')},
     'alerts': {
-        'monitoring/checks/innovation.py': ('monitoring/test_row_checks.py',
-                                            'monitoring/test_alert_limits.py'),
-        'monitoring/checks/covariance.py': ('monitoring/test_row_checks.py',
-                                            'monitoring/test_alert_limits.py'),
+        'monitoring/checks/innovation.py': ('monitoring/test_alert_limits.py',
+                                            'monitoring/test_trust.py'),
+        'monitoring/checks/covariance.py': ('monitoring/test_alert_limits.py',
+                                            'monitoring/test_trust.py'),
         'monitoring/checks/outcome.py': ('monitoring/test_outcome.py',
                                          'monitoring/test_alert_limits.py'),
         'monitoring/checks/passivity.py': ('monitoring/test_row_checks.py',
@@ -61,7 +61,8 @@ ROOMS = MappingProxyType({
         'monitoring/backlash/wear.py': ('monitoring/test_change.py', 'monitoring/test_drift.py'),
         'monitoring/backlash/change_tests.py': ('monitoring/test_change.py',
                                                 'monitoring/test_drift.py')}})
-PAIRS = ((ast.Lt, ast.LtE), (ast.Gt, ast.GtE), (ast.Eq, ast.NotEq), (ast.Is, ast.IsNot),
+# Of two numbers that are hardly ever equal, < and <= are one.
+PAIRS = ((ast.Lt, ast.GtE), (ast.Gt, ast.LtE), (ast.Eq, ast.NotEq), (ast.Is, ast.IsNot),
          (ast.Add, ast.Sub), (ast.Mult, ast.Div), (ast.And, ast.Or))
 SWAPPED = {**dict(PAIRS), **{b: a for a, b in PAIRS}}
 

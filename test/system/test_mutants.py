@@ -19,7 +19,7 @@ def test_each_mutant_is_one_change():
     changed = ['\n'.join(line for line in text.splitlines() if line not in plain.splitlines())
                for text, _ in lines]
     assert {line.strip() for line in changed} == {
-        'if a <= b and (not b == 0):', 'if a < b and (not b != 0):', 'if a < b and (not b == 1):',
+        'if a >= b and (not b == 0):', 'if a < b and (not b != 0):', 'if a < b and (not b == 1):',
         'if a < b or not b == 0:', 'if not (a < b and (not b == 0)):', 'return a * 4.0 - b',
         'return a / 2.0 - b', 'return a * 2.0 + b'}
     assert sorted(line for _, line in lines) == [3] * 5 + [4] * 3
