@@ -142,6 +142,16 @@ def test_the_mean_is_that_of_the_last_samples_alone():
         assert innovation.systematic({**said.values, 'ljung_box': 0.0}) == biased
 
 
+@pytest.mark.parametrize('channel', [0, 1])
+def test_either_channel_tells_a_mean_and_what_is_not_white(channel):
+    white = np.random.default_rng(5).standard_normal((4000, 2))
+    white[:, channel] = np.convolve(white[:, channel], [0.6, 0.8], 'same')
+    said = judged(white)
+    assert 'not white' in said.message
+    sums = np.abs(white[-500:].sum(axis=0)) / np.sqrt(500.0)
+    assert said.values['mean'] == pytest.approx(sums.max(), rel=1e-12)
+
+
 def test_few_samples_or_few_that_were_read_are_too_few():
     white = np.random.default_rng(5).standard_normal((innovation.MIN_SAMPLES, 2))
     assert judged(white).message != judged(white[1:]).message == judged(white, 0.99).message

@@ -147,6 +147,24 @@ def test_a_spring_that_unwinds_makes_no_power_but_one_that_pulls_along_does(sign
     assert list(passivity.check(rows, MODEL)[0]) == broken
 
 
+def test_correlation_and_power_are_those_of_the_phase_between_torque_and_twist():
+    """Over whole turns cos and sin of the phase; a spring that is let go gives back its work."""
+    phase, n = 0.7, 4000
+    t = np.linspace(0.0, 6.0 * np.pi, n)
+    rows = np.zeros((n, N_SMOOTHED))
+    rows[:, S_TWIST], rows[:, S_TAU_K] = 0.3 * np.sin(t), 2.0 * np.sin(t + phase)
+    rows[:, S_X3] = 0.3 * np.cos(t)
+    rows[:, [S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD]] = 1e-6
+    _, values = passivity.check(rows, MODEL)
+    assert values['torque_twist_correlation'] == pytest.approx(np.cos(phase), abs=1e-3)
+    assert values['torque_twist_power'] == pytest.approx(np.sin(phase), abs=1e-3)
+    spring = rows[:n // 12].copy()  # a quarter of a turn, from the stretched end on
+    spring[:, S_TWIST] = 0.3 * np.cos(t[:n // 12])
+    spring[:, S_TAU_K] = MODEL.transmission.stiffness * spring[:, S_TWIST]
+    _, values = passivity.check(spring, MODEL)
+    assert values['torque_twist_power'] == pytest.approx(0.0, abs=1e-3)
+
+
 def test_a_twist_of_turns_is_an_error():
     rows = rows_of()
     rows[:, S_TWIST] += 4.0 * np.sin(T)
