@@ -103,6 +103,18 @@ def test_never_ok_before_data_nor_on_a_bad_first_look():
     assert Alarm().update(Level.OK, 0) == Level.OK  # the first look may clear "no data yet"
 
 
+def test_a_doubt_takes_back_ok_alone():
+    fine, broken = Alarm(3, 5), Alarm(1, 1)
+    fine.update(Level.OK, 0)
+    broken.update(Level.ERROR, 0)
+    for alarm, level, next_level in ((fine, Level.WARN, Level.OK),
+                                     (broken, Level.ERROR, Level.ERROR)):
+        alarm.doubt()
+        assert alarm.level == level and alarm.judged == (alarm is broken)
+        assert (alarm.since_ns is None) == (alarm is fine)
+        assert alarm.update(next_level, SECOND) == next_level
+
+
 def test_message_fits_the_level_in_force():
     alarm, said = Alarm(3, 5), []
     good, bad = Outcome(Level.OK, 'fine', {'v': 1}), Outcome(Level.ERROR, 'broken: mend', {'v': 2})
