@@ -74,7 +74,7 @@ def windows_of(u: Array, y: Array) -> Windows:
 
 def free_runs(v: Values, u: Array, starts: Array, acting: Acting | None = None) -> Array:
     """
-    Return positions [W, L, E] of free runs in MuJoCo.
+    Return positions [W, L, E] of free runs in MuJoCo, NaN of a drive that it refuses.
 
     Args:
         v: values of the drive.
@@ -82,11 +82,13 @@ def free_runs(v: Values, u: Array, starts: Array, acting: Acting | None = None) 
         starts: states where windows begin [W, 2 E].
         acting: called before each step, after the torque of the actuator is set.
     """
-    mujoco = mujoco_module()
-    m = mujoco.MjModel.from_xml_string(xml_of(v))
+    mujoco, e = mujoco_module(), encoders(v)
+    y = np.full((len(u), u.shape[1] - GAP, e), np.nan)
+    try:
+        m = mujoco.MjModel.from_xml_string(xml_of(v))
+    except ValueError:  # an inertia below 0
+        return y
     data, n = mujoco.MjData(m), round(DT / m.opt.timestep)
-    e = encoders(v)
-    y = np.empty((len(u), u.shape[1] - GAP, e))
     for w, controls in enumerate(u / v.get('gear', 1.0)):
         mujoco.mj_resetData(m, data)
         for k, control in enumerate(controls, -GAP):
