@@ -48,7 +48,7 @@ PRIORS = (
     FeaturePrior(0.02, 0.02, 0.0005, 0.06, 0.05, False),
     FeaturePrior(0.05, 0.04, 0.02, 0.06, 0.05, coulomb=0.005),
     FeaturePrior(0.01, 0.01, 0.0005, 0.05, 0.08),
-    FeaturePrior(0.05, 0.04, 0.02, 0.06, 0.05, False, 0.005))
+    FeaturePrior(0.05, 0.04, 0.02, 0.2, 0.05, False, 0.005))
 
 
 @dataclass(frozen=True)
