@@ -226,6 +226,8 @@ class AlertLimits:
     # Probability, and deviations, from which on a slope is one.
     moving: float = 0.9
     significant_slope: float = 3.0
+    # Deviations by which the slope may be larger where the wear is called steady: 2 % by chance.
+    steady_std: float = 2.0
     # Logarithm below the first value that counts as nothing: 2 %.
     value_floor: float = 4.0
 

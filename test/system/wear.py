@@ -299,7 +299,7 @@ def harmless(random, windows):
         kind, size, over = str(random.choice([*HARMLESS, 'rest'])), 0.0, 0
         if kind == 'temperature':
             old, warmth = warmth, float(random.uniform(-25.0, 25.0))
-            size, over = warmth - old, int(random.choice([0, 60]))
+            size, over = warmth - old, 60  # no oil warms within a window
         elif kind == 'motion':
             size = float(random.integers(1, len(MOTIONS)))
         elif kind == 'payload':

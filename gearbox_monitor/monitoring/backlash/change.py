@@ -705,7 +705,7 @@ class Tracker:
         return rows[0], rows[1]
 
     def trend(self, column: int) -> Trend | None:
-        """Return the Trend of the feature in `column` since its last step, None if steady."""
+        """Return the Trend of the feature in `column` since its last step, None without one."""
         feature = self.wear[column]
         if not feature.steps or feature.moving < LIMITS.moving or \
                 abs(feature.slope) < LIMITS.significant_slope * feature.slope_std:
@@ -713,6 +713,15 @@ class Tracker:
         growth, std = self.growth(column)
         unit = (1.0 + growth if PRIORS[column].logarithmic else 1.0) / self.settings.window
         return Trend(self.stamp_ns, growth, std, feature.slope * unit, feature.slope_std * unit)
+
+    def steady(self, column: int) -> bool:
+        """Return whether the feature has moved by less than is reported since its last step."""
+        feature = self.wear[column]
+        if not feature.steps or feature.moving >= LIMITS.moving:
+            return False
+        windows = (self.stamp_ns - feature.steps[-1]) * 1e-9 / self.settings.window
+        fastest = abs(feature.slope) + LIMITS.steady_std * feature.slope_std
+        return fastest * windows < self.settings.notice(column)
 
     @property
     def baseline(self) -> Baseline | None:

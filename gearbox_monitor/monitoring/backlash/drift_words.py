@@ -169,6 +169,6 @@ def _described(tracker: Tracker, test: ChangeTest, values: dict[str, Any]) -> st
             values.update(zip(('forecast_s', 'forecast_earliest_s', 'forecast_latest_s'), reach))
             text += (f', limit {100 * error:+.0f} % in {span(reach[0])} ({span(reach[1])} to '
                      f'{span(reach[2])})')
-        elif trend is None:
+        elif tracker.steady(test.column):
             text += ', steady now'
     return f'{text}: {ADVICE[test.key][change.stage - 1]}'
