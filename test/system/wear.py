@@ -10,12 +10,12 @@ share, torque gain or loop up or down, at once or slowly; temperature, another m
 payload, noise, a lost encoder, a restart, a saved baseline, changed parameters. Before each event
 and at the end every feature is judged: size within 3 deviations, stage, level.
 
-With --healthy nothing wears, and the drive also rests; causes are named as in the node, which
-looks once per second. No alert may come, and nothing be named.
+With --healthy the drive stays as it is, but for temperature, and also rests; causes are named as
+in the node, which looks once per second. No alert may come, and nothing be named.
 
 usage examples:
   .venv/bin/python test/system/wear.py --seeds 0 8
-  .venv/bin/python test/system/wear.py --healthy 24 --seeds 0 1
+  .venv/bin/python test/system/wear.py --healthy 24 --seeds 0 1 --rate 250
 """
 from dataclasses import dataclass, field
 import json
@@ -37,7 +37,7 @@ from gearbox_monitor.ros.change_naming import ChangeNamer
 from gearbox_monitor.ros.change_watch import ChangeWatch
 from gearbox_monitor.ros.recording_buffer import RecordingBuffer
 
-DT, SUBSTEPS, T0 = 2e-3, 8, 10 ** 18
+SUBSTEPS, T0 = 8, 10 ** 18
 HEALTHY = 90          # windows before the first event
 MOTIONS = ((1.0, 1.0), (1.6, 0.8), (0.75, 1.3))  # amplitude, frequency
 REST = 0.0, 1.0
@@ -46,26 +46,26 @@ SETTLED = 12          # windows without an event before a judgement
 # What the fit itself may be off.
 BIAS = {'gap': 0.006, 'stiffness': 0.01, 'friction': 0.02, 'viscous_share': 0.01}
 JUDGED = tuple(BIAS)
-HARMLESS = ('temperature', 'motion', 'return', 'payload', 'noise', 'lost', 'restart', 'save',
-            'parameters')
-KINDS = ('gap', 'stiffness', 'friction', 'viscous_share', 'gain', 'loop', *HARMLESS)
+HARMLESS = ('temperature', 'motion', 'return', 'noise', 'lost', 'restart', 'save', 'parameters')
+KINDS = ('gap', 'stiffness', 'friction', 'viscous_share', 'gain', 'loop', 'payload', *HARMLESS)
 LOG_FRICTION = -0.008  # of friction, per K
 SPEED = 20.4           # rad/s rms of the first motion, at which viscous_share leaves the friction
 NEVER_ALL = 0.985      # of the friction, that is viscous
 
 
 @jit_allocating
-def integrate(state, u, noise, values):
+def integrate(state, u, noise, values, dt):
     """
-    Return positions [N, 2] under torques u [N], with semi-implicit Euler; `state` [5] goes on.
+    Return positions [N, 2] each dt (s) under torques u [N], by semi-implicit Euler; `state` [5]
+    goes on.
 
     noise [N, 2]: increments of the speeds. values: m1, m2, D, Cv, Cc, Kr, K, b, loop, gain.
     """
     m1, m2, damping, viscous, coulomb, spring, k, b, loop, gain = values
     result = np.empty((len(u), 2))
-    h = 2e-3 / 8
+    h = dt / SUBSTEPS
     for i in range(len(u)):
-        for _ in range(8):
+        for _ in range(SUBSTEPS):
             twist, rate = state[0] - state[1], state[2] - state[3]
             load = 0.0
             if twist > b:
@@ -138,7 +138,8 @@ def drawn(random, windows):
 class History:
     """A drive that lives through events while a Monitor watches."""
 
-    def __init__(self, seed, windows, length):
+    def __init__(self, seed, windows, length, rate=500.0):
+        self.dt = 1.0 / rate
         self.random = np.random.default_rng(seed)
         self.events, self.windows, self.length = drawn(self.random, windows), windows, length
         self.model = DriveModel()
@@ -188,7 +189,7 @@ class History:
 
     def go(self, window):
         """Live through a `window`."""
-        n = round(self.length / DT)
+        n = round(self.length / self.dt)
         warmth = self.size('temperature', window)
         viscous, coulomb = (math.exp(LOG_FRICTION * warmth) * c for c in self.law(window))
         model, shape = self.model, self.model.transmission
@@ -199,19 +200,19 @@ class History:
             shape.half_gap * (1.0 + self.size('gap', window)),
             4.0 * max(self.size('loop', window), 0.0), 1.0 + self.size('gain', window)])
         amplitude, pace = self.motion(window)
-        t = self.phase + pace * DT * np.arange(n)
-        self.phase = t[-1] + pace * DT
+        t = self.phase + pace * self.dt * np.arange(n)
+        self.phase = t[-1] + pace * self.dt
         u = amplitude * (6.0 * np.cos(2 * np.pi * 0.9 * t) + 2.0 * np.cos(2 * np.pi * 2.3 * t))
         noisy = any(e.kind == 'noise' and e.window <= window < e.window + 6 for e in self.events)
         lost = any(e.kind == 'lost' and e.window <= window < e.window + 3 for e in self.events)
-        y = integrate(self.state, u, 0.4 * math.sqrt(DT) * self.random.standard_normal((n, 2)),
-                      values)
+        y = integrate(self.state, u, 0.4 * math.sqrt(self.dt) * self.random.standard_normal(
+            (n, 2)), values, self.dt)
         y = y + (0.01 if noisy else 0.005) * self.random.standard_normal((n, 2))
         if lost:
             y[:, 1] = np.nan
         if lost or noisy:
             self.hidden.append(window)
-        stamps = T0 + (self.time + np.arange(1, n + 1)) * round(DT * 1e9)
+        stamps = T0 + (self.time + np.arange(1, n + 1)) * round(self.dt * 1e9)
         self.time += n
         self.monitor.temperature = 20.0 + warmth
         effort = np.column_stack([u, np.full(n, np.nan)])
@@ -294,7 +295,7 @@ class History:
 
 def harmless(random, windows):
     """Return the events of a life without wear of so many `windows`."""
-    events, window, warmth, payload = [], HEALTHY, 0.0, 0.0
+    events, window, warmth = [], HEALTHY, 0.0
     while window < windows - SETTLED:
         kind, size, over = str(random.choice([*HARMLESS, 'rest'])), 0.0, 0
         if kind == 'temperature':
@@ -302,9 +303,6 @@ def harmless(random, windows):
             size, over = warmth - old, 60  # no oil warms within a window
         elif kind == 'motion':
             size = float(random.integers(1, len(MOTIONS)))
-        elif kind == 'payload':
-            old, payload = payload, float(random.uniform(0.0, 0.1))
-            size = (1.0 + payload) / (1.0 + old) - 1.0
         events.append(Event(window, kind, size, over))
         window += int(random.integers(SETTLED, 4 * SETTLED))
     return events
@@ -323,8 +321,9 @@ class PromptNamer(ChangeNamer):
 class HealthyLife(History):
     """A drive without wear, looked at once per second as the node does; see History."""
 
-    def __init__(self, seed, windows, length, namer):
-        super().__init__(seed, windows, length)
+    def __init__(self, args, seed, namer):
+        windows = round(3600.0 * args.healthy / args.length)
+        super().__init__(seed, windows, args.length, args.rate)
         self.events, self.namer = harmless(self.random, windows), namer
         self.told, self.moved, self.alerts, self.names = {}, 0.0, [], []
         self.begin()
@@ -343,7 +342,7 @@ class HealthyLife(History):
             self.changes.accept()
 
     def take(self, samples):
-        n = round(1.0 / DT)
+        n = round(1.0 / self.dt)
         for k in range(0, len(samples.stamp_ns), n):
             stamps, u, y = (v[k:k + n] for v in (samples.stamp_ns, samples.u, samples.y))
             self.monitor.run(Samples(stamps, u, y))
@@ -354,7 +353,7 @@ class HealthyLife(History):
 
     def look(self):
         outcome, verdict = self.changes.look()
-        hour = self.time * DT / 3600.0
+        hour = self.time * self.dt / 3600.0
         if verdict is not None:
             self.names += [f'{hour:.2f} h: {verdict["alert"]}: {verdict["text"]}'] * bool(
                 verdict['findings'])
@@ -382,7 +381,7 @@ def run_healthy(args):
     alerts = names = 0
     moved = 0.0
     for seed in range(*args.seeds):
-        life = HealthyLife(seed, round(3600.0 * args.healthy / args.length), args.length, namer)
+        life = HealthyLife(args, seed, namer)
         life.live()
         alerts, names, moved = alerts + len(life.alerts), names + len(life.names), \
             moved + life.moved
@@ -401,6 +400,8 @@ def add_arguments(parser):
     parser.add_argument('--windows', type=int, default=180,
                         help='windows of a history (default: 180, half an hour with 10 s)')
     parser.add_argument('--length', type=float, default=10.0, help='s of a window (default: 10)')
+    parser.add_argument('--rate', type=float, default=500.0, metavar='HZ',
+                        help='of the samples (default: 500)')
     parser.add_argument('--healthy', type=float, default=0.0, metavar='HOURS',
                         help='so many hours of each gearbox without wear instead')
     parser.add_argument('--share', type=float, default=0.95,
@@ -412,7 +413,7 @@ def run(args):
         return run_healthy(args)
     total, begin = Verdict(), time.process_time()
     for seed in range(*args.seeds):
-        history = History(seed, args.windows, args.length)
+        history = History(seed, args.windows, args.length, args.rate)
         verdict = history.live()
         for name in ('judged', 'right', 'open', 'silent', 'false_alarms', 'healthy', 'scores'):
             setattr(total, name, getattr(total, name) + getattr(verdict, name))

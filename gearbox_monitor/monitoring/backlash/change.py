@@ -622,18 +622,21 @@ class Tracker:
         Return whether a change of the friction tells that of its viscous share.
 
         The share changes by no more than the friction does, relative to it, unless viscous and
-        Coulomb friction go opposite ways.
+        Coulomb friction go opposite ways. A slow change of it may be found that much later.
         """
         feature = self.wear[VISCOUS_SHARE]
         if FRICTION not in results or not feature.steps:
             return False
         estimate, scanned = results[FRICTION]
-        k = min(int(np.searchsorted(self.data.stamps, feature.steps[-1], 'right')),
-                len(scanned.size) - 1)
-        friction = math.expm1(estimate.value if self.wear[FRICTION].steps
-                              else np.nan_to_num(scanned.size[k]))
-        share, std = results[VISCOUS_SHARE][0].value, results[VISCOUS_SHARE][0].std
-        return abs(share) - std - abs(friction) < self.settings.notice(VISCOUS_SHARE)
+        if self.wear[FRICTION].steps:
+            age = wear.ages(feature.steps[:1], self.stamp_ns, self.settings.window * 1e9)[0]
+            now, before = np.expm1(estimate.fit.wear(np.array([0.0, age + LIMITS.horizon])))
+        else:
+            k = int(np.searchsorted(self.data.stamps[:-1], feature.steps[-1], 'right'))
+            now, before = np.expm1(np.nan_to_num(scanned.size[k])), 0.0
+        share = results[VISCOUS_SHARE][0]
+        return bool(abs(share.value) - share.std - abs(now - before)
+                    < self.settings.notice(VISCOUS_SHARE))
 
     def _over(self, column: int, change: Change | None) -> bool:
         """Return whether a change has gone, for some windows in a row by now."""
