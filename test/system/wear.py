@@ -373,6 +373,9 @@ class HealthyLife(History):
             self.happen(window)
             self.go(window)
             self.moved += self.length * (self.motion(window) != REST)
+            if (window + 1) * self.length % 3600.0 < self.length:
+                print(f'    {(window + 1) * self.length / 3600.0:.0f} h lived, '
+                      f'{self.moved / 3600.0:.1f} h of it in motion', flush=True)
 
 
 def run_healthy(args):

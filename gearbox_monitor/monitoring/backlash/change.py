@@ -698,8 +698,8 @@ class Tracker:
             self.growth(column) for column in (FRICTION, VISCOUS_SHARE))
         if self.point < 0 or not math.isfinite(growth + shift):
             return None
-        viscous = self._healthy_share(self.data.points[self.point].speed) + \
-            self.data.reference[VISCOUS_SHARE] + self._levels[VISCOUS_SHARE]
+        viscous = float(self._healthy_share(self.data.points[self.point].speed)
+                        + self.data.reference[VISCOUS_SHARE] + self._levels[VISCOUS_SHARE])
         if not 0.0 < viscous < 1.0:
             return None
         rows = [((1.0 + growth) * (share + change) / share - 1.0,
