@@ -56,8 +56,9 @@ NEVER_ALL = 0.985      # of the friction, that is viscous
 @jit_allocating
 def integrate(state, u, noise, values, dt):
     """
-    Return positions [N, 2] each dt (s) under torques u [N], by semi-implicit Euler; `state` [5]
-    goes on.
+    Return positions [N, 2], dt (s) apart, under torques u [N]; `state` [5] goes on.
+
+    By semi-implicit Euler.
 
     noise [N, 2]: increments of the speeds. values: m1, m2, D, Cv, Cc, Kr, K, b, loop, gain.
     """
