@@ -125,8 +125,10 @@ def test_one_change_of_friction_is_one_alert(viscous, coulomb, key):
     assert len(alerts) == 1 and list(alerts[0]) == [key], alerts
     true = viscous + coulomb if key == 'friction' else abs(viscous)
     size(gearbox, key, true)
-    for name, share, change in (('viscous', 1.0 - COULOMB, viscous), ('coulomb', COULOMB, coulomb)):
-        growth, std = (found[0]['friction'].values[f'{name}_growth{end}'] for end in ('', '_std'))
+    values = found[0]['friction'].values
+    for name, share, change in (
+            ('viscous', 1.0 - COULOMB, viscous), ('coulomb', COULOMB, coulomb)):
+        growth, std = values[f'{name}_growth'], values[f'{name}_growth_std']
         assert abs(growth - change / share) < 3 * std + 1e-3
     # A repair ends it.
     assert gearbox.go(20)[-1]['friction'].level == Level.OK
