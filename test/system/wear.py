@@ -326,7 +326,7 @@ class HealthyLife(History):
         windows = round(3600.0 * args.healthy / args.length)
         super().__init__(seed, windows, args.length, args.rate)
         self.events, self.namer = harmless(self.random, windows), namer
-        self.told, self.moved, self.alerts, self.names = {}, 0.0, [], []
+        self.told, self.moved, self.alerts, self.names = {}, 0.0, 0, 0
         self.begin()
 
     def begin(self):
@@ -356,15 +356,14 @@ class HealthyLife(History):
         outcome, verdict = self.changes.look()
         hour = self.time * self.dt / 3600.0
         if verdict is not None:
-            self.names += [f'{hour:.2f} h: {verdict["alert"]}: {verdict["text"]}'] * bool(
-                verdict['findings'])
+            self.names += bool(verdict['findings'])
             print(f'    {hour:.2f} h: {verdict["alert"]}: {outcome.message}', flush=True)
         stages = {key: stage for tests in self.monitor.tracker.stages().values()
                   for key, stage in tests.items()}
-        new = {key for key, stage in stages.items() if stage > self.told.get(key, 0)}
+        new = any(stage > self.told.get(key, 0) for key, stage in stages.items())
         self.told = stages
         if new:
-            self.alerts.append(hour)
+            self.alerts += 1
             print(f'    {hour:.2f} h: alert: ' + '; '.join(
                 drift_words.outcome(self.monitor.tracker, component).message
                 for component in COMPONENTS), flush=True)
@@ -381,20 +380,17 @@ class HealthyLife(History):
 
 def run_healthy(args):
     """Live through healthy hours, one gearbox per seed; returns 1 where anything is told."""
-    namer, begin, windows = PromptNamer(1), time.process_time(), 0
-    alerts = names = 0
-    moved = 0.0
+    namer, begin, lives = PromptNamer(1), time.process_time(), []
     for seed in range(*args.seeds):
         life = HealthyLife(args, seed, namer)
         life.live()
-        alerts, names, moved = alerts + len(life.alerts), names + len(life.names), \
-            moved + life.moved
-        windows += life.windows
-        print(f'seed {seed}: {len(life.alerts)} alerts, {len(life.names)} names, '
+        lives.append((life.alerts, life.names, life.length * life.windows, life.moved))
+        print(f'seed {seed}: {life.alerts} alerts, {life.names} names, '
               f'{len(life.monitor.tracker.points)} operating points, {len(life.events)} events',
               flush=True)
-    print(f'{alerts} alerts and {names} names in {windows * args.length / 3600.0:.1f} h, '
-          f'{moved / 3600.0:.1f} h of it in motion; {time.process_time() - begin:.0f} s of CPU')
+    alerts, names, lived, moved = np.sum(lives, axis=0)
+    print(f'{alerts:g} alerts and {names:g} names in {lived / 3600.0:.1f} h, {moved / 3600.0:.1f} '
+          f'h of it in motion; {time.process_time() - begin:.0f} s of CPU')
     return int(bool(alerts > 1 or names))
 
 
