@@ -11,7 +11,7 @@ import pytest
 FOLDER = Path(__file__).parent
 OFFLINE = [('fuzz', ['--seconds', '300']), ('faults', ['--seeds', '2']), ('scale', []),
            ('fleet', []), ('motion', []), ('wear', ['--seeds', '0', '200']),
-           ('wear', ['--healthy', '24', '--seeds', '0', '1', '--rate', '250'])]
+           ('wear', ['--healthy', '24', '--seeds', '0', '1'])]
 NODES = {'load': [], 'soak': ['--minutes', '20', '--rate', '1000'], 'restart': ['--times', '50'],
          'recorder': ['--kills', '100'], 'faults': ['--only', 'none', '--node', '64']}
 pytestmark = [pytest.mark.system, pytest.mark.timeout(7200)]
