@@ -233,7 +233,7 @@ class History:
                 self.monitor.tracker.accept()
                 self.zero = window - 1
             elif e.kind == 'parameters':
-                self.monitor.set_parameters({'q_std_tau_k': 1.1 * float(
+                self.monitor.set_parameters({'q_std_tau_k': 1.1 ** (e.size or 1.0) * float(
                     self.monitor.parameters.q_std_tau_k)})
 
     def judge(self, window):
@@ -294,7 +294,7 @@ class History:
 
 def harmless(random, windows):
     """Return the events of a life without wear of so many `windows`."""
-    events, window, warmth = [], HEALTHY, 0.0
+    events, window, warmth, tuned = [], HEALTHY, 0.0, -1.0
     while window < windows - SETTLED:
         kind, size, over = str(random.choice([*HARMLESS, 'rest'])), 0.0, 0
         if kind == 'temperature':
@@ -302,6 +302,8 @@ def harmless(random, windows):
             size, over = warmth - old, 60  # no oil warms within a window
         elif kind == 'motion':
             size = float(random.integers(1, len(MOTIONS)))
+        elif kind == 'parameters':  # there and back
+            size = tuned = -tuned
         events.append(Event(window, kind, size, over))
         window += int(random.integers(SETTLED, 4 * SETTLED))
     return events
