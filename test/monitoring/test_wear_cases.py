@@ -241,6 +241,17 @@ def test_a_saved_baseline_is_zero_everywhere():
     size(gearbox, 'gap', 0.05)
 
 
+def test_what_seems_to_come_with_a_change_is_saved_with_it():
+    """A loop that appears makes the gap look 1 % smaller."""
+    gearbox = learnt(10)
+    gearbox.go(4, -0.01, hysteresis=-0.13 * 3.6)
+    assert list(gearbox.tracker.changes) == ['hysteresis_down']
+    gearbox.tracker.accept()
+    assert not alarmed(gearbox.go(40, -0.01, hysteresis=-0.13 * 3.6))
+    gearbox.go(10, 0.05, hysteresis=-0.13 * 3.6)
+    size(gearbox, 'gap', 0.06)
+
+
 def test_points_without_end():
     gearbox = Gearbox(11, speed_bin=1.2)
     for k in range(240):

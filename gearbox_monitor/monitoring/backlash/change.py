@@ -782,9 +782,12 @@ class Tracker:
             observed, points = data.observations(self.stamp_ns, length)
             estimates = {column: self._estimated(column, observed[column], len(points))[0]
                          for column, feature in enumerate(self.wear) if feature.steps}
+            # What others seem to have changed by stays, too.
+            largest = max(abs(w.value) for w in estimates.values())
             data.shift_by({c: w.value - w.fit.wear(wear.ages(
                 data.middles(), self.stamp_ns, length)) for c, w in estimates.items()},
-                {c: w.std ** 2 for c, w in estimates.items()}, since)
+                {c: estimates[c].std ** 2 if c in estimates
+                 else (prior.crosstalk * largest) ** 2 for c, prior in enumerate(PRIORS)}, since)
             used = int((np.array(data.stamps, np.int64) > since).sum())
         for feature in self.wear:
             feature.steps, feature.pending = [], []
