@@ -26,7 +26,7 @@ from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 
 FORMAT = 2
-STATE_FORMATS = 2, 3, 4  # that can be read; the last one, with the wear as a state, is written
+STATE_FORMATS = 2, 3, 4, 5  # that can be read; the last one is written
 
 
 class Damaged(InputError):

@@ -149,6 +149,8 @@ class AlertLimits:
     gain_prior: float = 0.05
     # Share of what was expected to which a window narrows what it identifies.
     identified: float = 0.6
+    # Deviation of the viscous share at least: no motion shows a Coulomb friction of a thousandth.
+    share_error: float = 1e-3
     # Correlation of twist and torque on each flank that tells gap and compliance apart: half of
     # the torque's variance.
     flank_correlation: float = 0.7
@@ -224,6 +226,8 @@ class AlertLimits:
     # Probability, and deviations, from which on a slope is one.
     moving: float = 0.9
     significant_slope: float = 3.0
+    # Deviations by which the slope may be larger where the wear is called steady: 2 % by chance.
+    steady_std: float = 2.0
     # Logarithm below the first value that counts as nothing: 2 %.
     value_floor: float = 4.0
 

@@ -121,6 +121,7 @@ def test_slow_ramp_is_found_and_forecast():
     found = gearbox.go(360, ramp)
     assert alarmed(found)[0] < 120
     outcome = found[-1]['backlash']
+    assert not any('steady' in f['backlash'].message for f in found)
     left = 3600.0 * (0.25 - 0.05) / 0.05
     assert outcome.level == Level.WARN and 'limit +25 % in' in outcome.message
     assert outcome.values['forecast_s'] == pytest.approx(left, rel=0.2)

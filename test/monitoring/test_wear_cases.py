@@ -20,7 +20,8 @@ from gearbox_monitor.monitoring.monitor import Monitor
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-FRICTION = 0.1 + 0.27 / 18.0  # of the model, at the speed of the windows: N m
+FRICTION = 0.1 + 0.27 / 18.0  # of the model, at the speed of the windows: N m s/rad
+COULOMB = 0.27 / 18.0 / FRICTION  # its share of it
 RECORDED = Path(__file__).with_name('recorded')
 
 
@@ -108,6 +109,44 @@ def test_slow_friction_keeps_up():
         gearbox.go(1, viscous=2.0 * k / 360 * FRICTION)
     size(gearbox, 'friction', 2.0 * 149 / 360, GROSS)
     assert not [key for key in gearbox.tracker.changes if key != 'friction']
+
+
+@pytest.mark.parametrize('viscous, coulomb, key', [
+    (-0.3, 0.3, 'viscous_share_loss'), (0.08, -0.08, 'viscous_share'),  # one for the other
+    (0.3 * (1.0 - COULOMB), 0.3 * COULOMB, 'friction'), (0.4, 0.0, 'friction'),
+    (0.0, 0.4, 'friction')])
+def test_one_change_of_friction_is_one_alert(viscous, coulomb, key):
+    """viscous, coulomb: changes over the friction at the speed of the windows."""
+    gearbox, told = learnt(7), []
+    for _ in range(20):
+        found = gearbox.go(1, viscous=viscous * FRICTION, coulomb=18.0 * coulomb * FRICTION)
+        told.append(gearbox.tracker.stages()['friction'])
+    alerts = [stage for before, stage in zip([{}, *told], told) if stage != before]
+    assert len(alerts) == 1 and list(alerts[0]) == [key], alerts
+    true = viscous + coulomb if key == 'friction' else abs(viscous)
+    size(gearbox, key, true)
+    values = found[0]['friction'].values
+    for name, share, change in (
+            ('viscous', 1.0 - COULOMB, viscous), ('coulomb', COULOMB, coulomb)):
+        growth, std = values[f'{name}_growth'], values[f'{name}_growth_std']
+        assert abs(growth - change / share) < 3 * std + 1e-3
+    # A repair ends it.
+    assert gearbox.go(20)[-1]['friction'].level == Level.OK
+
+
+def test_a_shift_of_friction_names_both_coefficients():
+    message = learnt(7).go(4, viscous=-0.3 * FRICTION, coulomb=5.4 * FRICTION)[-1][
+        'friction'].message
+    assert 'friction has shifted to Coulomb by' in message
+    assert '(viscous -3' in message and ', Coulomb +2' in message
+
+
+def test_a_slow_shift_of_friction_is_found_while_the_sum_stays():
+    gearbox = learnt(8)
+    for k in range(60):
+        gearbox.go(1, viscous=-0.2 * k / 60 * FRICTION, coulomb=3.6 * k / 60 * FRICTION)
+    size(gearbox, 'viscous_share_loss', 0.2)
+    assert list(gearbox.tracker.changes) == ['viscous_share_loss']
 
 
 class OiledGearbox(Gearbox):
@@ -202,6 +241,17 @@ def test_a_saved_baseline_is_zero_everywhere():
     size(gearbox, 'gap', 0.05)
 
 
+def test_what_seems_to_come_with_a_change_is_saved_with_it():
+    """A loop that appears makes the gap look 1 % smaller."""
+    gearbox = learnt(10)
+    gearbox.go(4, -0.01, hysteresis=-0.13 * 3.6)
+    assert list(gearbox.tracker.changes) == ['hysteresis_down']
+    gearbox.tracker.accept()
+    assert not alarmed(gearbox.go(40, -0.01, hysteresis=-0.13 * 3.6))
+    gearbox.go(10, 0.05, hysteresis=-0.13 * 3.6)
+    size(gearbox, 'gap', 0.06)
+
+
 def test_points_without_end():
     gearbox = Gearbox(11, speed_bin=1.2)
     for k in range(240):
@@ -255,6 +305,22 @@ def test_a_state_of_version_0_2_ends_at_a_point_without_windows():
     gearbox.stamp = gearbox.tracker.stamp_ns
     gearbox.go(10, 0.2)
     size(gearbox, 'gap', 0.2)
+
+
+def test_a_state_without_the_viscous_share_is_read():
+    """Recorded in format 4: friction has grown by 30 % since the 122nd window."""
+    state, told = load_state(RECORDED / 'drift_state_4.json', 'g7')
+    assert not told
+    gearbox = Gearbox(31)
+    gearbox.tracker = Tracker(gearbox.tracker.settings, state['drift'])
+    size(gearbox, 'friction', 0.304)
+    growth, std = gearbox.tracker.growth(FEATURES.index('friction'))
+    assert (growth, std) == pytest.approx((0.3050265248666067, 0.019562260843101382))
+    gearbox.stamp = gearbox.tracker.stamp_ns
+    gearbox.go(150, viscous=0.035)
+    assert list(gearbox.tracker.changes) == ['friction']
+    gearbox.go(4, viscous=0.035 - 0.03, coulomb=0.54)  # the share is learnt since
+    assert sorted(gearbox.tracker.changes) == ['friction', 'viscous_share_loss']
 
 
 def test_files_of_version_0_2_are_read():

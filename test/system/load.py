@@ -47,15 +47,16 @@ LAYOUTS = ONE, EACH = 'one process', 'a process each'
 def add_arguments(parser):
     parser.add_argument('--rates', type=float, nargs='+', default=list(RATES), metavar='HZ',
                         help=f'default: {" ".join(f"{r:g}" for r in RATES)}')
-    parser.add_argument('--numbers', type=int, nargs='+', default=list(NUMBERS), metavar='N',
+    parser.add_argument('--numbers', type=int, nargs='+', metavar='N',
                         help='of gearboxes; a rate is left out beyond the first number that '
                         f'drops samples (default: {" ".join(map(str, NUMBERS))})')
-    parser.add_argument('--seconds', type=float, default=SECONDS, metavar='S',
-                        help='length of each run (default: %(default)s)')
-    parser.add_argument('--past', type=float, default=PAST, metavar='HZ',
-                        help='rate that is more than can be taken (default: %(default)s)')
+    parser.add_argument('--seconds', type=float, metavar='S',
+                        help=f'length of each run (default: {SECONDS:g})')
+    parser.add_argument('--past', type=float, metavar='HZ',
+                        help=f'rate that is more than can be taken (default: {PAST:g})')
     parser.add_argument('--naming', action='store_true', help='compare runs of one gearbox in '
-                        'which the cause of an alert is named with the same without')
+                        'which the cause of an alert is named with the same without; of the '
+                        'other options, --rates and --json')
     add_json_option(parser)
 
 
@@ -280,9 +281,14 @@ def text(data):
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
     require_compiled('load')
-    rates, numbers = sorted(set(args.rates)), sorted(set(args.numbers))
-    for option, values in (('--rates', rates), ('--seconds', [args.seconds]),
-                           ('--past', [args.past])):
+    for option in ('numbers', 'seconds', 'past'):
+        if args.naming and getattr(args, option) is not None:
+            raise InputError(f'--{option} with --naming: one gearbox runs until its change is '
+                             'named, expected no such option')
+    rates, numbers = sorted(set(args.rates)), sorted(set(args.numbers or NUMBERS))
+    seconds, past = (default if value is None else value for value, default in (
+        (args.seconds, SECONDS), (args.past, PAST)))
+    for option, values in (('--rates', rates), ('--seconds', [seconds]), ('--past', [past])):
         if not all(0.0 < value < np.inf for value in values):
             raise InputError(f'{option}: {" ".join(f"{v:g}" for v in values)}, expected > 0')
     if numbers[0] < 1:
@@ -291,7 +297,7 @@ def run(args):
     if args.naming:
         data = with_naming(rates)
         return finish(data, naming_text(data), args.json)
-    data = evaluate(rates, numbers, args.seconds, args.past)
+    data = evaluate(rates, numbers, seconds, past)
     return finish(data, text(data), args.json)
 
 

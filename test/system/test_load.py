@@ -116,6 +116,8 @@ def test_restart(tmp_path, capsys, monkeypatch):
 
 @pytest.mark.parametrize('script, arguments, message', [
     (load, ['--numbers', '0'], '--numbers: 0'), (load, ['--rates', '-1'], '--rates: -1'),
+    (load, ['--naming', '--numbers', '2'], '--numbers with --naming'),
+    (load, ['--naming', '--past', '9000'], '--past with --naming'),
     (soak, ['--hours', 'nan'], '--hours: nan'), (restart, ['--times', '0'], '--times: 0'),
     (robot, ['--runs', '7'], '--runs: 7'),
     (restart, ['--json', 'no/where/x'], 'no/where/x')])

@@ -5,10 +5,17 @@
 Random histories of a gearbox through the Monitor: it publishes the wear that there is.
 
 Samples come from a plant of its own: two masses, a dead zone with a passive loop, friction,
-process and encoder noise. Each history has 2 to 4 events: gap, stiffness, friction, torque gain or
-loop up or down, at once or slowly; temperature, another motion and back, payload, noise, a lost
-encoder, a restart, a saved baseline, changed parameters. Before each event and at the end every
-feature is judged: size within 3 deviations, stage, level.
+process and encoder noise. Each history has 2 to 4 events: gap, stiffness, friction, its viscous
+share, torque gain or loop up or down, at once or slowly; temperature, another motion and back,
+payload, noise, a lost encoder, a restart, a saved baseline, changed parameters. Before each event
+and at the end every feature is judged: size within 3 deviations, stage, level.
+
+With --healthy the drive stays as it is, but for temperature, and also rests; causes are named as
+in the node, which looks once per second. No alert may come, and nothing be named.
+
+usage examples:
+  .venv/bin/python test/system/wear.py --seeds 0 8
+  .venv/bin/python test/system/wear.py --healthy 24 --seeds 0 1
 """
 from dataclasses import dataclass, field
 import json
@@ -22,21 +29,29 @@ import script
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.kernels.jit import jit_allocating
 from gearbox_monitor.monitoring.backlash import drift_words
-from gearbox_monitor.monitoring.backlash.change_tests import FEATURES, TESTS
+from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, FEATURES, TESTS
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.ros.change_naming import ChangeNamer
+from gearbox_monitor.ros.change_watch import ChangeWatch
+from gearbox_monitor.ros.recording_buffer import RecordingBuffer
 
 DT, SUBSTEPS, T0 = 2e-3, 8, 10 ** 18
 HEALTHY = 90          # windows before the first event
 MOTIONS = ((1.0, 1.0), (1.6, 0.8), (0.75, 1.3))  # amplitude, frequency
+REST = 0.0, 1.0
+SEEN = 0.9            # of the windows in motion, that must be compared
 WIDTH = 0.01          # rad, of the loop
 SETTLED = 12          # windows without an event before a judgement
-BIAS = {'gap': 0.006, 'stiffness': 0.01, 'friction': 0.02}  # what the fit itself may be off
+# What the fit itself may be off.
+BIAS = {'gap': 0.006, 'stiffness': 0.01, 'friction': 0.02, 'viscous_share': 0.01}
 JUDGED = tuple(BIAS)
-KINDS = ('gap', 'stiffness', 'friction', 'gain', 'loop', 'temperature', 'motion', 'return',
-         'payload', 'noise', 'lost', 'restart', 'save', 'parameters')
+HARMLESS = ('temperature', 'motion', 'return', 'noise', 'lost', 'restart', 'save', 'parameters')
+KINDS = ('gap', 'stiffness', 'friction', 'viscous_share', 'gain', 'loop', 'payload', *HARMLESS)
 LOG_FRICTION = -0.008  # of friction, per K
+SPEED = 20.4           # rad/s rms of the first motion, at which viscous_share leaves the friction
+NEVER_ALL = 0.985      # of the friction, that is viscous
 
 
 @jit_allocating
@@ -104,6 +119,8 @@ def drawn(random, windows):
             size = float(random.choice([1, -1]) * random.uniform(0.03, 0.5))
         elif kind == 'gain':
             size = float(random.uniform(-0.15, 0.15))
+        elif kind == 'viscous_share':
+            size = float(random.choice([random.uniform(-0.5, -0.05), random.uniform(0.05, 0.1)]))
         elif kind == 'loop':
             size = float(random.uniform(-0.1, 0.1))
         elif kind == 'temperature':
@@ -112,7 +129,7 @@ def drawn(random, windows):
             size = float(random.integers(1, len(MOTIONS)))
         elif kind == 'payload':
             size = float(random.uniform(0.0, 0.1))
-        if kind in ('gap', 'stiffness', 'friction', 'temperature'):
+        if kind in (*JUDGED, 'temperature'):
             over = int(random.choice([0, 60]))
         events.append(Event(window, kind, size, over))
     return sorted(events, key=lambda e: e.window)
@@ -127,7 +144,7 @@ class History:
         self.model = DriveModel()
         self.monitor = Monitor(self.model, {'arm_load': 'none', 'drift_window': length})
         self.state, self.time, self.phase = np.zeros(5), 0, 0.0
-        self.zero = dict.fromkeys(JUDGED, 0.0)  # wear when the baseline was saved
+        self.zero = -1  # window before the baseline was saved
         self.verdict = Verdict()
         self.hidden = []  # windows whose samples were lost
 
@@ -144,23 +161,41 @@ class History:
                     total = (1.0 + total) * (1.0 + share * e.size) - 1.0
         return total
 
+    def law(self, window):
+        """Return viscous (N m s/rad) and Coulomb friction (N m) at a `window`, cold."""
+        viscous, coulomb = self.model.viscous_friction * SPEED, self.model.coulomb_friction
+        whole = (viscous + coulomb) * (1.0 + self.size('friction', window))
+        share = min(viscous / (viscous + coulomb) + self.size('viscous_share', window), NEVER_ALL)
+        return share * whole / SPEED, (1.0 - share) * whole
+
+    def wear(self, name, window):
+        """Return the wear of the feature `name` at a `window` since the baseline."""
+        if name not in ('friction', 'viscous_share'):
+            return (1.0 + self.size(name, window)) / (1.0 + self.size(name, self.zero)) - 1.0
+        speed = self.monitor.tracker.points[self.monitor.tracker.point].speed
+        (viscous, coulomb), (viscous_0, coulomb_0) = self.law(window), self.law(self.zero)
+        whole, whole_0 = viscous * speed + coulomb, viscous_0 * speed + coulomb_0
+        if name == 'friction':
+            return whole / whole_0 - 1.0
+        return viscous * speed / whole - viscous_0 * speed / whole_0
+
     def motion(self, window):
-        index = 0
+        result = MOTIONS[0]
         for e in self.events:
-            if window >= e.window and e.kind in ('motion', 'return'):
-                index = int(e.size) if e.kind == 'motion' else 0
-        return MOTIONS[index]
+            if window >= e.window and e.kind in ('motion', 'return', 'rest'):
+                result = REST if e.kind == 'rest' else MOTIONS[int(e.size)]
+        return result
 
     def go(self, window):
         """Live through a `window`."""
         n = round(self.length / DT)
         warmth = self.size('temperature', window)
-        friction = (1.0 + self.size('friction', window)) * math.exp(LOG_FRICTION * warmth)
+        viscous, coulomb = (math.exp(LOG_FRICTION * warmth) * c for c in self.law(window))
         model, shape = self.model, self.model.transmission
         values = np.array([
             model.motor_inertia, model.arm_inertia * (1.0 + self.size('payload', window)),
-            model.damping, model.viscous_friction * friction, model.coulomb_friction * friction,
-            model.position_gain, shape.stiffness * (1.0 + self.size('stiffness', window)),
+            model.damping, viscous, coulomb, model.position_gain,
+            shape.stiffness * (1.0 + self.size('stiffness', window)),
             shape.half_gap * (1.0 + self.size('gap', window)),
             4.0 * max(self.size('loop', window), 0.0), 1.0 + self.size('gain', window)])
         amplitude, pace = self.motion(window)
@@ -180,7 +215,11 @@ class History:
         self.time += n
         self.monitor.temperature = 20.0 + warmth
         effort = np.column_stack([u, np.full(n, np.nan)])
-        self.monitor.run(Samples(stamps, effort, y))
+        self.take(Samples(stamps, effort, y))
+
+    def take(self, samples):
+        """Let the Monitor take the Samples of a window."""
+        self.monitor.run(samples)
 
     def happen(self, window):
         """Let the events of a `window` happen that are none of the drive."""
@@ -192,9 +231,9 @@ class History:
                 self.monitor = Monitor(self.model, self.monitor.parameters, drift)
             elif e.kind == 'save':
                 self.monitor.tracker.accept()
-                self.zero = {name: self.size(name, window - 1) for name in JUDGED}
+                self.zero = window - 1
             elif e.kind == 'parameters':
-                self.monitor.set_parameters({'q_std_tau_k': 1.1 * float(
+                self.monitor.set_parameters({'q_std_tau_k': 1.1 ** (e.size or 1.0) * float(
                     self.monitor.parameters.q_std_tau_k)})
 
     def judge(self, window):
@@ -202,9 +241,9 @@ class History:
         verdict, tracker = self.verdict, self.monitor.tracker
         for name in JUDGED:
             column = FEATURES.index(name)
-            true = (1.0 + self.size(name, window)) / (1.0 + self.zero[name]) - 1.0
+            true = self.wear(name, window)
             growth, std = tracker.growth(column)
-            component = 'friction' if name == 'friction' else 'backlash'
+            component = 'backlash' if name in ('gap', 'stiffness') else 'friction'
             outcome = drift_words.outcome(tracker, component)
             changes = [(t, tracker.changes[t.key]) for t in TESTS
                        if t.column == column and t.key in tracker.changes]
@@ -219,6 +258,8 @@ class History:
             staged = not (low > error * 1.02 and stage < 3 or low > warn * 1.02 and stage < 2
                           or high < 0.9 * error and stage == 3
                           or high < 0.9 * warn and stage >= 2)
+            if name == 'viscous_share':  # friction tells one that is smaller than its own change
+                staged |= low < abs(self.wear('friction', window)) + warn
             said = 'not separable' in outcome.message or 'not compared' in outcome.message
             verdict.scores.append((growth - true) / std)
             sized = abs(growth - true) <= near
@@ -251,17 +292,124 @@ class History:
         return self.verdict
 
 
+def harmless(random, windows):
+    """Return the events of a life without wear of so many `windows`."""
+    events, window, warmth, tuned = [], HEALTHY, 0.0, -1.0
+    while window < windows - SETTLED:
+        kind, size, over = str(random.choice([*HARMLESS, 'rest'])), 0.0, 0
+        if kind == 'temperature':
+            old, warmth = warmth, float(random.uniform(-25.0, 25.0))
+            size, over = warmth - old, 60  # no oil warms within a window
+        elif kind == 'motion':
+            size = float(random.integers(1, len(MOTIONS)))
+        elif kind == 'parameters':  # there and back
+            size = tuned = -tuned
+        events.append(Event(window, kind, size, over))
+        window += int(random.integers(SETTLED, 4 * SETTLED))
+    return events
+
+
+class PromptNamer(ChangeNamer):
+    """A ChangeNamer whose jobs are done when they come back: simulated time does not run."""
+
+    def submit(self, order):
+        job = super().submit(order)
+        while not job.done:
+            time.sleep(0.1)
+        return job
+
+
+class HealthyLife(History):
+    """A drive without wear, looked at once per second as the node does; see History."""
+
+    def __init__(self, args, seed, namer):
+        windows = round(3600.0 * args.healthy / args.length)
+        super().__init__(seed, windows, args.length)
+        self.events, self.namer = harmless(self.random, windows), namer
+        self.told, self.moved, self.compared, self.alerts, self.names = {}, 0, 0, 0, 0
+        self.begin()
+
+    def begin(self):
+        """Watch the Monitor, which is new."""
+        self.buffer = RecordingBuffer(60.0 * self.monitor.parameters.keep_minutes)
+        self.changes = ChangeWatch(self.monitor, self.buffer, self.namer, None)
+
+    def happen(self, window):
+        old = self.monitor
+        super().happen(window)
+        if self.monitor is not old:
+            self.begin()
+        if any(e.kind == 'save' and e.window == window for e in self.events):
+            self.changes.accept()
+
+    def take(self, samples):
+        n = round(1.0 / DT)
+        for k in range(0, len(samples.stamp_ns), n):
+            stamps, u, y = (v[k:k + n] for v in (samples.stamp_ns, samples.u, samples.y))
+            self.monitor.run(Samples(stamps, u, y))
+            for stamp, values in zip(stamps.tolist(), np.column_stack([y, u]).tolist()):
+                self.buffer.add(stamp, True, tuple(values))
+            self.changes.window()
+            self.look()
+
+    def look(self):
+        outcome, verdict = self.changes.look()
+        hour = self.time * DT / 3600.0
+        if verdict is not None:
+            self.names += bool(verdict['findings'])
+            print(f'    {hour:.2f} h: {verdict["alert"]}: {outcome.message}', flush=True)
+        stages = {key: stage for tests in self.monitor.tracker.stages().values()
+                  for key, stage in tests.items()}
+        new = any(stage > self.told.get(key, 0) for key, stage in stages.items())
+        self.told = stages
+        if new:
+            self.alerts += 1
+            print(f'    {hour:.2f} h: alert: ' + '; '.join(
+                drift_words.outcome(self.monitor.tracker, component).message
+                for component in COMPONENTS), flush=True)
+
+    def live(self):
+        for window in range(self.windows):
+            self.happen(window)
+            self.go(window)
+            self.moved += self.motion(window) != REST
+            self.compared += self.monitor.tracker.compared
+            if (window + 1) * self.length % 3600.0 < self.length:
+                print(f'    {window + 1} windows, {self.moved} in motion, {self.compared} '
+                      'compared', flush=True)
+
+
+def run_healthy(args):
+    """Live through healthy hours, one gearbox per seed; returns 1 where anything is told."""
+    namer, begin, lives = PromptNamer(1), time.process_time(), []
+    for seed in range(*args.seeds):
+        life = HealthyLife(args, seed, namer)
+        life.live()
+        lives.append((life.alerts, life.names, life.windows, life.moved, life.compared))
+        print(f'seed {seed}: {life.alerts} alerts, {life.names} names, '
+              f'{len(life.monitor.tracker.points)} operating points, {len(life.events)} events',
+              flush=True)
+    alerts, names, windows, moved, compared = np.sum(lives, axis=0).tolist()
+    print(f'{alerts} alerts and {names} names in {windows} windows, {moved} of them in motion, '
+          f'{compared} compared; {time.process_time() - begin:.0f} s of CPU')
+    return int(alerts > 1 or names > 0 or compared < SEEN * moved)
+
+
 def add_arguments(parser):
     parser.add_argument('--seeds', nargs=2, type=int, default=(0, 4), metavar=('FIRST', 'END'),
                         help='seeds of the histories (default: 0 4)')
     parser.add_argument('--windows', type=int, default=180,
                         help='windows of a history (default: 180, half an hour with 10 s)')
     parser.add_argument('--length', type=float, default=10.0, help='s of a window (default: 10)')
+    parser.add_argument('--healthy', type=float, default=0.0, metavar='HOURS',
+                        help='so many hours of each gearbox without wear instead')
     parser.add_argument('--share', type=float, default=0.95,
                         help='judgements that must be right (default: 0.95)')
 
 
 def run(args):
+    if args.healthy:
+        return run_healthy(args)
     total, begin = Verdict(), time.process_time()
     for seed in range(*args.seeds):
         history = History(seed, args.windows, args.length)

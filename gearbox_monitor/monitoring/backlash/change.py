@@ -17,8 +17,8 @@ from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash import old_state, scan, wear
 from gearbox_monitor.monitoring.backlash.change_tests import (
-    ALONE, ALONE_LOSS, ChangeTest, COMPONENTS, FEATURES, GAP, PRIORS, SHARP, STIFFNESS,
-    TESTS)
+    ALONE, ALONE_LOSS, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, PRIORS, SHARP,
+    STIFFNESS, TESTS, VISCOUS_SHARE)
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.monitoring.backlash.forecast import Trend
 from gearbox_monitor.monitoring.backlash.operating_point import Bins, OperatingPoint
@@ -67,6 +67,7 @@ class TrackerSettings:
              'stiffness_loss': stiffness, 'stiffness_growth': stiffness,
              'hysteresis': stiffness, 'hysteresis_down': stiffness,
              'friction': friction, 'friction_loss': friction,
+             'viscous_share': friction, 'viscous_share_loss': friction,
              'torque_gain': stiffness, 'torque_gain_loss': stiffness},
             p.gap_limit, model.viscous_friction, model.coulomb_friction, p.drift_window)
 
@@ -254,13 +255,14 @@ class Tracker:
                 (1.0 + change / friction if friction > 0.0 else math.nan,
                  math.hypot(w.viscous_std * w.speed, w.coulomb_std) / friction
                  if friction > 0.0 else math.nan),
-                (1.0 + w.gain, w.gain_std))
+                (1.0 + w.gain, w.gain_std), self._viscous_share(w))
         values, std = np.full(len(FEATURES), np.nan), np.full(len(FEATURES), np.nan)
         for column, ((value, deviation), prior) in enumerate(zip(rows, PRIORS)):
             if not (math.isfinite(value) and math.isfinite(deviation)):
                 continue
             if not prior.logarithmic:
-                values[column], std[column] = value / place.scale, deviation / place.scale
+                unit = place.unit(column)
+                values[column], std[column] = value / unit, deviation / unit
                 continue
             reference = self.data.reference[column]
             lowest = math.exp(reference
@@ -273,6 +275,23 @@ class Tracker:
         """Return the friction of the model (N m) at the speed of a window, or its load."""
         friction = self.settings.viscous * window.speed + self.settings.coulomb
         return friction if friction > 0.0 else window.load
+
+    def _healthy_share(self, speed: float) -> float:
+        """Return the viscous share of the model's friction at a `speed`, NaN without friction."""
+        viscous = self.settings.viscous * speed
+        friction = viscous + self.settings.coulomb
+        return viscous / friction if friction > 0.0 else math.nan
+
+    def _viscous_share(self, window: Backlash | Friction) -> tuple[float, float]:
+        """Return (viscous share of a window's friction less that of the model, deviation)."""
+        w, change = window, window.viscous * window.speed
+        friction = self.healthy_friction(w) + change + w.coulomb
+        if not friction > 0.0:
+            return math.nan, math.nan
+        share = (self.settings.viscous * w.speed + change) / friction
+        return share - self._healthy_share(w.speed), math.hypot(
+            (1.0 - share) * w.viscous_std * w.speed / friction, share * w.coulomb_std / friction,
+            LIMITS.share_error)
 
     # ------------------------------------------------------------------ inference
 
@@ -319,7 +338,8 @@ class Tracker:
                 self.data.couplings[c] * math.hypot(w.std, LIMITS.coupled * w.value)
                 for c, (w, _) in results.items() if c in OTHERS and self.wear[c].steps)
             ) if source == SHARP else 0.0
-            self._follow(column, observed[column], results[source], coupled)
+            told = column == VISCOUS_SHARE and self._told_by_friction(results)
+            self._follow(column, observed[column], results[source], coupled, told)
 
     def _widened(self, column: int, o: wear.Observations) -> wear.Observations:
         """Return `o` with the noise that a smaller feature has: it does not shrink with it."""
@@ -392,17 +412,20 @@ class Tracker:
             score = scores[source][0 if test.sign > 0 else 1]
             k = int(np.argmax(score))
             self.scores[test.key] = float(score[k])
-            size, std = (float(v[k]) for v in (results[source][1].size, results[source][1].std))
+            scanned, threshold = results[source][1], self.settings.threshold(test)
+            smallest = test.sign * scanned.size - scanned.std
             if test.key in (ALONE, ALONE_LOSS):
                 raw = scores[GAP][0 if test.sign > 0 else 1][k]
                 if not (self._stayed(scores, results, k) and raw > LIMITS.agrees):
                     continue
-                smallest = min(test.sign * size - std, test.sign * float(results[GAP][1].size[k]))
-            else:
-                smallest = test.sign * size - std
-            smallest -= PRIORS[column].crosstalk * self._moves(column, results, scores)
-            if score[k] > self.settings.threshold(test) and smallest >= notice:
-                detected.append((float(score[k]) - self.settings.threshold(test), k))
+                smallest = np.where(np.arange(len(score)) == k, np.fmin(
+                    smallest, test.sign * results[GAP][1].size), math.nan)
+            smallest = smallest - PRIORS[column].crosstalk * self._moves(column, results, scores)
+            with np.errstate(invalid='ignore'):
+                found = np.flatnonzero((score > threshold) & (smallest >= notice))
+            if len(found):  # the likeliest: the score of a long stretch rests on more windows
+                k = int(found[np.argmax((scanned.up if test.sign > 0 else scanned.down)[found])])
+                detected.append((float(score[k]) - threshold, k))
         if detected:
             _, k = max(detected)
             self._add_step(column, data.stamps[k - 1] if k else data.stamps[0] - 1)
@@ -529,7 +552,7 @@ class Tracker:
         return feature.steps[0] != first
 
     def _follow(self, column: int, o: wear.Observations,
-                result: tuple[wear.Wear, wear.Scan], coupled: float) -> None:
+                result: tuple[wear.Wear, wear.Scan], coupled: float, told: bool) -> None:
         """
         Bring the wear of a feature up to date: its size, stage, and whether it is over.
 
@@ -538,6 +561,7 @@ class Tracker:
             o: its observations.
             result: what tells its wear.
             coupled: standard deviation that the wear of other features adds.
+            told: whether another feature tells a change of this one.
 
         """
         feature, (estimate, scanned) = self.wear[column], result
@@ -572,6 +596,8 @@ class Tracker:
                     self.ended.get(ended.component), text)))
             self._end(column)
             return
+        if told and old is None:
+            return
         if test.key not in self.changes:
             self.changes.pop(opposite.key, None)
             self.changes[test.key] = Change(
@@ -590,6 +616,27 @@ class Tracker:
         feature.lower = feature.lower + 1 if stage < change.stage else 0
         if stage > change.stage or feature.lower >= LIMITS.over_windows:
             change.stage, feature.lower = stage, 0
+
+    def _told_by_friction(self, results: dict[int, tuple[wear.Wear, wear.Scan]]) -> bool:
+        """
+        Return whether a change of the friction tells that of its viscous share.
+
+        The share changes by no more than the friction does, relative to it, unless viscous and
+        Coulomb friction go opposite ways. A slow change of it may be found that much later.
+        """
+        feature = self.wear[VISCOUS_SHARE]
+        if FRICTION not in results or not feature.steps:
+            return False
+        estimate, scanned = results[FRICTION]
+        if self.wear[FRICTION].steps:
+            age = wear.ages(feature.steps[:1], self.stamp_ns, self.settings.window * 1e9)[0]
+            now, before = np.expm1(estimate.fit.wear(np.array([0.0, age + LIMITS.horizon])))
+        else:
+            k = int(np.searchsorted(self.data.stamps[:-1], feature.steps[-1], 'right'))
+            now, before = np.expm1(np.nan_to_num(scanned.size[k])), 0.0
+        share = results[VISCOUS_SHARE][0]
+        return bool(abs(share.value) - share.std - abs(now - before)
+                    < self.settings.notice(VISCOUS_SHARE))
 
     def _over(self, column: int, change: Change | None) -> bool:
         """Return whether a change has gone, for some windows in a row by now."""
@@ -641,8 +688,27 @@ class Tracker:
         idle = max(self.stamp_ns - feature.compared_ns, 0) / HOUR
         return growth, math.hypot(std, self.settings.notice(column) * math.sqrt(idle))
 
+    def coefficients(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """
+        Return (growth, deviation) of viscous and of Coulomb friction; None while not known.
+
+        By the wear of the friction and of its viscous share at the newest operating point.
+        """
+        (growth, growth_std), (shift, shift_std) = (
+            self.growth(column) for column in (FRICTION, VISCOUS_SHARE))
+        if self.point < 0 or not math.isfinite(growth + shift):
+            return None
+        viscous = float(self._healthy_share(self.data.points[self.point].speed)
+                        + self.data.reference[VISCOUS_SHARE] + self._levels[VISCOUS_SHARE])
+        if not 0.0 < viscous < 1.0:
+            return None
+        rows = [((1.0 + growth) * (share + change) / share - 1.0,
+                 math.hypot((share + change) * growth_std, (1.0 + growth) * shift_std) / share)
+                for share, change in ((viscous, shift), (1.0 - viscous, -shift))]
+        return rows[0], rows[1]
+
     def trend(self, column: int) -> Trend | None:
-        """Return the Trend of the feature in `column` since its last step, None if steady."""
+        """Return the Trend of the feature in `column` since its last step, None without one."""
         feature = self.wear[column]
         if not feature.steps or feature.moving < LIMITS.moving or \
                 abs(feature.slope) < LIMITS.significant_slope * feature.slope_std:
@@ -650,6 +716,15 @@ class Tracker:
         growth, std = self.growth(column)
         unit = (1.0 + growth if PRIORS[column].logarithmic else 1.0) / self.settings.window
         return Trend(self.stamp_ns, growth, std, feature.slope * unit, feature.slope_std * unit)
+
+    def steady(self, column: int) -> bool:
+        """Return whether the feature has moved by less than is reported since its last step."""
+        feature = self.wear[column]
+        if not feature.steps or feature.moving >= LIMITS.moving:
+            return False
+        windows = (self.stamp_ns - feature.steps[-1]) * 1e-9 / self.settings.window
+        fastest = abs(feature.slope) + LIMITS.steady_std * feature.slope_std
+        return fastest * windows < self.settings.notice(column)
 
     @property
     def baseline(self) -> Baseline | None:
@@ -664,11 +739,11 @@ class Tracker:
             for column in (GAP, STIFFNESS))
         return Baseline(gap, gap_std, stiffness, stiffness_std, count)
 
-    def _natural(self, column: int, level: float, std: float, scale: float = 1.0
+    def _natural(self, column: int, level: float, std: float, unit: float = 1.0
                  ) -> tuple[float, float]:
-        """Return (value, deviation) in units of the feature; scale: of a point."""
+        """Return (value, deviation) in units of the feature; unit: of a point."""
         if not PRIORS[column].logarithmic:
-            return float((self.data.reference[column] + level) * scale), float(std * scale)
+            return float((self.data.reference[column] + level) * unit), float(std * unit)
         value = math.exp(self.data.reference[column] + level)
         return value, float(std * value)
 
@@ -707,9 +782,12 @@ class Tracker:
             observed, points = data.observations(self.stamp_ns, length)
             estimates = {column: self._estimated(column, observed[column], len(points))[0]
                          for column, feature in enumerate(self.wear) if feature.steps}
+            # What others seem to have changed by stays, too.
+            largest = max(abs(w.value) for w in estimates.values())
             data.shift_by({c: w.value - w.fit.wear(wear.ages(
                 data.middles(), self.stamp_ns, length)) for c, w in estimates.items()},
-                {c: w.std ** 2 for c, w in estimates.items()}, since)
+                {c: estimates[c].std ** 2 if c in estimates
+                 else (prior.crosstalk * largest) ** 2 for c, prior in enumerate(PRIORS)}, since)
             used = int((np.array(data.stamps, np.int64) > since).sum())
         for feature in self.wear:
             feature.steps, feature.pending = [], []
@@ -745,10 +823,10 @@ class Tracker:
                     if place.temperature is not None and data.first_kelvin is not None:
                         level += fit.mean[wear.TEMPERATURES] @ data.shares(
                             [point], column)[0] * (place.temperature - data.first_kelvin)
-                    variance = place.variance()[column]
-                    mean, std = self._natural(column, level, math.sqrt(variance), place.scale)
+                    variance, unit = place.variance()[column], place.unit(column)
+                    mean, std = self._natural(column, level, math.sqrt(variance), unit)
                     _, stated = self._natural(
-                        column, level, math.sqrt(place.stated[column]), place.scale)
+                        column, level, math.sqrt(place.stated[column]), unit)
                     rows[point]['features'][name] = {
                         'windows': count, 'mean': mean, 'std': std, 'stated_std': stated}
         if data.couplings.any():
@@ -784,6 +862,7 @@ class Tracker:
             return
         if 'wear' not in state:  # of version 0.2
             state = old_state.converted(state)
+        state = old_state.widened(state)
         self.data.load(state)
         if len(state['wear']) != len(FEATURES):
             raise ValueError(f'{len(state["wear"])} features, expected {len(FEATURES)}')

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 
-FEATURES = ('gap', 'lost_motion', 'stiffness', 'hysteresis', 'friction', 'gain')
-GAP, LOST_MOTION, STIFFNESS, HYSTERESIS, FRICTION, GAIN = range(len(FEATURES))
+FEATURES = ('gap', 'lost_motion', 'stiffness', 'hysteresis', 'friction', 'gain', 'viscous_share')
+GAP, LOST_MOTION, STIFFNESS, HYSTERESIS, FRICTION, GAIN, VISCOUS_SHARE = range(len(FEATURES))
 SHARP = len(FEATURES)  # the gap, all else being equal: see wear_data.WearData
 COMPONENTS = ('backlash', 'friction')
 ALONE, ALONE_LOSS = 'gap_all_else_equal', 'gap_loss_all_else_equal'
@@ -29,7 +29,8 @@ class FeaturePrior:
     of friction, that of the viscous part, coulomb: that of the other.
     scale, crosstalk: what the regression of a window misses of a change, over the change; what
     changes of other features seem to be one of this (test/system/wear.py measures both).
-    logarithmic: whether the feature is positive, and its changes relative to it; else to the load.
+    logarithmic: whether the feature is positive, and its changes relative to it; else to the load,
+    those of the viscous share to the friction.
     """
 
     offset: float
@@ -46,7 +47,8 @@ PRIORS = (
     FeaturePrior(0.02, 0.02, 0.0005, 0.06, 0.05),
     FeaturePrior(0.02, 0.02, 0.0005, 0.06, 0.05, False),
     FeaturePrior(0.05, 0.04, 0.02, 0.06, 0.05, coulomb=0.005),
-    FeaturePrior(0.01, 0.01, 0.0005, 0.05, 0.08))
+    FeaturePrior(0.01, 0.01, 0.0005, 0.05, 0.08),
+    FeaturePrior(0.05, 0.04, 0.02, 0.2, 0.05, False, 0.005))
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,8 @@ class ChangeTest:
     """
     One upward test: `sign` times the feature in `column`.
 
-    relative: to the baseline; otherwise to the load, or as it is. share: of the false alarms.
+    relative: to the baseline; otherwise to load or friction, or as it is. share: of the false
+    alarms.
     """
 
     key: str
@@ -83,8 +86,13 @@ TESTS = (
                'hysteresis over load has grown by'),
     ChangeTest('hysteresis_down', 'backlash', HYSTERESIS, -1, False, 0.02,
                'hysteresis over load has dropped by'),
-    ChangeTest('friction', 'friction', FRICTION, 1, True, 0.04, 'friction has grown by'),
-    ChangeTest('friction_loss', 'friction', FRICTION, -1, True, 0.04, 'friction has dropped by'),
+    ChangeTest('friction', 'friction', FRICTION, 1, True, 0.03, 'friction has grown by'),
+    ChangeTest('friction_loss', 'friction', FRICTION, -1, True, 0.03, 'friction has dropped by'),
+    # Where viscous and Coulomb friction go opposite ways: else `friction` tells the change.
+    ChangeTest('viscous_share', 'friction', VISCOUS_SHARE, 1, False, 0.01,
+               'friction has shifted to viscous by'),
+    ChangeTest('viscous_share_loss', 'friction', VISCOUS_SHARE, -1, False, 0.01,
+               'friction has shifted to Coulomb by'),
     ChangeTest('torque_gain', 'friction', GAIN, 1, True, 0.035, 'torque gain has grown by'),
     ChangeTest('torque_gain_loss', 'friction', GAIN, -1, True, 0.035,
                'torque gain has dropped by'),
@@ -106,6 +114,9 @@ ADVICE = {
     'friction': ('watch it', 'check lubrication, bearings, brake',
                  'check lubrication, bearings, brake now'),
     'friction_loss': ('watch it', 'check preload and lubricant', 'check preload and lubricant'),
+    'viscous_share': ('watch it', 'check the lubricant', 'check the lubricant now'),
+    'viscous_share_loss': ('watch it', 'check lubrication, bearings, seals',
+                           'check lubrication, bearings, seals now'),
     'torque_gain': ('watch it', 'check the torque constant of the drive',
                     'check the torque constant of the drive'),
     'torque_gain_loss': ('watch it', 'check motor and torque constant',
@@ -119,7 +130,9 @@ _LIMITS = {'gap': _WIDTH, 'gap_loss': _WIDTH, 'lost_motion': _WIDTH,
            'lost_motion_loss': _WIDTH, 'stiffness_loss': _STIFFNESS,
            'stiffness_growth': _STIFFNESS,
            'hysteresis': _STIFFNESS, 'hysteresis_down': _STIFFNESS, 'friction': _FRICTION,
-           'friction_loss': _FRICTION, 'torque_gain': _STIFFNESS, 'torque_gain_loss': _STIFFNESS}
+           'friction_loss': _FRICTION, 'viscous_share': _FRICTION,
+           'viscous_share_loss': _FRICTION, 'torque_gain': _STIFFNESS,
+           'torque_gain_loss': _STIFFNESS}
 
 
 def _conditions() -> Iterator[Condition]:

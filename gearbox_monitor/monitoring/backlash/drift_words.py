@@ -8,7 +8,7 @@ from typing import Any
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.change import GROSS, Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import (
-    ADVICE, ChangeTest, COMPONENTS, FRICTION, GAP, LOST_MOTION, size_name, TESTS)
+    ADVICE, ChangeTest, COMPONENTS, FRICTION, GAP, LOST_MOTION, size_name, TESTS, VISCOUS_SHARE)
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction
 from gearbox_monitor.monitoring.backlash.forecast import span, when
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
@@ -130,6 +130,8 @@ def _measured(tracker: Tracker, component: str, window: Backlash | Friction) -> 
                   'coulomb_change': window.coulomb, 'coulomb_change_std': window.coulomb_std,
                   'torque_gain_change': window.gain}
         values['friction_change'], values['friction_change_std'] = tracker.growth(FRICTION)
+        for name, change in zip(('viscous', 'coulomb'), tracker.coefficients() or ()):
+            values[f'{name}_growth'], values[f'{name}_growth_std'] = change
     if tracker.point >= 0:
         values['operating_point'] = tracker.points[tracker.point].text()
     values['baseline_windows'] = tracker.point_windows()
@@ -154,6 +156,9 @@ def _described(tracker: Tracker, test: ChangeTest, values: dict[str, Any]) -> st
     values[f'{name}_since'] = when(change.since_ns)
     sign = '+' if test.sign > 0 else ''  # "dropped by" says the sign itself
     text = f'{test.words} {_percent(change.growth, std, sign)} since {when(change.since_ns)}'
+    coefficients = tracker.coefficients() if test.column == VISCOUS_SHARE else None
+    if coefficients:
+        text += ' (viscous {}, Coulomb {})'.format(*(_percent(*c) for c in coefficients))
     if test.column == FRICTION and tracker.temperature is None:
         text += ' (warm-up?)'
     _, _, error = tracker.limits(test)
@@ -164,6 +169,6 @@ def _described(tracker: Tracker, test: ChangeTest, values: dict[str, Any]) -> st
             values.update(zip(('forecast_s', 'forecast_earliest_s', 'forecast_latest_s'), reach))
             text += (f', limit {100 * error:+.0f} % in {span(reach[0])} ({span(reach[1])} to '
                      f'{span(reach[2])})')
-        elif trend is None:
+        elif tracker.steady(test.column):
             text += ', steady now'
     return f'{text}: {ADVICE[test.key][change.stage - 1]}'

@@ -18,6 +18,7 @@ from gearbox_monitor.monitoring.backlash.wear_data import (
     COUNT, KELVIN, KELVIN_2, PRODUCT, TOTAL, WearBlock, WearData)
 
 _SUMS = ('first', 'count', 'total', 'squares', 'stated', 'sum_complete')
+_OLD = 6  # features of version 0.2: the first ones of FEATURES
 
 
 def load_baselines(data: WearData, rows: Sequence[Values]) -> None:
@@ -47,10 +48,6 @@ def load_baselines(data: WearData, rows: Sequence[Values]) -> None:
         data.blocks.append(block)
 
 
-def _unit(column: int, mean: float, scale: float) -> float:
-    return abs(mean) if PRIORS[column].logarithmic else scale
-
-
 def _add(data: WearData, block: WearBlock, point: OperatingPoint, count: Array, mean: Array,
          variance: Array, stated: Array) -> Array:
     """
@@ -71,7 +68,8 @@ def _add(data: WearData, block: WearBlock, point: OperatingPoint, count: Array, 
     for i in range(len(FEATURES)):
         if not math.isfinite(mean[i]):
             continue
-        unit = units[i] = max(_unit(i, mean[i], point.scale), 1e-12)
+        unit = units[i] = max(
+            abs(mean[i]) if PRIORS[i].logarithmic else point.unit(i), 1e-12)
         point.stated[i], point.stated_count[i] = stated[i] / unit ** 2, 1.0
         if not count[i] > 0.0:
             continue
@@ -137,6 +135,38 @@ def _sharp_variance(point: OperatingPoint, direction: Array) -> float:
     return float(own[GAP] - min(own[GAP] * 0.9, float(direction[1:] ** 2 @ own[1:])))
 
 
+def widened(state: Values) -> Values:
+    """
+    Return a state of Tracker.to_dict with the features that it was written before, unknown.
+
+    Raises KeyError, TypeError, IndexError or ValueError for data that are no state.
+    """
+    n = len(state['wear'])
+    new = [math.nan] * (len(FEATURES) - n)
+    if not new:
+        return state
+
+    def with_sharp(row: Sequence[float], value: float = 0.0) -> list[float]:
+        """Return `row` [n + 1] as [N_COLUMNS]: SHARP is the last of it."""
+        return [*row[:n], *[value] * len(new), *row[n:]]
+
+    none = [0.0] * len(new)
+    return {
+        **state, 'wear': [*state['wear'], *({} for _ in new)],
+        'points': [{**p, 'stated': [*p['stated'], *none],
+                    'stated_count': [*p['stated_count'], *none],
+                    'squares': with_sharp(p['squares']), 'freedom': with_sharp(p['freedom']),
+                    'previous': with_sharp(p['previous'], math.nan)} for p in state['points']],
+        'blocks': [[*block[:3], [[*cell[:2], *(
+            v for k in range(5) for v in with_sharp(cell[2:][k * (n + 1):(k + 1) * (n + 1)]))]
+            for cell in block[3]]] for block in state['blocks']],
+        'windows': [[*row, *new] for row in state['windows']],
+        'reference': [*state['reference'], *new], 'couplings': [*state['couplings'], *none],
+        'slopes': with_sharp(state['slopes']), 'spread': with_sharp(state['spread'], math.nan),
+        'shift': with_sharp(state['shift']),
+        'levels': [*state['levels'], *new], 'level_stds': [*state['level_stds'], *new]}
+
+
 def converted(state: Values) -> dict[str, Any]:
     """
     Return the state of drift of version 0.2 as Tracker.to_dict gives it now.
@@ -151,11 +181,13 @@ def converted(state: Values) -> dict[str, Any]:
     where = [int(r[1]) for r in rows]
     if not all(0 <= k < len(state['points']) for k in where):
         raise ValueError('a window of an unknown operating point')
-    values = numbers([r[3:] for r in rows], len(rows) * n).reshape(-1, n)
+    new = n - _OLD
+    values = np.pad(numbers([r[3:] for r in rows], len(rows) * _OLD).reshape(-1, _OLD),
+                    ((0, 0), (0, new)), constant_values=math.nan)
     learned = np.array([bool(r[2]) for r in rows], bool)
     moments, shared = np.zeros((n, n)), 0.0
     for k, row in enumerate(state['points']):
-        sums = {name: numbers(row[name], n) for name in _SUMS}
+        sums = {name: np.pad(numbers(row[name], _OLD), (0, new)) for name in _SUMS}
         own = values[learned & (np.array(where, int) == k)] if rows else values
         off = own - sums['first']
         finite = np.isfinite(off)
@@ -174,9 +206,10 @@ def converted(state: Values) -> dict[str, Any]:
                     mean, variance, sums['stated'])
         complete = float(row['complete'])
         if complete > 0.0:
-            products = numbers(row['products'], n * n).reshape(n, n)
+            products = np.pad(
+                numbers(row['products'], _OLD * _OLD).reshape(_OLD, _OLD), (0, new))
             part = products - np.outer(sums['sum_complete'], sums['sum_complete']) / complete
-            used = numbers(row['used'], n) > 0.0
+            used = np.pad(numbers(row['used'], _OLD), (0, new)) > 0.0
             moments += np.where(np.outer(used, used), part, 0.0) / np.outer(unit, unit)
             shared += complete
     _couple(data, block, moments, shared)
@@ -184,7 +217,7 @@ def converted(state: Values) -> dict[str, Any]:
         data.blocks.append(block)
     temperature = state.get('temperature')
     for k, (row, point) in enumerate(zip(rows, where)):
-        y = np.array([_logarithm(i, v, data.points[point].scale)
+        y = np.array([_logarithm(i, v, data.points[point].unit(i))
                       for i, v in enumerate(values[k])])
         data.add(int(row[0]), point, True, data.warmth(data.points[point].temperature),
                  data.relative(y))
@@ -203,7 +236,7 @@ def converted(state: Values) -> dict[str, Any]:
         'stamp_ns': state['stamp_ns'], 'pause': state['pause'], 'converted': True}
 
 
-def _logarithm(column: int, value: float, scale: float) -> float:
+def _logarithm(column: int, value: float, unit: float) -> float:
     if not math.isfinite(value):
         return math.nan
-    return math.log(max(value, 1e-12)) if PRIORS[column].logarithmic else value / scale
+    return math.log(max(value, 1e-12)) if PRIORS[column].logarithmic else value / unit

@@ -17,7 +17,7 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.backlash.change_tests import FEATURES, GAP, SHARP
+from gearbox_monitor.monitoring.backlash.change_tests import FEATURES, GAP, HYSTERESIS, SHARP
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction
 
 N_COLUMNS = len(FEATURES) + 1  # the features, and the gap, all else being equal (SHARP)
@@ -34,7 +34,7 @@ class OperatingPoint:
     An operating point and the noise of its windows.
 
     angle (rad), speed (rad/s), load (N m), temperature (deg C, None = not measured): its centre.
-    scale: what changes of features that are not relative are divided by. stated, stated_count [F]:
+    scale: load that a change of the hysteresis is divided by. stated, stated_count [F]:
     mean of the variances that windows state, of so many. squares, freedom [F + 1]: of the noise,
     by differences of neighbours (von Neumann, 1941), which neither steps nor slopes of the wear
     touch. previous [F + 1], kelvin: the window before. since_ns: its first window, last_ns: its
@@ -59,6 +59,10 @@ class OperatingPoint:
         """Return the centre as plain data."""
         return {'angle': self.angle, 'speed': self.speed, 'load': self.load,
                 'temperature': self.temperature}
+
+    def unit(self, column: int) -> float:
+        """Return what the feature in `column` is divided by if it is not logarithmic."""
+        return self.scale if column == HYSTERESIS else 1.0
 
     def text(self) -> str:
         """Return the point in words."""

@@ -18,7 +18,7 @@ from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash import wear
 from gearbox_monitor.monitoring.backlash.change_tests import (
-    FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, SHARP, STIFFNESS)
+    FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, SHARP, STIFFNESS, VISCOUS_SHARE)
 from gearbox_monitor.monitoring.backlash.operating_point import (
     N_COLUMNS, numbers, OperatingPoint, OperatingPoints)
 
@@ -275,9 +275,11 @@ class WearData:
     def shares(self, points: Sequence[int], column: int) -> Array:
         """Return the shares [N, 2] of both temperature coefficients of a `column` at `points`."""
         parts = np.tile((1.0, 0.0), (len(points), 1))
-        if column == FRICTION and self.viscous + self.coulomb > 0.0:
+        if column in (FRICTION, VISCOUS_SHARE) and self.viscous + self.coulomb > 0.0:
             parts[:] = [(self.viscous * self.points[k].speed, self.coulomb) for k in points]
             parts /= np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
+        if column == VISCOUS_SHARE:  # the derivative of the share v / (v + c)
+            parts = parts.prod(axis=1, keepdims=True) * (1.0, -1.0)
         return parts
 
     @property
