@@ -7,6 +7,7 @@ When to name what changed in one gearbox, and what to say of it. No ROS, clock o
 A recording is kept when the baseline is healthy. After an alert, or a model mismatch that lasts,
 the rows since then are compared with it.
 """
+from collections.abc import Mapping
 from dataclasses import dataclass
 import json
 import math
@@ -23,6 +24,7 @@ from gearbox_monitor.monitoring.backlash.change_tests import TESTS
 from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
 from gearbox_monitor.ros.change_naming import ChangeNamer, NamingJob, Order
 from gearbox_monitor.ros.recording_buffer import RecordingBuffer
 
@@ -32,6 +34,9 @@ COMPARED = 8.0      # s of each recording that are compared
 # s between two diagnoses for a mismatch of the model alone: it may come and go.
 MISMATCH_INTERVAL = 600.0
 MISMATCH = 'model mismatch'
+# What temperature changes too: the wear of it is known apart from that, two recordings do not
+# tell it.
+WARMTH = frozenset((MOTOR_VISCOUS.id, MOTOR_COULOMB.id))
 _CHANGES = {test.key: test.words.removesuffix(' by') for test in TESTS}
 
 
@@ -195,7 +200,17 @@ class ChangeWatch:
             'gearbox_serial': job.order.reference.gearbox_serial, 'alert': alert.reason,
             'since': when(alert.since_ns), 'since_ns': alert.since_ns,
             'baseline_recording_ns': job.order.reference.stamp_ns, **job.verdict}
+        if alert.reason == MISMATCH and self._warmth_alone(job.verdict):
+            self._verdict |= {'verdict': NONE, 'findings': [],
+                              'text': f'no wear, friction as temperature has it: '
+                                      f'{job.verdict["text"]}'}
         return self._verdict
+
+    def _warmth_alone(self, verdict: Mapping[str, Any]) -> bool:
+        """Return whether all that a verdict names is friction, which has not worn."""
+        tracker, effects = self._monitor.tracker, {f['effect'] for f in verdict['findings']}
+        return bool(effects) and effects <= WARMTH and tracker.compared and not (
+            tracker.stages()['friction'])
 
     def _lacking(self) -> str:
         """Return why there is nothing to compare with."""

@@ -142,6 +142,26 @@ def test_a_mismatch_of_the_model_is_named_when_it_lasts():
     assert len(gearbox.orders) == 1
 
 
+@pytest.mark.parametrize('alert, effects, named', [
+    (False, ['motor_viscous'], False), (False, ['motor_viscous', 'motor_coulomb'], False),
+    (False, ['motor_viscous', 'backlash_gap'], True), (True, ['motor_viscous'], True)])
+def test_friction_that_has_not_worn_is_temperature(alert, effects, named):
+    """A mismatch is compared without regard to temperature, which the wear is known apart from."""
+    gearbox = Gearbox(name_changes_after=30.0)
+    gearbox.run(60)
+    gearbox.monitor.model_lasts = (Level.WARN, gearbox.monitor.stamp_ns)
+    gearbox.run(31)
+    if alert:  # while the child runs
+        gearbox.alert('friction')
+        gearbox.tracker.stages = lambda: {'backlash': {}, 'friction': {'friction': 1}}
+    gearbox.end({**NAMED, 'findings': [{'effect': effect} for effect in effects],
+                 'text': 'friction: -5 %'})
+    outcome, verdict = gearbox.run(1)
+    assert (verdict['verdict'] != 'none') == named == bool(verdict['findings'])
+    assert verdict['text'].endswith('friction: -5 %')
+    assert alert or (outcome.level == Level.WARN) == named and 'friction: -5 %' in outcome.message
+
+
 def test_without_a_baseline_recording_it_says_so():
     gearbox = Gearbox()
     gearbox.run(30)
