@@ -11,7 +11,6 @@ I + hA + h^2A^2/2, cheaper than the exact one that our EKF takes. Replay: a simu
 10 minutes (lz4) through the EKF into a Parquet file, per sample: estimates only (to CSV and to a
 bag as well), those with the unknown load on the arm that is the default, everything (default);
 rosbags decodes the same.
-EKFs that differ in Q and R run side by side as in "tune": per step of one filter.
 Free runs and their slopes: 16 s. Start-up: a process of its own each time, kernels cached.
 
 usage examples:
@@ -31,14 +30,12 @@ from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
 from benchmarks.paper import drive, DT
 from benchmarks.replay_cost import FIXED
-from benchmarks.steps import (
-    bank_stepper, caller, cpu_per_step, estimator, stepper)
+from benchmarks.steps import caller, cpu_per_step, estimator, stepper
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.plant.simulate import simulate
 
 SAMPLES, FEW = 5000, 300  # of our filters, and of filterpy's
-BANKS = {16: SAMPLES, 4096: 500}  # filters that run side by side: samples
 FILTERS: dict[str, dict[str, Any]] = {
     'EKF': {'filter': 'ekf'},
     'EKF, unknown load': {'filter': 'ekf', 'arm_load': 'unknown'},
@@ -57,9 +54,6 @@ BARS: dict[str, tuple[Callable[[Mapping[str, float]], float], float, float]] = {
     'EKF learned / EKF': (lambda t: t['EKF, learned'] / t['EKF'], 0.0, 2.5),
     'three models mixed / EKF, with their estimates': (
         lambda t: t['estimates, mixed'] / t['estimates, EKF'], 0.0, 5.0),
-    'EKF bank, 16 / EKF': (lambda t: t['EKF bank, 16'] / t['EKF'], 0.0, 0.33),
-    'EKF bank, 4096 and 16, larger / smaller': (
-        lambda t: float(np.exp(abs(np.log(t['EKF bank, 4096'] / t['EKF bank, 16'])))), 0.0, 1.1),
     'EKF / Eigen EKF': (lambda t: t['EKF'] / t['Eigen EKF'], 0.0, 0.9),
     'filterpy EKF / EKF': (lambda t: t['filterpy EKF'] / t['EKF'], 150.0, np.inf),
     'filterpy UKF / UKF': (lambda t: t['filterpy UKF'] / t['UKF'], 150.0, np.inf),
@@ -111,10 +105,6 @@ def evaluate(rounds: int, eigen: str | None = None) -> dict[str, Any]:
         except InputError as error:
             skipped['Eigen'] = str(error)
         counts.update(dict.fromkeys(rows, SAMPLES))
-        for size, samples in BANKS.items():
-            name = f'EKF bank, {size}'
-            rows[name] = bank_stepper(model, FIXED, run.u[:samples], y[:samples], DT, size)
-            counts[name] = size * samples
         try:
             filterpy_rows = filterpy_user.steppers(
                 model, noise.measurement, run.u[:FEW], y[:FEW], DT)

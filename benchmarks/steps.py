@@ -7,8 +7,6 @@ import time
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation import batch_score
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator, loop_arrays, unsmoothed
 from gearbox_monitor.estimation.filter import Filter
@@ -96,25 +94,6 @@ def caller(model: DriveModel, parameters: Values, u: Array, y: Array,
         single.start(*readings[0])
         for torque, (y1, y2) in zip(torques, readings[1:]):
             single.step(dt, torque, y1, y2)
-    return run
-
-
-def bank_stepper(model: DriveModel, parameters: Values, u: Array, y: Array, dt: float,
-                 size: int) -> Callable[[], None]:
-    """
-    Return a function that runs a batch of EKFs with different Q once over a recording.
-
-    It raises InputError if a filter diverges. size: number of filters; model, parameters, u, y,
-    dt: as in stepper().
-    """
-    samples, one = _samples(u, y, dt), Estimator(model, parameters)
-    packed = np.array([pack(one.drive, one.parameters.replace(q_std_tau_k=float(q)))
-                       for q in one.parameters.q_std_tau_k * np.geomspace(0.2, 5.0, size)])
-
-    def run() -> None:
-        scores = batch_score.run(packed, one.states, one.settings, samples, 1)
-        if not np.isfinite(scores).all():
-            raise InputError('a filter of the batch diverged')
     return run
 
 

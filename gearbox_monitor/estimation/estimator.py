@@ -560,8 +560,8 @@ class Estimator:
         n, diverged = model_bank.until_second(self._mixture, stream.stamps)
         if diverged:
             self.members[-1]._restart()
-        n_samples, own.n_smoothed[0] = self._filter(_part(stream, 0, n), own.of(0))
-        part = _part(stream, 0, n_samples)
+        n_samples, own.n_smoothed[0] = self._filter(part_of(stream, 0, n), own.of(0))
+        part = part_of(stream, 0, n_samples)
         restarts = bool(n_samples) and own.codes[0, n_samples - 1] == sample_loop.START
         for i, member in enumerate(self.members, 1):
             own.n_smoothed[i] = member._follow(part, own.of(i), restarts)
@@ -580,7 +580,7 @@ class Estimator:
             elif restarts:
                 self._restart()
             n_samples, n_rows = self._filter(
-                _part(stream, start, end),
+                part_of(stream, start, end),
                 Output(codes[start:end], rows[start:end], stamps_s[completed:],
                        smoothed[completed:]))
             start, completed = start + n_samples, completed + n_rows
@@ -629,7 +629,7 @@ def checked(samples: Samples) -> tuple[Integers, Array, Array]:
         np.ascontiguousarray(table(samples.y, 'y', 'motor and arm position, rad', n)))
 
 
-def _part(stream: Stream, start: int, end: int) -> Stream:
+def part_of(stream: Stream, start: int, end: int) -> Stream:
     return Stream(stream.stamps[start:end], stream.inputs[start:end], stream.outputs[start:end])
 
 

@@ -9,16 +9,21 @@ the other parameters by maximising the log-likelihood of the innovations over th
 parameters. The search starts from numbers taken from the recording, never from the parameters in
 force: so the result does not depend on them. Those numbers also carry a weak prior (a factor of 30
 costs half a unit of log-likelihood), which decides only what the recording leaves open.
+
+Where friction is sharp, the likelihood of a filter with its tangent is rough: it changes by units
+within 1e-5 of a parameter, so that its gradient, though exact, leads nowhere. `search` climbs a
+smooth one, `polished` tries what the rough one says of the neighbourhood.
 """
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
-from typing import TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import scipy
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
 from gearbox_monitor.kernels.sensor_noise import MAD_TO_SIGMA, quantisation_step, white_noise_std
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, MIXED
@@ -32,19 +37,38 @@ EXCITED = 5.0            # motion in units of the encoder noise
 PRIOR = math.log(30.0)
 REACH = math.log(1e4)    # the search stays within this factor of its first guess
 AGREE = 5.0              # log-likelihood by which agreeing starts may differ
-SLOPE_STEP = 0.03         # of the logarithms, for slopes
+GAIN = 0.1               # log-likelihood that is still sought
+LONGEST = 2.0            # step, in logarithms
+DAMPING = Damping(0.0, raised_from=0.01, attempts=7)
+NEAR, TRIALS = 0.5, 8    # of a rough criterion: deviations around the optimum; trials for each
 SHARP = 0.05             # a parameter is well determined below this relative error
-# Of a parameter that is searched alone: grid and accuracy, logarithms over the guess.
-GRID = tuple(math.log(10.0) * k / 2.0 for k in range(-4, 4))
-ACCURACY = 0.1
+# Of a parameter that is searched alone: bounds over the guess, and accuracy of the logarithm.
+ALONE, ACCURACY = (1e-3, 30.0), 0.1
 DIVERGED = -1e9          # what a filter gets that cannot run at all
 
 R_NAMES = ('r_std_motor', 'r_std_arm')
 SPEED_NAMES = ('q_std_motor_speed', 'q_std_arm_speed')
 TORQUE_NAMES = WALK, DEVIATION = ('q_std_tau_k', 'q_std_tau_k_deviation')
 
-# (trials as {name: value}, coarse) -> (criterion, diverged) of each; see search.
-Evaluate: TypeAlias = Callable[[Sequence[Mapping[str, float]], bool], list[tuple[float, bool]]]
+
+class Slopes(NamedTuple):
+    """
+    A criterion with its slopes over the logarithms of n parameters.
+
+    gradient [n]; information [n, n]: positive semidefinite, about what the gradient falls by;
+    runs, failed: how many filters ran for it, and how many of them diverged.
+    """
+
+    criterion: float
+    gradient: Array
+    information: Array
+    runs: int = 1
+    failed: int = 0
+
+
+# ({name: value}, coarse) -> Slopes, see search; {name: value} -> (criterion, diverged).
+Evaluate: TypeAlias = Callable[[Mapping[str, float], bool], Slopes]
+Rough: TypeAlias = Callable[[Mapping[str, float]], tuple[float, bool]]
 
 
 @dataclass(frozen=True)
@@ -240,108 +264,111 @@ def first_guess(motion: EncoderMotion, free: Sequence[str]) -> dict[str, float]:
 def search(evaluate: Evaluate, guess: dict[str, float],
            progress: Callable[[float], None] | None = None, likelihood: bool = True) -> Tuned:
     """
-    Maximise a criterion over the logarithms of parameters, by L-BFGS-B from three starts.
+    Maximise a criterion over the logarithms of parameters, by Fisher scoring from three starts.
 
     Args:
-        evaluate: of (trials as {name: value}, coarse) -> [(criterion, diverged)]; the criterion in
-            units of log-likelihood, -inf or NaN where the filter cannot run; coarse: a part of
-            the recording will do.
+        evaluate: of ({name: value}, coarse), gives the Slopes of the criterion in units of
+            log-likelihood, -inf or NaN where the filter cannot run; coarse: a part of the
+            recording will do.
         guess: {name: value > 0}, the centre of the search.
         progress: called with the share done, 0..1.
-        likelihood: the curvature gives standard errors.
+        likelihood: the information gives standard errors.
 
     Returns:
         The Tuned parameters.
 
     """
     names = list(guess)
-    centre = np.array([guess[name] for name in names])
+    centre, ridge = np.array([guess[name] for name in names]), np.eye(len(names)) / PRIOR ** 2
     result = Tuned({}, 0.0)
-    n = len(names)
-    starts = [np.zeros(n)]
-    for factor in (10.0, 0.1):
-        start = np.zeros(n)
-        for i, name in enumerate(names):
-            if name in TORQUE_NAMES:
-                start[i] = math.log(factor)
-            elif name in SPEED_NAMES:
-                start[i] = -math.log(factor)
-        starts.append(start)
 
     def values(x: Array) -> dict[str, float]:
         """Return the parameters at `x` [n], in logarithms over the guess."""
         return dict(zip(names, (centre * np.exp(x)).tolist()))
 
-    def costs(points: list[Array], coarse: bool) -> list[float]:
-        """Return the cost of each of the `points`: misfit, prior and penalty; see `coarse`."""
-        trials = [values(np.clip(x, -REACH, REACH)) for x in points]
-        penalised = []
-        for x, (criterion, failed) in zip(points, evaluate(trials, coarse)):
-            excess = np.maximum(np.abs(x) - REACH, 0.0).sum()
-            result.evaluations += 1
-            result.failed += bool(failed)
-            if not math.isfinite(criterion):
-                criterion = DIVERGED
-            penalised.append(
-                -criterion + 0.5 * float((x / PRIOR) @ (x / PRIOR)) + 1e3 * excess)
-        return penalised
+    def posterior(x: Array, coarse: bool) -> tuple[Array, Slopes]:
+        """Return `x` within its REACH, and the slopes there with those of the prior."""
+        x = np.clip(x, -REACH, REACH)
+        found = evaluate(values(x), coarse)
+        result.evaluations += found.runs
+        result.failed += found.failed
+        if progress:
+            progress(1.0 - 1.0 / (1.0 + 0.05 * result.evaluations))
+        criterion = found.criterion if math.isfinite(found.criterion) else DIVERGED
+        return x, Slopes(criterion - 0.5 * float(x @ ridge @ x),
+                         np.nan_to_num(found.gradient) - ridge @ x,
+                         np.nan_to_num(found.information) + ridge)
 
-    def descend(x: Array, coarse: bool, shares: tuple[float, float]) -> tuple[Array, float]:
-        """
-        Minimise the cost by L-BFGS-B with slopes by central differences.
+    def step_from(x: Array, here: Slopes, coarse: bool,
+                  damping: float) -> tuple[tuple[Array, Slopes], float] | None:
+        """Return (place and slopes after a step that helps, next damping), None without one."""
+        return damped_step(
+            here.information, here.gradient,
+            lambda step: posterior(x + step * min(1.0, LONGEST / np.abs(step).max()), coarse),
+            lambda trial: trial[1].criterion - here.criterion, damping, DAMPING)
 
-        Args:
-            x: start [n].
-            coarse: as of evaluate.
-            shares: progress at the start and at the end.
+    def ascend(x: Array, coarse: bool) -> tuple[Array, Slopes]:
+        """Return where the criterion is largest, as reached from `x` [n]; coarse: as above."""
+        (x, here), damping = posterior(x, coarse), DAMPING.start
+        gained = GAIN
+        while gained >= GAIN <= 0.5 * here.gradient @ np.linalg.solve(
+                here.information, here.gradient):
+            found = step_from(x, here, coarse, damping)
+            if found is None:
+                break
+            gained = found[0][1].criterion - here.criterion
+            (x, here), damping = found
+        return x, here
 
-        Returns:
-            The minimum and the cost there.
-
-        """
-        calls = [0]
-
-        def with_slope(x: Array) -> tuple[float, Array]:
-            """Return cost and slope at `x` [n]."""
-            calls[0] += 1
-            if progress:
-                share = 1.0 - 1.0 / (1.0 + 0.15 * calls[0])
-                progress(shares[0] + share * (shares[1] - shares[0]))
-            steps = SLOPE_STEP * np.eye(n)
-            value, *around = costs([x, *(x + steps), *(x - steps)], coarse)
-            return value, np.subtract(around[:n], around[n:]) / (2.0 * SLOPE_STEP)
-
-        done = scipy.optimize.minimize(
-            with_slope, x, jac=True, method='L-BFGS-B', bounds=[(-REACH, REACH)] * n,
-            options={'maxfun': 30 if coarse else 20, 'ftol': 5e-6 if coarse else 5e-7})
-        return done.x, float(done.fun)
-
-    ends = [descend(start, True, (0.15 * k, 0.15 * k + 0.15)) for k, start in enumerate(starts)]
-    minimum, lowest = min(ends, key=lambda end: end[1])
-    agreeing = [x for x, value in ends if value < lowest + AGREE]
+    starts = [np.array([sign * math.log(10.0) * ((name in TORQUE_NAMES) - (name in SPEED_NAMES))
+                        for name in names]) for sign in (0.0, 1.0, -1.0)]
+    ends = [ascend(start, True) for start in starts]
+    best, highest = max(ends, key=lambda end: end[1].criterion)
+    agreeing = [x for x, here in ends if here.criterion > highest.criterion - AGREE]
     result.starts, result.agreeing_starts = len(starts), len(agreeing)
-    x, value = descend(minimum, False, (0.45, 0.8))
-    x, value, deviations = _newton(lambda points: costs(points, False), x, value)
+    x, here = ascend(best, False)
+    deviations = np.sqrt(np.diag(np.linalg.inv(here.information)))
     sharp = deviations < SHARP
     if sharp.any():
-        distances = np.abs(np.array(agreeing) - minimum)[:, sharp]
+        distances = np.abs(np.array(agreeing) - best)[:, sharp]
         result.spread = float(np.expm1(distances.max()))
-    result.parameters, result.value = values(x), -float(value)
+    result.parameters, result.value = values(x), here.criterion
     if likelihood:
-        result.error = {name: float(d) for name, d in zip(names, deviations)
-                        if math.isfinite(d)}
+        result.error = dict(zip(names, deviations.tolist()))
     if progress:
         progress(1.0)
     return result
 
 
-def with_another(result: Tuned, evaluate: Evaluate, name: str, guess: float) -> Tuned:
+def polished(result: Tuned, evaluate: Rough) -> Tuned:
     """
-    Return `result` with one more parameter, searched on a grid and then between its neighbours.
+    Return the `result` of a search moved to where a rough criterion is larger.
+
+    The simplex of Nelder and Mead, about NEAR deviations wide, needs no slopes.
+
+    Args:
+        result: with errors.
+        evaluate: of {name: value}, gives (criterion, diverged).
+
+    Returns:
+        A copy of `result` with the best of TRIALS for each parameter.
+
+    """
+    names, centre = list(result.parameters), np.log(list(result.parameters.values()))
+    steps = NEAR * np.diag([min(result.error[name], 1.0) for name in names])
+    simplex = np.vstack([centre, centre + steps])
+    return _derivative_free(result, evaluate, names, lambda cost: scipy.optimize.minimize(
+        cost, centre, method='Nelder-Mead', options={
+            'maxfev': TRIALS * len(names), 'initial_simplex': simplex}))
+
+
+def with_another(result: Tuned, evaluate: Rough, name: str, guess: float) -> Tuned:
+    """
+    Return `result` with one more parameter, searched between bounds.
 
     Args:
         result: of a search for the others.
-        evaluate: as of search, with the others at their values.
+        evaluate: as of polished.
         name: of the parameter.
         guess: centre of the search, > 0.
 
@@ -349,73 +376,31 @@ def with_another(result: Tuned, evaluate: Evaluate, name: str, guess: float) -> 
         A copy of `result` with the parameter, without a standard error for it.
 
     """
-    evaluations: list[bool] = []
-
-    def costs(points: Sequence[float]) -> list[float]:
-        """Return the cost at each of the `points`, logarithms over the guess."""
-        scores = evaluate([{name: guess * math.exp(x)} for x in points], False)
-        evaluations.extend(bool(failed) for _, failed in scores)
-        return [0.5 * (x / PRIOR) ** 2 - (criterion if math.isfinite(criterion) else DIVERGED)
-                for x, (criterion, _) in zip(points, scores)]
-
-    heights = costs(GRID)
-    lowest = min(max(int(np.argmin(heights)), 1), len(GRID) - 2)
-    between = scipy.optimize.minimize_scalar(
-        lambda x: costs([x])[0], bounds=(GRID[lowest - 1], GRID[lowest + 1]), method='bounded',
-        options={'xatol': ACCURACY})
-    return replace(result, parameters={**result.parameters, name: guess * math.exp(between.x)},
-                   value=-float(between.fun), evaluations=result.evaluations + len(evaluations),
-                   failed=result.failed + sum(evaluations))
+    centre, (low, high) = math.log(guess), np.log(ALONE)
+    return _derivative_free(result, evaluate, [name], lambda cost: scipy.optimize.minimize_scalar(
+        lambda x: cost(x) + 0.5 * ((x - centre) / PRIOR) ** 2, method='bounded',
+        bounds=(centre + low, centre + high), options={'xatol': ACCURACY}))
 
 
-def _newton(cost: Callable[[list[Array]], list[float]], x: Array,
-            value: float) -> tuple[Array, float, Array]:
-    """
-    Fit a paraboloid around `x`; return its minimum, the cost there and standard errors.
+def _derivative_free(result: Tuned, evaluate: Rough, names: Sequence[str],
+                     minimise: Callable[[Callable[[Array], float]], Any]) -> Tuned:
+    """Return `result` with the parameters `names` where `minimise` of -`evaluate` ends."""
+    failures: list[bool] = []
 
-    A fit over points some units of cost away sees through roughness on smaller scales.
-    """
-    n = len(x)
-    reach = np.empty(n)
-    points: list[Array] = [np.zeros(n)]
-    costs = [value]
+    def values(x: Array) -> dict[str, float]:
+        """Return the parameters, those of logarithms `x` in place of their own."""
+        return {**result.parameters, **dict(zip(names, np.exp(np.atleast_1d(x)).tolist()))}
 
-    def add(steps: list[Array]) -> list[float]:
-        """Evaluate the `steps` from x, note points and costs, and return the costs."""
-        points.extend(steps)
-        costs.extend(cost([x + d for d in steps]))
-        return costs[-len(steps):]
+    def cost(x: Array) -> float:
+        """Return less the criterion at `x`."""
+        criterion, failed = evaluate(values(x))
+        failures.append(failed)
+        return -criterion if math.isfinite(criterion) else -DIVERGED
 
-    units = list(np.eye(n))
-    rises = add([sign * 0.1 * unit for unit in units for sign in (1.0, -1.0)])
-    for i in range(n):
-        rise = max(0.5 * (rises[2 * i] + rises[2 * i + 1]) - value, 0.02)
-        reach[i] = min(max(0.1 * math.sqrt(4.0 / rise), 0.01), 0.5)
-    corners = list(np.diag(0.7 * reach))
-    add([sign * d for sign in (1.0, -1.0) for d in (
-        *(r * unit for r, unit in zip(reach, units)),
-        *(corners[i] + side * corners[j]
-          for i in range(n) for j in range(i) for side in (1.0, -1.0)))])
-    scaled, heights = np.array(points) / reach, np.array(costs)
-    usable = (heights < value + 50.0) & (np.abs(scaled).max(axis=1) < 3.0)
-    pairs = [(i, j) for i in range(n) for j in range(i + 1)]
-    columns = [np.ones(len(scaled)), *scaled.T, *(scaled[:, i] * scaled[:, j] for i, j in pairs)]
-    unknown = np.full(n, math.nan)
-    if usable.sum() < len(columns):
-        return x, value, unknown
-    c = np.linalg.lstsq(np.column_stack(columns)[usable], heights[usable], rcond=None)[0]
-    hessian = np.zeros((n, n))
-    for (i, j), a in zip(pairs, c[1 + n:]):
-        hessian[i, j] += a
-        hessian[j, i] += a
-    if not np.linalg.eigvalsh(hessian).min() > 1e-3:
-        return x, value, unknown
-    deviations = reach * np.sqrt(np.diag(np.linalg.inv(hessian)))
-    step = reach * np.clip(-np.linalg.solve(hessian, c[1:1 + n]), -1.5, 1.5)
-    value_at_step, = cost([x + step])
-    if value_at_step < value + 1.0:
-        return x + step, value_at_step, deviations
-    return x, value, deviations
+    least = minimise(cost)
+    return replace(result, parameters=values(least.x), value=-float(least.fun),
+                   evaluations=result.evaluations + len(failures),
+                   failed=result.failed + sum(failures))
 
 
 def widened(error: Array, variance: Array, share: float = 0.682689) -> float:

@@ -95,10 +95,10 @@ def score(estimates: AnyEstimates, name: str = '', diverged: int = 0,
         tuple(ljung_box(c)[0] if len(c) > LAGS else np.nan for c in channels), int(diverged))
 
 
-def run_score(model: DriveModel, parameters: EstimatorParameters | Values,
-              samples: Samples) -> Score:
+def run_unsmoothed(model: DriveModel, parameters: EstimatorParameters | Values,
+                   samples: Samples) -> tuple[Estimates, int]:
     """
-    Run an Estimator without its smoother and score it.
+    Run an Estimator without its smoother.
 
     Args:
         model: of the drive.
@@ -106,7 +106,7 @@ def run_score(model: DriveModel, parameters: EstimatorParameters | Values,
         samples: the recording.
 
     Returns:
-        The Score, named after the filter.
+        The estimates, and how often the filter diverged.
 
     Raises:
         InputError: a parameter is unknown or out of range.
@@ -115,8 +115,20 @@ def run_score(model: DriveModel, parameters: EstimatorParameters | Values,
     estimator = Estimator(model, unsmoothed(parameters))
     with np.errstate(all='ignore'):
         estimates = estimator.run(samples)
-    return score(estimates, estimator.parameters.filter,
-                 int(estimator.counts[sample_loop.DIVERGED]))
+    return estimates, int(estimator.counts[sample_loop.DIVERGED])
+
+
+def run_score(model: DriveModel, parameters: EstimatorParameters | Values,
+              samples: Samples) -> Score:
+    """
+    Run an Estimator and score it; the arguments are as of run_unsmoothed.
+
+    Returns:
+        The Score, named after the filter.
+
+    """
+    estimates, diverged = run_unsmoothed(model.exact(), parameters, samples)
+    return score(estimates, EstimatorParameters.of(parameters).filter, diverged)
 
 
 def torque_errors(estimates: AnyEstimates, stamps: Integers, tau_k: Array,

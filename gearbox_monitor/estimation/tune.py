@@ -6,8 +6,9 @@ Tune a filter on recordings: R from standstill, the rest by likelihood or on a r
 
 The search itself is noise_search; here it runs the Estimator. It needs no truth.
 """
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 import math
 from typing import Any, TypeAlias
 
@@ -16,13 +17,15 @@ import scipy
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search, sample_loop
-from gearbox_monitor.estimation.batch_score import criteria
 from gearbox_monitor.estimation.estimates import Estimates, Samples
-from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
+from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.model_bank import member_parameters
-from gearbox_monitor.estimation.noise_search import EncoderMotion, Tuned
+from gearbox_monitor.estimation.noise_search import EncoderMotion, Slopes, Tuned
 from gearbox_monitor.estimation.score import (
-    DIVERGENCE_COST, reference_at, run_score, Score, settled, torque_errors, WHITE_LIMIT)
+    DIVERGENCE_COST, reference_at, run_score, run_unsmoothed, Score, settled, torque_errors,
+    WHITE_LIMIT)
+from gearbox_monitor.estimation.slopes import (
+    by_sample, differenced, likelihood, LikelihoodSlopes, suited, Trial)
 from gearbox_monitor.estimation.whiteness import LAGS
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, RANDOM_WALK
@@ -36,7 +39,7 @@ ReferenceTorque: TypeAlias = tuple[Integers, Array]  # stamps [T] ns, torque [T]
 SEARCH: dict[str, Any] = {'friction_linearisation': 'statistical', 'adapt': ['']}
 SMOOTHER_FACTOR = math.sqrt(5.0)
 FIRST = 0.7  # share of the time until the random walk of a mixture is tuned
-EVALUATIONS = 60  # of the criterion with its slope, on a long part, until a search ends
+EVALUATIONS = 15  # of the criterion with its slopes, on a long part, until a search ends
 REFERENCE_WEIGHT = 1e3  # makes 0.1 % of error one unit of the criterion
 OPEN_WITHOUT_REFERENCE = (
     'a wrong torque constant scales tau_K, and an offset of the torque shifts it: no likelihood '
@@ -59,14 +62,18 @@ def expected_seconds(model: DriveModel, parameters: EstimatorParameters, samples
 
     """
     part = _liveliest(samples, noise_search.COARSE_SECONDS)
-    names = _free_names(model, parameters, True, False)
-    trials = [parameters.replace(**SEARCH, tau_k_model=RANDOM_WALK)] * (2 * len(names) + 1)
-    criteria(model, trials, part)  # compiles
+    base = parameters.replace(**SEARCH)
+    if member_parameters(base):
+        base = base.replace(tau_k_model=RANDOM_WALK)
+    start = {name: getattr(base, name) for name in _free_names(model, base, True, False)}
+    slopes = _slopes(model, base, list(start), part)
+    slopes(start)  # compiles
     begin = clock()
-    criteria(model, trials, part)
-    fine = min(len(samples.stamp_ns) / max(len(part.stamp_ns), 1),
-               noise_search.FINE_SECONDS / noise_search.COARSE_SECONDS)
-    return EVALUATIONS * fine * (clock() - begin)
+    slopes(start)
+    whole = len(samples.stamp_ns) / max(len(part.stamp_ns), 1)
+    fine = min(whole, noise_search.FINE_SECONDS / noise_search.COARSE_SECONDS)
+    # With slopes it costs about what a trial of each parameter does.
+    return (EVALUATIONS * fine + noise_search.TRIALS * whole) * (clock() - begin)
 
 
 def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequence[Samples],
@@ -97,27 +104,37 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
     noise = motion.standstill_noise
     if noise is None and reference is not None:
         noise = motion.noise  # the error of tau_K depends on Q / R only: one must be fixed
-    result, fixed, free = _searched(model, parameters, recordings, reference, (motion, noise),
-                                    speeds, progress)
-    start = _criterion(model, parameters, recordings)
-    values = {**fixed, **_clipped(result.parameters)}
-    if reference is None and noise is not None and _criterion(
-            model, parameters.replace(**values), recordings) < start:
+    before = _scores(model, parameters, recordings)
+    start = _criterion(before)
+
+    def searched() -> tuple[Tuned, dict[str, float], list[Score]]:
+        """Return the result of a search, its values and their scores."""
+        fixed = {} if noise is None else dict(zip(noise_search.R_NAMES, noise))
+        guess = noise_search.first_guess(
+            motion, _free_names(model, parameters, speeds, noise is None))
+        base = parameters.replace(**fixed)
+        result = _searched(model, base, recordings, reference, guess, smoother, progress)
+        values = _rounded({**fixed, **result.parameters})
+        return result, values, _scores(model, parameters.replace(**values), recordings)
+
+    result, values, after = searched()
+    if reference is None and noise is not None and _criterion(after) < start:
         # Noise at rest is not that in motion, as of an encoder without noise on its lattice.
         noise = None
-        result, fixed, free = _searched(model, parameters, recordings, reference, (motion, noise),
-                                        speeds, progress)
-        values = {**fixed, **_clipped(result.parameters)}
-    most_likely = _criterion(model, parameters.replace(**values), recordings)
+        result, values, after = searched()
+    if progress:
+        progress(1.0)
+    most_likely = _criterion(after)
     unchanged = reference is None and most_likely < start
+    tuned_values: dict[str, Any] = values
     if unchanged:
-        values = {name: getattr(parameters, name) for name in values}
-    if smoother and 'q_std_tau_k' in values and not unchanged:
-        values['q_std_tau_k'] /= SMOOTHER_FACTOR
-    tuned_values: dict[str, Any] = {
-        name: value if unchanged else float(f'{value:.6g}') for name, value in values.items()}
-    if smoother and not unchanged and parameters.filter == 'ekf':
-        tuned_values['friction_linearisation'] = SEARCH['friction_linearisation']
+        tuned_values, after = {name: getattr(parameters, name) for name in values}, before
+    elif smoother:
+        if 'q_std_tau_k' in values:
+            tuned_values['q_std_tau_k'] = float(f'{values["q_std_tau_k"] / SMOOTHER_FACTOR:.6g}')
+        if parameters.filter == 'ekf':
+            tuned_values['friction_linearisation'] = SEARCH['friction_linearisation']
+        after = _scores(model, parameters.replace(**tuned_values), recordings)
     data: dict[str, Any] = {
         'filter': parameters.filter, 'tau_k_model': parameters.tau_k_model,
         'parameters': tuned_values, 'relative_error': result.error,
@@ -131,18 +148,16 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
         data['unidentifiable'] = OPEN_WITHOUT_REFERENCE
     data['white_limit'] = WHITE_LIMIT
     data['before_parameters'] = {name: getattr(parameters, name) for name in tuned_values}
-    data['before'] = asdict(run_score(model, parameters, samples))
-    tuned_score = run_score(model, parameters.replace(**tuned_values), samples)
-    data['after'] = asdict(tuned_score)
-    data['nis_band'] = _nis_band(tuned_score, motion)
-    data['autocorrelation'] = [math.sqrt(q / (LAGS * max(tuned_score.estimates, 1)))
-                               for q in tuned_score.ljung_box]
+    data['before'], data['after'] = asdict(before[0]), asdict(after[0])
+    data['nis_band'] = _nis_band(after[0], motion)
+    data['autocorrelation'] = [math.sqrt(q / (LAGS * max(after[0].estimates, 1)))
+                               for q in after[0].ljung_box]
     if data['after']['diverged'] and not unchanged:
         estimator = Estimator(model, parameters.replace(**tuned_values, smoother_lag=0.0))
         estimator.run(samples)
         raise InputError(f'with the best parameters found {estimator.divergence_notes()[0]}, '
                          'expected a filter that runs through')
-    data['notes'] = _notes(result, free)
+    data['notes'] = _notes(result)
     data['kept'] = unchanged
     data['kept_by'] = start - most_likely if unchanged else 0.0
     if unchanged:
@@ -157,25 +172,45 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
 
 
 def _searched(model: DriveModel, parameters: EstimatorParameters, recordings: Sequence[Samples],
-              reference: ReferenceTorque | None,
-              levels: tuple[EncoderMotion, Sequence[float] | None], speeds: bool,
-              progress: Callable[[float], None] | None
-              ) -> tuple[Tuned, dict[str, float], list[str]]:
-    """Return (result of a search, values of R that it took as given, names it searched)."""
-    motion, noise = levels
-    fixed = {} if noise is None else dict(zip(noise_search.R_NAMES, noise))
-    free = _free_names(model, parameters, speeds, noise is None)
-    base, guess = parameters.replace(**SEARCH, **fixed), noise_search.first_guess(motion, free)
-    if reference is None:
-        return _most_likely(model, base, recordings, guess, progress), fixed, free
-    return noise_search.search(_reference_fit(model, base, recordings[0], reference), guess,
-                               progress, likelihood=False), fixed, free
+              reference: ReferenceTorque | None, guess: dict[str, float], smoother: bool,
+              progress: Callable[[float], None] | None) -> Tuned:
+    """
+    Return the result of a search from a `guess`; the other arguments are as of tune.
+
+    The likelihood averages friction, as the filter for a smoother does. What it leaves open goes
+    by the filter as it is: of a mixture, whose random walk determines the others, the noise of
+    the deviation from the curve.
+    """
+    base = parameters.replace(**SEARCH)
+    if reference is not None:
+        return noise_search.search(_reference_fit(model, base, recordings[0], reference), guess,
+                                   progress, likelihood=False)
+
+    def as_it_is(values: Mapping[str, float]) -> tuple[float, bool]:
+        """Return the criterion that tune reports of `values`, and whether a filter diverged."""
+        scores = _scores(model, parameters.replace(**_rounded(values)), recordings)
+        return _criterion(scores), any(score.diverged for score in scores)
+
+    name, others = noise_search.DEVIATION, dict(guess)
+    if member_parameters(base):
+        base = base.replace(tau_k_model=RANDOM_WALK)
+        del others[name]
+    result = noise_search.search(
+        _likelihood(model, base, recordings, others), others,
+        progress and (lambda share: progress(FIRST * share)))
+    if len(others) < len(guess):
+        return noise_search.with_another(result, as_it_is, name, guess[name])
+    return result if smoother else noise_search.polished(result, as_it_is)
 
 
-def _criterion(model: DriveModel, parameters: EstimatorParameters,
-               recordings: Sequence[Samples]) -> float:
+def _scores(model: DriveModel, parameters: EstimatorParameters,
+            recordings: Sequence[Samples]) -> list[Score]:
+    return [run_score(model, parameters, samples) for samples in recordings]
+
+
+def _criterion(scores: Sequence[Score]) -> float:
     """Return the log-likelihood of all recordings with what divergences cost."""
-    return sum(run_score(model, parameters, samples).criterion for samples in recordings)
+    return sum(score.criterion for score in scores)
 
 
 def _worse_than_static(data: Mapping[str, Any]) -> list[str]:
@@ -242,41 +277,30 @@ def _free_names(model: DriveModel, parameters: EstimatorParameters, speeds: bool
     return names
 
 
-def _most_likely(model: DriveModel, base: EstimatorParameters, recordings: Sequence[Samples],
-                 guess: dict[str, float],
-                 progress: Callable[[float], None] | None) -> Tuned:
-    """
-    Return the parameters of largest likelihood; arguments as of tune and noise_search.search.
-
-    Of a mixture the random walk determines all but the noise of the deviation from the curve,
-    which the likelihood of the mixture then gives.
-    """
-    name = noise_search.DEVIATION
-    if not member_parameters(base):
-        return noise_search.search(_likelihood(model, base, recordings), guess, progress)
-    result = noise_search.search(
-        _likelihood(model, base.replace(tau_k_model=RANDOM_WALK), recordings),
-        {other: value for other, value in guess.items() if other != name},
-        progress and (lambda share: progress(FIRST * share)))
-    evaluate = _likelihood(model, base.replace(**_clipped(result.parameters)), recordings)
-    return noise_search.with_another(result, evaluate, name, guess[name])
-
-
-def _likelihood(model: DriveModel, base: EstimatorParameters,
-                recordings: Sequence[Samples]) -> noise_search.Evaluate:
+def _likelihood(model: DriveModel, base: EstimatorParameters, recordings: Sequence[Samples],
+                names: Iterable[str]) -> noise_search.Evaluate:
     """Return the criterion of noise_search.search: log-likelihoods, summed over `recordings`."""
-    coarse_parts = [_liveliest(recordings[0], noise_search.COARSE_SECONDS)]
-    fine_parts = [_liveliest(samples, noise_search.FINE_SECONDS) for samples in recordings]
+    coarse_part = _slopes(model, base, names, _liveliest(
+        recordings[0], noise_search.COARSE_SECONDS))
+    fine_parts = [_slopes(model, base, names, _liveliest(samples, noise_search.FINE_SECONDS))
+                  for samples in recordings]
 
-    def evaluate(trials: Sequence[Mapping[str, float]], coarse: bool) -> list[tuple[float, bool]]:
-        """Return (criterion, diverged) of each of the `trials`; `coarse`: on one short part."""
-        candidates = [base.replace(**_clipped(values)) for values in trials]
-        by_recording = [criteria(model, candidates, samples)
-                        for samples in (coarse_parts if coarse else fine_parts)]
-        return [(sum(criterion for criterion, _ in results),
-                 any(diverged for _, diverged in results)) for results in zip(*by_recording)]
+    def evaluate(trial: Mapping[str, float], coarse: bool) -> Slopes:
+        """Return the slopes at the `trial`; `coarse`: on one short part."""
+        values = _clipped(trial)
+        found = [slopes(values) for slopes in ([coarse_part] if coarse else fine_parts)]
+        return Slopes(*(sum(column[1:], column[0]) for column in zip(*found)))
 
     return evaluate
+
+
+def _slopes(model: DriveModel, base: EstimatorParameters, names: Iterable[str],
+            samples: Samples) -> Callable[[Mapping[str, float]], Slopes]:
+    """Return a function of {name: value} of `names`: the log-likelihood with its slopes."""
+    if suited(model, base):
+        return LikelihoodSlopes(model, base, list(names), samples)
+    return partial(differenced, lambda values: likelihood(
+        model, base.replace(**_clipped(values)), samples))
 
 
 def _reference_fit(model: DriveModel, base: EstimatorParameters, samples: Samples,
@@ -290,11 +314,11 @@ def _reference_fit(model: DriveModel, base: EstimatorParameters, samples: Sample
     coarse_part = _liveliest(covered, noise_search.COARSE_SECONDS)
     fine_part = _liveliest(covered, noise_search.FINE_SECONDS)
 
-    def evaluate(trials: Sequence[Mapping[str, float]], coarse: bool) -> list[tuple[float, bool]]:
-        """Return (criterion, diverged) of each of the `trials`; `coarse`: on one short part."""
-        return [_reference_criterion(model, base.replace(**_clipped(values)),
-                                     coarse_part if coarse else fine_part, reference)
-                for values in trials]
+    def evaluate(trial: Mapping[str, float], coarse: bool) -> Slopes:
+        """Return the slopes at the `trial`; `coarse`: on one short part."""
+        return differenced(lambda values: _reference_trial(
+            model, base.replace(**_clipped(values)), coarse_part if coarse else fine_part,
+            reference), trial)
 
     return evaluate
 
@@ -321,7 +345,7 @@ def _noise_source(motion: EncoderMotion, noise: Sequence[float] | None) -> str:
     return 'standstill' if motion.standstill_noise else 'fourth differences'
 
 
-def _notes(result: Tuned, free: Sequence[str]) -> list[str]:
+def _notes(result: Tuned) -> list[str]:
     """Return sentences about the search `result` for the user."""
     notes = []
     if result.agreeing_starts < result.starts:
@@ -330,7 +354,7 @@ def _notes(result: Tuned, free: Sequence[str]) -> list[str]:
     if result.failed:
         notes.append(f'the filter diverged in {result.failed} of {result.evaluations} '
                      'trials, which counted against them')
-    uncertain = [name for name in free if result.error.get(name, 0.0) > 0.3]
+    uncertain = [name for name, error in result.error.items() if error > 0.3]
     if uncertain:
         notes.append('the recording hardly determines ' + ', '.join(uncertain))
     return notes
@@ -351,11 +375,9 @@ def _clipped(values: Mapping[str, float]) -> dict[str, Any]:
             for name, value in values.items()}
 
 
-def _run(model: DriveModel, parameters: EstimatorParameters,
-         samples: Samples) -> tuple[Estimates, int]:
-    """Return the unsmoothed estimates and how often the filter diverged."""
-    estimator = Estimator(model, unsmoothed(parameters))
-    return estimator.run(samples), int(estimator.counts[sample_loop.DIVERGED])
+def _rounded(values: Mapping[str, float]) -> dict[str, Any]:
+    """Return `values` as they are written."""
+    return {name: float(f'{value:.6g}') for name, value in _clipped(values).items()}
 
 
 def _errors(estimates: Estimates, reference: ReferenceTorque) -> tuple[Array, Array, Array]:
@@ -365,15 +387,19 @@ def _errors(estimates: Estimates, reference: ReferenceTorque) -> tuple[Array, Ar
     return estimates.tau_k[keep], torque[keep], estimates.tau_k_std[keep] ** 2
 
 
-def _reference_criterion(model: DriveModel, parameters: EstimatorParameters, samples: Samples,
-                         reference: ReferenceTorque) -> tuple[float, bool]:
-    estimates, diverged = _run(model, parameters, samples)
-    tau_k, torque, _ = _errors(estimates, reference)
-    if not len(tau_k):
-        return noise_search.DIVERGED, bool(diverged)
-    rmse = float(np.sqrt(np.mean((tau_k - torque) ** 2)))
-    criterion = -REFERENCE_WEIGHT * math.log(max(rmse, 1e-12)) - DIVERGENCE_COST * diverged
-    return criterion, bool(diverged)
+def _reference_trial(model: DriveModel, parameters: EstimatorParameters, samples: Samples,
+                     reference: ReferenceTorque) -> Trial:
+    """Return the criterion; its features are estimates of tau_K where the reference is known."""
+    estimates, diverged = run_unsmoothed(model.exact(), parameters, samples)
+    torque, valid = reference_at(estimates.stamp_ns, *reference)
+    keep = valid & settled(estimates.stamp_ns)
+    error = np.where(keep, estimates.tau_k - torque, np.nan)
+    square = float(np.nanmean(error ** 2)) if keep.any() else math.nan
+    criterion = noise_search.DIVERGED if not keep.any() else (
+        -0.5 * REFERENCE_WEIGHT * math.log(max(square, 1e-24)) - DIVERGENCE_COST * diverged)
+    weight = math.sqrt(REFERENCE_WEIGHT / max(keep.sum() * square, 1e-24))
+    features, = by_sample(estimates, error[:, None])
+    return Trial(criterion, bool(diverged), features, np.full((1, 1), weight))
 
 
 def _fit_reference(model: DriveModel, parameters: EstimatorParameters,
@@ -381,13 +407,13 @@ def _fit_reference(model: DriveModel, parameters: EstimatorParameters,
                    reference: ReferenceTorque) -> dict[str, Any]:
     """Add tau_k_model_std to `tuned_values`; return the comparison with the reference."""
     tuned_values['tau_k_model_std'] = 0.0
-    errors_at_start = torque_errors(_run(model, parameters, samples)[0], *reference)
-    estimates, _ = _run(model, parameters.replace(**tuned_values), samples)
+    errors_at_start = torque_errors(run_unsmoothed(model, parameters, samples)[0], *reference)
+    estimates, _ = run_unsmoothed(model, parameters.replace(**tuned_values), samples)
     tau_k, torque, variance = _errors(estimates, reference)
     tuned_values['tau_k_model_std'] = float(
         f'{noise_search.widened(tau_k - torque, variance):.6g}')
     gain, offset = np.polyfit(tau_k, torque, 1) if np.ptp(tau_k) > 0.0 else (np.nan, np.nan)
-    tuned_run, _ = _run(model, parameters.replace(**tuned_values), samples)
+    tuned_run, _ = run_unsmoothed(model, parameters.replace(**tuned_values), samples)
     errors = torque_errors(tuned_run, *reference)
     at, valid = reference_at(tuned_run.stamp_ns, *reference)
     valid &= settled(tuned_run.stamp_ns)

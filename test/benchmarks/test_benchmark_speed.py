@@ -65,7 +65,6 @@ def test_eigen_reference_refuses_what_it_does_not_know():
 def test_what_cannot_be_measured_is_told(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(speed, 'SAMPLES', 50)
     monkeypatch.setattr(speed, 'FILTERS', {'EKF': speed.FILTERS['EKF']})
-    monkeypatch.setattr(speed, 'BANKS', {16: 50})
     monkeypatch.setattr(speed, 'LAWS', {})
     monkeypatch.setattr(speed, 'BARS', {name: bar for name, bar in speed.BARS.items()
                                         if 'Eigen' in name or 'start' in name})

@@ -15,7 +15,7 @@ from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
 from gearbox_monitor.estimation.filters import aekf, ekf
 from gearbox_monitor.estimation.process_model import ADAPT_AT, markers, P0, pack, state_names
 from gearbox_monitor.estimation.sample_loop import START
-from gearbox_monitor.estimation.step_record import record_size
+from gearbox_monitor.estimation.step_record import places, record_size
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
@@ -89,12 +89,13 @@ def test_gradient_is_that_of_the_log_likelihood(setup):
         aekf.begin(memory, p)
         for i, c in enumerate(change):
             memory[aekf.IN_USE + int(p[ADAPT_AT + i])] *= np.exp(c)
-        gradient = np.zeros(aekf.MAX_THETA)
-        readings = np.column_stack([np.full(300, dt), out.u, np.zeros(300), y])
-        value = aekf.likelihood_gradient(
-            markers(p, n), readings, Belief(z, P, memory), p, Scratch(
-                np.zeros((aekf.N_VECTORS, n)), np.zeros((aekf.N_MATRICES, n * n))),
-            np.zeros(record_size(n)), gradient)
+        scratch = Scratch(np.zeros((aekf.N_VECTORS, n)), np.zeros((5, n * n)))
+        value, gradient, record = 0.0, np.zeros(aekf.MAX_THETA), np.zeros(record_size(n))
+        for u, (y1, y2) in zip(out.u, y):
+            assert aekf.differentiate(markers(p, n), Belief(z, P, memory),
+                                      Reading(dt, u, 0.0, y1, y2), p, scratch, record)
+            value += record[places(n)[-1] + 1]
+            gradient += [aekf.gradient(scratch.vectors, i) for i in range(aekf.MAX_THETA)]
         assert aekf.guards(memory)['sensitivity_resets'] == 0
         return value, gradient
 

@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Cost against the length of a bag and against the number of bags, candidates and windows, with bars.
+Cost against the length of a bag and against the number of bags and windows, with bars.
 
 Simulated recordings at 1 kHz (lz4), each replayed to Parquet with the EKF in a process of its own,
 whose start is left out; CPU time and peak memory. Numbers, all in one process: bags of 20 s that a
-fleet run replays one after the other, candidates that "tune" scores on one recording, and windows
-that a diagnosis simulates side by side. The exponent p of CPU time ~ size^p is fitted over all
-sizes; 1 is linear.
+fleet run replays one after the other, and windows that a diagnosis simulates side by side. The
+exponent p of CPU time ~ size^p is fitted over all sizes; 1 is linear.
 
 usage examples:
   .venv/bin/python test/system/scale.py

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-CPU time against the number of things: bags of a fleet, candidates of a tuning, windows of a fit.
+CPU time against the number of things: bags of a fleet, windows of a fit.
 
 Each function gives a row's function of a number, on inputs made once; see scale.py.
 """
@@ -14,8 +14,6 @@ import numpy as np
 from tqdm import tqdm
 
 from gearbox_monitor.bag.example import ExampleMotion, NOISE, write_example_bag
-from gearbox_monitor.estimation.batch_score import criteria
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.fleet.executors import SerialExecutor
 from gearbox_monitor.fleet.paths import find_bags
 from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows, Simulator
@@ -25,11 +23,10 @@ from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.quality.recording import UniformRecording
 
 DT = 1e-3  # s
-SECONDS = {'bags': 20.0, 'candidates': 20.0, 'windows': 0.5}  # length of one
+SECONDS = {'bags': 20.0, 'windows': 0.5}  # length of one
 RECORDED = 20.0  # s that windows are cut from
-# Candidates fill the lanes of a bank. Windows: so many that a call by itself does not show.
-NUMBERS = {'bags': (10, 20, 40), 'candidates': (16, 32, 64, 128),
-           'windows': (512, 1024, 2048, 4096)}
+# Windows: so many that a call by itself does not show.
+NUMBERS = {'bags': (10, 20, 40), 'windows': (512, 1024, 2048, 4096)}
 
 
 def bags(folder, most):
@@ -41,20 +38,6 @@ def bags(folder, most):
 
     def run(n):
         runs.run(found[:n], SerialExecutor())
-    return run
-
-
-def candidates(folder, most):
-    """Return a function that scores `n` tunings of the EKF on one recording, as tune does."""
-    model, t = DriveModel(), DT * np.arange(round(SECONDS['candidates'] / DT))
-    drive = simulate(model, Excitation().torque(t), DT, NOISE, 0)
-    samples = Samples(np.round((1.0 + t) * 1e9).astype(np.int64),
-                      np.column_stack([drive.u, np.full(len(t), np.nan)]), drive.y)
-    tunings = np.geomspace(0.1, 10.0, most)
-
-    def run(n):
-        criteria(model, [{'arm_load': 'none', 'q_std_tau_k': float(q)} for q in tunings[:n]],
-                 samples)
     return run
 
 
@@ -73,7 +56,7 @@ def windows(folder, most):
     return run
 
 
-AXES = {'bags': bags, 'candidates': candidates, 'windows': windows}
+AXES = {'bags': bags, 'windows': windows}
 
 
 def cpu_times(folder, numbers, rounds):

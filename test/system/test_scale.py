@@ -44,24 +44,22 @@ def test_exponents_follow_from_what_was_done(monkeypatch, tmp_path, capsys):
     def count(module, name, size):
         work = getattr(module, name)
         monkeypatch.setattr(module, name, lambda *args: (done.append(size(*args)), work(*args))[1])
-    count(scale_numbers, 'criteria', lambda _, candidates, __: len(candidates))
     count(scale_numbers.Simulator, 'run', lambda _, windows, *rest: len(windows))
     count(scale_numbers.FleetRuns, 'run', lambda _, bags, engine: len(bags))
     code = run_script(scale, [
-        '--of', 'windows', 'candidates', 'bags', '--rounds', '1', '--bags', '3', '2',
-        '--candidates', '2', '3', '--windows', '20', '40', '80', '--json', str(file)])
+        '--of', 'windows', 'bags', '--rounds', '1', '--bags', '3', '2', '--windows', '20', '40',
+        '80', '--json', str(file)])
     data = json.loads(file.read_text())
     assert [(row['axis'], row['number']) for row in data['numbers']] == [
-        ('windows', 20), ('windows', 40), ('windows', 80), ('candidates', 2), ('candidates', 3),
-        ('bags', 2), ('bags', 3)]
-    assert done == [20, 2, 2, 20, 40, 80, 2, 3, 2, 3]
+        ('windows', 20), ('windows', 40), ('windows', 80), ('bags', 2), ('bags', 3)]
+    assert done == [20, 2, 20, 40, 80, 2, 3]
     cpu = {(row['axis'], row['number']): row['cpu_s'] for row in data['numbers']}
-    bar = next(bar for bar in data['bars'] if 'candidates' in bar['bar'])
+    bar = next(bar for bar in data['bars'] if 'bags' in bar['bar'])
     assert bar['value'] == pytest.approx(
-        np.log(cpu['candidates', 3] / cpu['candidates', 2]) / np.log(1.5))
+        np.log(cpu['bags', 3] / cpu['bags', 2]) / np.log(1.5))
     assert bar['met'] == (0.95 <= bar['value'] <= 1.05) and bar['expected'] == '0.95 .. 1.05'
     assert code == (0 if all_met(data['bars']) else 1)
-    assert capsys.readouterr().out.count('exponent of CPU time') == len(data['bars']) == 3
+    assert capsys.readouterr().out.count('exponent of CPU time') == len(data['bars']) == 2
 
 
 @compiled

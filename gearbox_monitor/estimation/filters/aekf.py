@@ -34,9 +34,10 @@ from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
     ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, along, answer, Column, decay,
     EIGENVALUE, FRICTION_AT, K_P, LOAD_AT, N_PACKED, N_TRACE, N_TRACE_OF_LOAD, noise, Q0,
-    Q_TAU_K_SPEED, R1, R2, rates, rk4, SLOTS, TAU_K, TRACE_ARM_POSITION, TRACE_ARM_SPEED,
-    TRACE_ON_POSITION, TRACE_ON_SPEED, TRACE_SHARE, TRACE_SLOPE, TRACE_SPEED, TRACE_TAU_K,
-    TRACE_TORQUE, TRACE_TWIST_RATE, TRACE_X2, TRACE_X3, TRACE_X4, X1, X2, X3, X4)
+    Q_TAU_K_SPEED, R1, R2, rates, rk4, SLOTS, softened_sharpness, STATISTICAL, TAU_K,
+    TRACE_ARM_POSITION, TRACE_ARM_SPEED, TRACE_ON_POSITION, TRACE_ON_SPEED, TRACE_SHARE,
+    TRACE_SLOPE, TRACE_SPEED, TRACE_TAU_K, TRACE_TORQUE, TRACE_TWIST_RATE, TRACE_X2, TRACE_X3,
+    TRACE_X4, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import fma, jit, jit_inline
 from gearbox_monitor.kernels.linalg import multiply, multiply_symmetric
@@ -75,7 +76,8 @@ _GRADIENT = _SCORE + MAX_THETA
 (_G_ARM, _V_ARM_POSITION, _V_ARM_SPEED,
  _ON_POSITION) = range(_GRADIENT + MAX_THETA, _GRADIENT + MAX_THETA + 16, 4)
 (_ON_SPEED, _C_ARM_POSITION, _C_ARM_SPEED) = range(_ON_POSITION + 1, _ON_POSITION + 4)
-N_VECTORS, N_MATRICES = _C_ARM_SPEED + 1 + N_TRACE_OF_LOAD, 3
+_SHARPER = _C_ARM_SPEED + 1  # of each theta: relative change of the two sharpnesses of friction
+N_VECTORS, N_MATRICES = _SHARPER + MAX_THETA + N_TRACE_OF_LOAD, 3
 
 
 class BeliefSensitivity(NamedTuple):
@@ -241,36 +243,17 @@ def begin(memory: Array, p: Array) -> None:
         memory[INFORMATION + i * (i + 1) // 2 + i] = 1.0
 
 
-@jit
-def likelihood_gradient(states: States, readings: Array, belief: Belief, p: Array,
-                        scratch: Scratch, record: Array, gradient: Array) -> float:
-    """
-    Return the log-likelihood of N samples with the theta in the memory (after begin).
+@jit_inline
+def gradient(vectors: Array, i: int) -> float:
+    """Return how the log-likelihood of the innovation of `differentiate` answers to theta `i`."""
+    return -vectors[_GRADIENT + i, 0]
 
-    Args:
-        states: as of step.
-        belief: as of step.
-        p: as of step.
-        scratch: as of step.
-        record: as of step.
-        readings: [N, 5], columns as of Reading.
-        gradient: [6], to which the gradient in theta is added.
 
-    Returns:
-        NaN if the filter diverges.
-
-    """
-    total = 0.0
-    _, _, _, _, _, _, _, _, at_scores = places(len(states))
-    for k in range(readings.shape[0]):
-        r = readings[k]
-        if not differentiate(states, belief, Reading(r[0], r[1], r[2], r[3], r[4]), p, scratch,
-                             record):
-            return math.nan
-        total += record[at_scores + 1]
-        for i in range(int(p[ADAPT_COUNT])):
-            gradient[i] -= scratch.vectors[_GRADIENT + i, 0]
-    return total
+@jit_inline
+def information(vectors: Array, i: int, j: int) -> float:
+    """Return what the innovation of `differentiate` tells of theta `i` and `j` (Fisher)."""
+    a, b = vectors[_SCORE + i], vectors[_SCORE + j]
+    return a[0] * b[0] + a[1] * b[1] + 0.5 * (a[2] * b[2] + 2.0 * a[3] * b[3] + a[4] * b[4])
 
 
 @jit
@@ -403,15 +386,20 @@ def _answers(states: States, unit: Column, g: int, h: float, current: Array,
 
 
 @jit_inline
-def _sensitivity_rates(loaded: bool | None, m: Column, q: int, slot: int, error: float,
-                       load: float, current: Array, vectors: Array) -> Pair:
+def _sensitivity_rates(loaded: bool | None, m: Column, q: int, theta: tuple[int, Pair],
+                       error: float, load: float, current: Array, vectors: Array) -> Pair:
     """
     Return how x3' and x4' of stage `q` answer to theta, m = (s1, s3, s4, s_tau, s2) of that stage.
 
-    Keeps the change of A: row X3 changes by -c / m1 on the column of x3, and on that of tau_K; row
-    X4 on those of x2 and x4.
+    theta: its slot, and how it changes the two sharpnesses, see _SHARPER. Keeps the change of A:
+    row X3 changes by -c / m1 on the column of x3, and on that of tau_K; row X4 on those of x2 and
+    x4.
     """
-    c = vectors[_CURVATURE, q] * m[1] + vectors[_CROSS, q] * m[3]
+    slot, (sharper, arm_sharper) = theta
+    coulomb = sharper * (vectors[TRACE_SLOPE, q] - current[CV])
+    moved = m[1] + sharper * vectors[TRACE_X3, q]
+    c = vectors[_CURVATURE, q] * moved + vectors[_CROSS, q] * m[3] + coulomb
+    error += coulomb * vectors[TRACE_X3, q]
     if slot == CV:
         c += current[CV]
         error += current[CV] * vectors[TRACE_X3, q]
@@ -419,19 +407,23 @@ def _sensitivity_rates(loaded: bool | None, m: Column, q: int, slot: int, error:
         c += current[CC] * vectors[_FORCE, q]
         error += current[CC] * vectors[_TORQUE, q]
     vectors[_C_SPEED, q] = -c * current[INVERSE_M1]
-    vectors[_C_TORQUE, q] = -vectors[_CROSS, q] * m[1] * current[INVERSE_M1]
+    vectors[_C_TORQUE, q] = -vectors[_CROSS, q] * moved * current[INVERSE_M1]
     if loaded is not None:
+        x4 = vectors[TRACE_X4, q]
+        coulomb = arm_sharper * (vectors[TRACE_ON_SPEED, q] - current[CAV])
+        load += coulomb * x4
         vectors[_C_ARM_POSITION, q] = -vectors[_ON_POSITION, q] * m[4] * current[INVERSE_M2]
-        vectors[_C_ARM_SPEED, q] = -vectors[_ON_SPEED, q] * m[2] * current[INVERSE_M2]
+        vectors[_C_ARM_SPEED, q] = -(vectors[_ON_SPEED, q] * (m[2] + arm_sharper * x4)
+                                     + coulomb) * current[INVERSE_M2]
     return rates(m, vectors[TRACE_SLOPE, q], vectors[TRACE_SHARE, q], error,
                  answer(loaded, _arm(loaded, q, vectors), load, m), current)
 
 
 @jit_inline
-def _advance_sensitivity(states: States, s: Array, slot: int, h: float, current: Array,
-                         vectors: Array) -> None:
-    """Advance `s` [n] by the derivative of one RK4 step."""
-    n, loaded = len(states), states[0]
+def _advance_sensitivity(states: States, s: Array, theta: tuple[int, Pair], h: float,
+                         current: Array, vectors: Array) -> None:
+    """Advance `s` [n] by the derivative of one RK4 step; theta: as of _sensitivity_rates."""
+    n, loaded, slot = len(states), states[0], theta[0]
     half, sixth = 0.5 * h, h / 6.0
     error, load = (0.0, 0.0, 0.0, 0.0, 0.0), 0.0
     if n > 5:
@@ -445,13 +437,13 @@ def _advance_sensitivity(states: States, s: Array, slot: int, h: float, current:
         twist = (current[K_P] * vectors[_TWIST_RATE, 0], current[K_P] * vectors[_TWIST_RATE, 1],
                  current[K_P] * vectors[_TWIST_RATE, 2], current[K_P] * vectors[_TWIST_RATE, 3])
     m1 = (s[X1], s[X3], s[X4], s[TAU_K], s[X2])
-    r1 = _sensitivity_rates(loaded, m1, 0, slot, error[0], load, current, vectors)
+    r1 = _sensitivity_rates(loaded, m1, 0, theta, error[0], load, current, vectors)
     m2 = _added(along(m1, half, m1, r1, current), half * twist[0])
-    r2 = _sensitivity_rates(loaded, m2, 1, slot, error[1], load, current, vectors)
+    r2 = _sensitivity_rates(loaded, m2, 1, theta, error[1], load, current, vectors)
     m3 = _added(along(m1, half, m2, r2, current), half * twist[1])
-    r3 = _sensitivity_rates(loaded, m3, 2, slot, error[2], load, current, vectors)
+    r3 = _sensitivity_rates(loaded, m3, 2, theta, error[2], load, current, vectors)
     m4 = _added(along(m1, h, m3, r3, current), h * twist[2])
-    r4 = _sensitivity_rates(loaded, m4, 3, slot, error[3], load, current, vectors)
+    r4 = _sensitivity_rates(loaded, m4, 3, theta, error[3], load, current, vectors)
     moved1 = sixth * (m1[1] + 2.0 * (m2[1] + m3[1]) + m4[1])
     moved2 = sixth * (m1[2] + 2.0 * (m2[2] + m3[2]) + m4[2])
     s[X1] += moved1
@@ -488,6 +480,14 @@ def _predict(states: States, belief: Belief, sensitivity: BeliefSensitivity, rea
     counted = substeps(dt, _eigenvalue(current, p) if stiffer else p[EIGENVALUE])
     h = dt / counted
     half = 0.5 * dt
+    motor, arm = current[ALPHA], current[ARM_ALPHA]
+    if p[STATISTICAL] > 0.0:  # until the end of the propagation, as in ekf.predict
+        current[ALPHA] = softened_sharpness(motor, P[X3 * n + X3])
+        current[ARM_ALPHA] = softened_sharpness(arm, P[X4 * n + X4])
+        for i in range(count):
+            row = vectors[_SHARPER + i]
+            row[0] = -current[ALPHA] ** 2 / math.pi * P_s[i, X3 * n + X3]
+            row[1] = -current[ARM_ALPHA] ** 2 / math.pi * P_s[i, X4 * n + X4]
     _add_noise(states, z, sensitivity, half, current, p)
     for i in range(n):
         record[at_z + i] = half * noise(z, current, i)
@@ -518,10 +518,12 @@ def _predict(states: States, belief: Belief, sensitivity: BeliefSensitivity, rea
             _times(states, product, _R_ARM_SPEED, flat, _V_ARM_SPEED)
         for i in range(count):
             slot = int(p[ADAPT_AT + i])
-            _advance_sensitivity(states, s[i], slot, h, current, vectors)
+            sharper = vectors[_SHARPER + i, 0], vectors[_SHARPER + i, 1]
+            _advance_sensitivity(states, s[i], (slot, sharper), h, current, vectors)
             multiply(states, phi, P_s[i], change)
             multiply_symmetric(states, change, phi, P_s[i])
             _advance_covariance(states, P_s[i], slot, h, current, vectors, flat)
+    current[ALPHA], current[ARM_ALPHA] = motor, arm
     _add_noise(states, z, sensitivity, half, current, p)
     for i in range(n):
         P_pred[i * n + i] += half * noise(z, current, i)
@@ -593,12 +595,15 @@ def _add_products(states: States, P_i: Array, factor: float, at: int, h: float, 
 def _add_noise(states: States, z: Array, sensitivity: BeliefSensitivity, half: float,
                current: Array, p: Array) -> None:
     """Add the derivative of half a step's process noise."""
-    s, P_s, count = sensitivity
+    n, (s, P_s, count) = len(states), sensitivity
     for i in range(count):
         q = 2.0 * current[Q_TAU_K_SPEED] * z[X3] * s[i, X3]
         if p[ADAPT_AT + i] == Q0 + TAU_K:
             q += current[Q0 + TAU_K]
-        P_s[i, TAU_K * len(states) + TAU_K] += half * q
+        P_s[i, TAU_K * n + TAU_K] += half * q
+        at = int(p[ADAPT_AT + i]) - Q0
+        if 0 <= at < n and at != TAU_K:
+            P_s[i, at * n + at] += half * current[Q0 + at]
 
 
 @jit_inline
@@ -669,13 +674,9 @@ def _adapt(states: States, memory: Array, p: Array, vectors: Array, matrices: Ar
     count = int(p[ADAPT_COUNT])
     gain = memory[GAIN]
     for i in range(count):
-        a = vectors[_SCORE + i]
         for j in range(i + 1):
-            b = vectors[_SCORE + j]
             place = INFORMATION + i * (i + 1) // 2 + j
-            memory[place] += gain * (
-                a[0] * b[0] + a[1] * b[1]
-                + 0.5 * (a[2] * b[2] + 2.0 * a[3] * b[3] + a[4] * b[4]) - memory[place])
+            memory[place] += gain * (information(vectors, i, j) - memory[place])
     gain = gain / (gain + memory[FORGETTING])
     memory[GAIN] = gain
     memory[FORGETTING] += (1.0 - p[ADAPT_RATE]) * (p[ADAPT_FORGETTING] - memory[FORGETTING])
