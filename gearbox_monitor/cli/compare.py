@@ -22,7 +22,6 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-import json
 from pathlib import Path
 import sys
 import time
@@ -36,7 +35,7 @@ from gearbox_monitor.bag.replay import truth
 from gearbox_monitor.bag.replay_summary import truth_of
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, warn)
+    add_estimator_arguments, check_filter, expect_new_file, show, warn)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
@@ -138,7 +137,7 @@ def run(args: Namespace) -> int:
     if args.png:
         _draw(args, results, torque, twist, inputs.model.axis)
     warn(args, notes)
-    print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
+    show(args, data, lambda: text(data, inputs.model.axis))
     return 0
 
 
