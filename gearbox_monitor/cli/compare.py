@@ -274,7 +274,7 @@ def _true_twist(reader: BagReader, recording: RecordedSamples) -> KnownTwist | N
 def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque | None,
           twist: KnownTwist | None, axis: str) -> None:
     """Write the figure."""
-    from gearbox_monitor.report import compare_plot, plots
+    from gearbox_monitor.report import compare_plot
     origin = min(r.estimates.stamp_ns[0] for r in results)
     runs = []
     for r in results:
@@ -296,7 +296,7 @@ def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque 
     figure = compare_plot.comparison(runs, truth_curve, f'Filters on {Path(args.bag).name}',
                                      axis=axis)
     try:
-        plots.save(figure, args.png)
+        figure.savefig(args.png, dpi=110)
     except OSError as error:
         raise InputError(f'{args.png}: {error.strerror}, expected a new, writable file') from None
     print(f'compare: wrote {args.png}', file=sys.stderr)

@@ -18,6 +18,7 @@ import yaml
 from gearbox_monitor.balance.robot_effects import PAYLOAD
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.identification.parameter_ranges import NORMAL, ParameterRanges
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY
 
 ALIASES = {'isaaclab': 'isaac'}
@@ -158,7 +159,7 @@ def _joint(ranges: ParameterRanges) -> dict[str, Any]:
     """Return what draws the parameters of the joint together, as texts; {} for none of them."""
     own = [i for i, name in enumerate(ranges.names) if name in JOINT]
 
-    def row(values: Sequence[float]) -> str:
+    def row(values: Sequence[float] | Array) -> str:
         return ', '.join(f'{value:.6g}' for value in values)
     return {} if not own else {
         'names': ', '.join(repr(ranges.names[i]) for i in own), 'centre': row(ranges.centre[own]),

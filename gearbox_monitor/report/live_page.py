@@ -18,6 +18,7 @@ from gearbox_monitor.report.live_history import (
     GearboxHistory, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS, worst_first)
 from gearbox_monitor.report.recording_page import backlash_panel, drawn_windows, ROLES
 from gearbox_monitor.report.robot_page import JointTable, live_row
+from gearbox_monitor.report.shared_sections import PageSummary
 from gearbox_monitor.report.timeline import LEVELS
 from gearbox_monitor.report.words import width_and_std
 
@@ -54,7 +55,7 @@ class LivePage:
 
         """
         axis = gearboxes[0].axis if gearboxes else 'rotary'
-        parts = {'summary': render_section(LiveSummary.of(gearboxes, source, time_s), axis),
+        parts = {'summary': render_section(live_summary(gearboxes, source, time_s), axis),
                  'joints': render_section(JointTable.of(
                      [live_row(gearbox, title(gearbox)) for gearbox in gearboxes]), axis)}
         for k, gearbox in enumerate(gearboxes):
@@ -67,37 +68,28 @@ class LivePage:
         return parts
 
 
-@dataclass(frozen=True)
-class LiveSummary(Section):
-    """The worst of all gearboxes in one sentence."""
+def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float) -> PageSummary:
+    """
+    Return the worst of all gearboxes in one sentence.
 
-    template = 'live/summary.html'
-    kind: str
-    headline: str
+    Args:
+        gearboxes: all gearboxes of the node.
+        source: name of the estimator.
+        time_s: now.
 
-    @classmethod
-    def of(cls, gearboxes: Sequence[GearboxHistory], source: str, time_s: float) -> 'LiveSummary':
-        """
-        Return the summary of `gearboxes`.
-
-        Args:
-            gearboxes: all gearboxes of the node.
-            source: name of the estimator.
-            time_s: now.
-
-        """
-        heard = [gearbox.heard for gearbox in gearboxes if gearbox.heard is not None]
-        if not heard:
-            return cls('', f'Waiting for diagnostics of {source}.')
-        if time_s - max(heard) > SILENT_SECONDS:
-            return cls('error', f'{source} has been silent for {time_s - max(heard):.0f} s.')
-        states = ((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes)
-        raised = [state for state in worst_first(states) if state[0]]
-        if not raised:
-            return cls('good', 'The estimates are trusted, no wear detected so far.')
-        level, component, message, name = raised[0]
-        suffix = f' ({len(raised) - 1} more)' if raised[1:] else ''
-        return cls(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{suffix}')
+    """
+    heard = [gearbox.heard for gearbox in gearboxes if gearbox.heard is not None]
+    if not heard:
+        return PageSummary('', f'Waiting for diagnostics of {source}.')
+    if time_s - max(heard) > SILENT_SECONDS:
+        return PageSummary('error', f'{source} has been silent for {time_s - max(heard):.0f} s.')
+    states = ((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes)
+    raised = [state for state in worst_first(states) if state[0]]
+    if not raised:
+        return PageSummary('good', 'The estimates are trusted, no wear detected so far.')
+    level, component, message, name = raised[0]
+    suffix = f' ({len(raised) - 1} more)' if raised[1:] else ''
+    return PageSummary(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{suffix}')
 
 
 def title(gearbox: GearboxHistory) -> str:

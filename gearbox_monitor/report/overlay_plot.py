@@ -3,22 +3,23 @@
 
 """Pictures of models laid over a recording, and of where in the motion they miss it."""
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TypeAlias
 
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 
 from gearbox_monitor.identification.model_overlay import Overlay
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.report.diagnosis_evidence import DiagnosisEvidence, explained_by
-from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, RED
+from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, label_axes, RED
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
 from gearbox_monitor.report.summary import PLACES
 from gearbox_monitor.report.words import gain_text, unit_of
 
 COLORS = (RED, BLUE)  # nominal, closed
 STYLES = ('--', '-')
+_label = partial(label_axes, size=10)
 Column: TypeAlias = tuple[str, Array, Array, Sequence[Array]]  # words, t, measured, of runs
 
 
@@ -134,12 +135,3 @@ def _figure(laid: Overlay, columns: Sequence[Column], title: str, unit: str) -> 
     handles, names = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc='outside lower center', ncols=len(names), fontsize=9)
     return figure
-
-
-def _label(axes: Axes, title: str, x: str, y: str) -> None:
-    axes.set_title(title, fontsize=10, loc='left')
-    axes.set_xlabel(x, fontsize=9)
-    axes.set_ylabel(y, fontsize=9)
-    axes.tick_params(labelsize=8)
-    axes.grid(True, color='#dddddd', lw=0.5)
-    axes.set_axisbelow(True)
