@@ -13,13 +13,13 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.export.urdf_file import TENSOR
 from gearbox_monitor.export.xml_edit import XmlDocument, XmlElement
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.description import turn
 
 MODEL_FRAME = '__model__'
 AXES_OF_LINKS = 1.5   # first version whose axes are not in the frame of the model
-TENSOR = ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz')
 
 
 class Frame(NamedTuple):
