@@ -8,10 +8,11 @@ replay calls this where --model is the file of a robot.
 """
 from argparse import ArgumentParser, Namespace
 import csv
+import io
 from pathlib import Path
 
 from gearbox_monitor.cli.drive_recordings import add_root_argument
-from gearbox_monitor.cli.options import expect_new_file, show, stated
+from gearbox_monitor.cli.options import expect_new_file, show, stated, write_new
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
 from gearbox_monitor.errors import InputError
@@ -72,11 +73,8 @@ def run(args: Namespace) -> int:
 
 
 def _write(path: str, track: PayloadTrack) -> None:
-    table = columns(track)
-    try:
-        with open(path, 'x', newline='', encoding='utf-8') as file:
-            writer = csv.writer(file, lineterminator='\n')
-            writer.writerow(table)
-            writer.writerows(zip(*(values.tolist() for values in table.values())))
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+    table, text = columns(track), io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(table)
+    writer.writerows(zip(*(values.tolist() for values in table.values())))
+    write_new(path, text.getvalue())
