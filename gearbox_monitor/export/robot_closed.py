@@ -224,11 +224,11 @@ class _MjcfDraft(_Draft):
         turned = self._file.chain.gravity + GRAVITY_SIZE * np.array(
             [values['ax'], values['ay'], 0.0])
         options = self._document.root.all('option')
-        values: dict[str, str | None] = {'gravity': number(*turned)}
+        new: dict[str, str | None] = {'gravity': number(*turned)}
         if not options:
-            return with_element(self._document, self._document.root, 'option', values, first=True)
+            return with_element(self._document, self._document.root, 'option', new, first=True)
         own = next((o for o in reversed(options) if 'gravity' in o.attributes), options[-1])
-        return with_attributes(self._document, own, values)
+        return with_attributes(self._document, own, new)
 
 
 def _bodies(elements: Sequence[XmlElement]) -> Iterator[XmlElement]:

@@ -15,7 +15,6 @@ import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidTopicNameException, NoTypeSupportImportedException
 from rclpy.logging import get_logger
@@ -31,7 +30,8 @@ from gearbox_monitor.ros.convert import key_values
 from gearbox_monitor.ros.message_definition import import_message, message_definition
 from gearbox_monitor.ros.node_parameters import declare, TableNode
 from gearbox_monitor.ros.qos import advertise, overridden, subscribe
-from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup, RCLError, spin_node
+from gearbox_monitor.ros.runtime import (
+    drain, PolledCallbackGroup, RCLError, spin_node, steady_timer)
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
@@ -112,10 +112,9 @@ class Recorder(TableNode):
                     break
         self._diagnostics = advertise(self, DiagnosticArray, '/diagnostics', 10)
         # With a simulation clock that stands still, messages must not be left waiting.
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         for seconds, callback in ((POLL_SECONDS, self._poll), (1.0, self._diagnose),
                                   (DISCOVERY_SECONDS, self._discover)):
-            self.create_timer(seconds, callback, clock=self._steady)
+            steady_timer(self, seconds, callback)
         self.warn_of_unknown()
         self.get_logger().info(
             f'recording {len(names)} topics to {self._writer.path}, '

@@ -10,8 +10,8 @@ from std_msgs.msg import String
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.robot_files import load_robot, TOPIC
 from gearbox_monitor.robot.description import parse, RobotDescription
-from gearbox_monitor.ros.qos import latched, subscribe
-from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup
+from gearbox_monitor.ros.qos import latched
+from gearbox_monitor.ros.runtime import drain, subscribe_polled
 
 PATIENCE = 15.0  # s until a latched description must have come
 
@@ -24,8 +24,7 @@ def robot_of(node: Node, source: str) -> RobotDescription:
     """
     if not source.startswith(TOPIC):
         return load_robot(source)
-    subscription = subscribe(node, String, source.removeprefix(TOPIC), lambda message: None,
-                             latched(), callback_group=PolledCallbackGroup())
+    subscription = subscribe_polled(node, String, source.removeprefix(TOPIC), latched())
     topic = subscription.topic_name
     node.get_logger().info(f'waiting for the robot description on {topic}')
     try:
