@@ -116,7 +116,7 @@ def summary(data: Mapping[str, Any]) -> str:
 
 
 def largest_change(values: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return the sentence on the value that changed most in its errors, none without a change."""
+    """Return the sentence on which of `values` changed most in its errors, none without change."""
     moved = {name: abs(v['value'] - v['start']) / v['error'] for name, v in values.items()
              if v['error'] and v['value'] != v['start']}
     name = max(moved, key=lambda n: moved[n], default=None)

@@ -84,7 +84,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def add_answer_arguments(parser: ArgumentParser) -> None:
-    """Declare the options that settle what --guess asks."""
+    """Declare in `parser` the options that settle what --guess asks."""
     guess = parser.add_argument_group('what --guess asks for')
     guess.add_argument('--use', metavar='ROLE=COLUMN', action='append', default=[],
                        help='column of a role: time, position, motor, arm, velocity, effort, '

@@ -85,7 +85,14 @@ def in_own_words(message: str) -> str:
 def parsed_whole(parser: argparse.ArgumentParser,
                  subparsers: 'argparse._SubParsersAction[Any]',
                  argv: Sequence[str]) -> argparse.Namespace:
-    """Return the parsed `argv`; its subcommand refuses the first word that it does not take."""
+    """
+    Return the parsed `argv`; its subcommand refuses the first word that it does not take.
+
+    Args:
+        parser: of the command line.
+        subparsers: of its subcommands.
+        argv: words of the command line.
+    """
     args, unparsed = parser.parse_known_args(argv)
     if unparsed:
         chosen = subparsers.choices[getattr(args, subparsers.dest)]

@@ -159,12 +159,12 @@ def _joint(ranges: ParameterRanges) -> dict[str, Any]:
     """Return what draws the parameters of the joint together, as texts; {} for none of them."""
     own = [i for i, name in enumerate(ranges.names) if name in JOINT]
 
-    def row(values: Sequence[float] | Array) -> str:
+    def _row(values: Sequence[float] | Array) -> str:
         return ', '.join(f'{value:.6g}' for value in values)
     return {} if not own else {
-        'names': ', '.join(repr(ranges.names[i]) for i in own), 'centre': row(ranges.centre[own]),
-        'low': row(ranges.low[own]), 'high': row(ranges.high[own]),
-        'deviation': row([_deviation(ranges, i) for i in own]),
+        'names': ', '.join(repr(ranges.names[i]) for i in own), 'centre': _row(ranges.centre[own]),
+        'low': _row(ranges.low[own]), 'high': _row(ranges.high[own]),
+        'deviation': _row([_deviation(ranges, i) for i in own]),
         'logarithmic': ', '.join(str(ranges.logarithmic[i]) for i in own),
         'correlation': [', '.join(f'{ranges.correlation[i, j]:.4f}' for j in own) for i in own]}
 

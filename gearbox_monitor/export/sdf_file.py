@@ -101,7 +101,7 @@ class _Sdf:
         return values
 
     def frame(self, element: XmlElement, base: str, depth: int = 0) -> Frame:
-        """Return the pose in the model; `base`: what it is relative to; `depth` of references."""
+        """Return the pose of `element`; `base`: what it is relative to; `depth` of references."""
         pose = child_of(element, 'pose')
         own = HERE
         if pose is not None:

@@ -224,7 +224,7 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
 
 
 def gearboxes_of(path: str | Path, node: str) -> list[str]:
-    """Return the gearboxes that a ROS parameter file lists for a `node`; [] if it lists none."""
+    """Return the gearboxes that the ROS parameter file `path` lists for a `node`, [] for none."""
     data, names = load_yaml(path).content, dict[str, None]()
     for block, content in data.items() if isinstance(data, dict) else ():
         own = content.get('ros__parameters') if isinstance(content, dict) else None

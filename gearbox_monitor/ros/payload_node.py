@@ -140,7 +140,7 @@ class PayloadNode(TableNode):
 
 
 def warm_up(tracker: PayloadTracker, joints: int) -> None:
-    """Load what the first windows of `tracker` need: the first samples must not wait for it."""
+    """Load what the first windows of `tracker`, of so many `joints`, need: no sample waits."""
     for k in range(300):  # 3 s: the first estimate
         angle = 0.5 * math.sin(0.02 * k)
         tracker.take(SECOND + k * SECOND // 100, [angle] * joints, [angle] * joints)

@@ -30,19 +30,19 @@ LEVELS = ('INFO', 'WARN', 'ERROR')  # of OK, WARN, ERROR
 
 def views() -> layout.Blueprint:
     """Return the layout: torque, twist, innovations, and what diagnostics and alerts say."""
-    def series(name: str, *contents: str) -> layout.TimeSeriesView:
+    def _series(name: str, *contents: str) -> layout.TimeSeriesView:
         return layout.TimeSeriesView(name=name, contents=list(contents))
     return layout.Blueprint(layout.Horizontal(
         layout.Vertical(
-            series('torque of the transmission', '/transmission_state/effort/**',
+            _series('torque of the transmission', '/transmission_state/effort/**',
                    '/transmission_state_smoothed/effort/**'),
-            series('twist', '/transmission_state/position/**',
+            _series('twist', '/transmission_state/position/**',
                    '/transmission_state_smoothed/position/**'),
-            series('innovations', '/innovations/**', '/innovations_stddev/**')),
+            _series('innovations', '/innovations/**', '/innovations_stddev/**')),
         layout.Vertical(
             layout.TextLogView(name='diagnostics and alerts',
                                contents=['/diagnostics/text/**', '/drift_alerts/text/**']),
-            series('backlash', '/diagnostics/gap_rad/**', '/diagnostics/baseline_gap_rad/**'))))
+            _series('backlash', '/diagnostics/gap_rad/**', '/diagnostics/baseline_gap_rad/**'))))
 
 
 class RerunNode(Node):

@@ -18,9 +18,10 @@ PATIENCE = 15.0  # s until a latched description must have come
 
 def robot_of(node: Node, source: str) -> RobotDescription:
     """
-    Return the robot of the parameter robot_description of a `node`, a file or topic:TOPIC.
+    Return the robot of the parameter robot_description of a `node`.
 
-    Waits for the topic. Raises InputError if it is no URDF, or does not come.
+    source: its value, a file or topic:TOPIC. Waits for the topic. Raises InputError if it is no
+    URDF, or does not come.
     """
     if not source.startswith(TOPIC):
         return load_robot(source)
