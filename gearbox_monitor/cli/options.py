@@ -29,9 +29,9 @@ def add_estimator_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--topic', default=JOINT_STATES, help='topic of the inputs')
 
 
-def estimator_options(args: Namespace, topic: str = '') -> tuple[dict[str, Any], str]:
-    """Return (parameters without the model, model file or '') of `args`, for their `topic`."""
-    parameters = (load_parameters(args.params, 'estimator', SETTINGS, topic or args.topic)
+def estimator_options(args: Namespace) -> tuple[dict[str, Any], str]:
+    """Return (parameters without the model, model file or '') of `args`."""
+    parameters = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
                   if args.params else {})
     recorded_file = parameters.pop('model', '')
     return parameters, args.model or recorded_file

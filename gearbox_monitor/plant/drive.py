@@ -410,12 +410,12 @@ _RANGES = {
 }
 
 
-def expect_model(model: object, name: str = 'model') -> DriveModel:
-    """Return `model`, an argument called `name`, with values of a file. Raises InputError."""
+def expect_model(model: object) -> DriveModel:
+    """Return `model`, an argument, with values of a file. Raises InputError."""
     if isinstance(model, DriveModel):
-        model_from_dict(model.to_dict(), name)
+        model_from_dict(model.to_dict(), 'model')
         return model
-    raise InputError(f'{name}: {type(model).__name__} {str(model)[:40]!r}, expected a DriveModel, '
+    raise InputError(f'model: {type(model).__name__} {str(model)[:40]!r}, expected a DriveModel, '
                      "as load_model('drive.yaml') returns it")
 
 

@@ -19,6 +19,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 Span: TypeAlias = tuple[float, float]  # (low, high)
 Place = TypeVar('Place', float, Array)
 UNITS = 10000      # width and height of a panel's view box
+PLANE = 420        # height of a plane in pixels
 MAX_POINTS = 4000  # of a curve
 LANE_HEIGHT = 22
 CLOUD_PERCENTILES = (0.2, 99.8)  # range of a cloud that is in view
@@ -487,7 +488,7 @@ def _band(x: Array, band: tuple[Array, Array], axis: Axis, y_axis: Axis) -> str:
 
 
 def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: str,
-               height: int = 420, limits: tuple[Span, Span] | None = None) -> PlaneView:
+               limits: tuple[Span, Span] | None = None) -> PlaneView:
     """
     Return slices of time over each other in one plane; both axes can be zoomed.
 
@@ -496,7 +497,6 @@ def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: s
         slices: earliest first; colours go with their order.
         x_label: label of the x axis.
         y_label: label of the y axis.
-        height: of the plane in pixels.
         limits: (low, high) of both axes; None: the clouds are in view.
 
     Returns:
@@ -513,14 +513,14 @@ def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: s
     views = [SliceView(
         k / max(len(slices) - 1, 1), s.name, path(*s.cloud, dots=True),
         ''.join(path(*line, dots=False) for line in s.lines)) for k, s in enumerate(slices)]
-    x_ticks, y_ticks = x_axis.ticks(), y_axis.ticks(height // 48)
+    x_ticks, y_ticks = x_axis.ticks(), y_axis.ticks(PLANE // 48)
     lattice = ''.join(f'M{x_axis.right(value):.0f} 0V{UNITS}' for value, _ in x_ticks)
     lattice += ''.join(f'M0 {y_axis.down(value):.0f}H{UNITS}' for value, _ in y_ticks)
     return PlaneView(
         title, views, f'{x_axis.low:.9g}', f'{x_axis.high:.9g}', f'{y_axis.low:.9g}',
         f'{y_axis.high:.9g}', [Tick(100.0 * x_axis.share(value), text) for value, text in x_ticks],
-        _below_label(y_axis, y_ticks, height), lattice,
-        x_label, y_label, height)
+        _below_label(y_axis, y_ticks, PLANE), lattice,
+        x_label, y_label, PLANE)
 
 
 @dataclass(frozen=True)

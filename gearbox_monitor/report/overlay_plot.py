@@ -19,6 +19,7 @@ from gearbox_monitor.report.words import gain_text, unit_of
 
 COLORS = (RED, BLUE)  # nominal, closed
 STYLES = ('--', '-')
+RANKED = 12  # effects
 _label = partial(label_axes, size=10)
 Column: TypeAlias = tuple[str, Array, Array, Sequence[Array]]  # words, t, measured, of runs
 
@@ -85,8 +86,7 @@ def maps_figure(evidence: DiagnosisEvidence, title: str = '') -> Figure:
     return figure
 
 
-def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str = '',
-                   count: int = 12) -> Figure:
+def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str) -> Figure:
     """
     Return the Figure of gains.
 
@@ -94,10 +94,9 @@ def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str = 
         gains: {effect: gain over the nominal model}.
         effect: the one of the verdict, which stands out.
         title: above them.
-        count: so many effects.
 
     """
-    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:count][::-1]
+    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED][::-1]
     figure = Figure(figsize=(9, 0.34 * len(ranking) + 1.4), layout='constrained')
     figure.suptitle(title, fontsize=13, fontweight='bold')
     axes = figure.subplots()

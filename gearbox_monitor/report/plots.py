@@ -231,8 +231,7 @@ def draw_torque(axes: Axes, filtered: TorqueCurve | None, smoothed: TorqueCurve 
     axes.set_ylim(low, high + 0.18 * (high - low))  # room for the legend
 
 
-def draw_innovations(axes: Axes, innovations: Innovations, k: int,
-                     title: str | None = None) -> None:
+def draw_innovations(axes: Axes, innovations: Innovations, k: int) -> None:
     """
     Draw the prediction errors of one sensor with the band that should hold 95 % of them.
 
@@ -240,7 +239,6 @@ def draw_innovations(axes: Axes, innovations: Innovations, k: int,
         axes: to draw on.
         innovations: of all sensors.
         k: number of the sensor.
-        title: above them; None: its name and the share within the band.
 
     """
     error, std = innovations.error[:, k], innovations.std[:, k]
@@ -251,7 +249,7 @@ def draw_innovations(axes: Axes, innovations: Innovations, k: int,
     axes.plot(t, error, color=BLUE, lw=0, marker=',', alpha=0.8)
     for sign in (-2.0, 2.0):
         axes.plot(t, sign * std, color=RED, lw=1.3, label='± 2σ stated' if sign > 0 else None)
-    label_axes(axes, title or f'Prediction error of the {innovations.names[k]} encoder: '
+    label_axes(axes, f'Prediction error of the {innovations.names[k]} encoder: '
            f'{coverage:.1f} % within ± 2σ (95 % expected)', 'time (s)',
            f'error ({innovations.unit})')
     if len(t):

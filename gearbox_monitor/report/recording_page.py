@@ -28,6 +28,7 @@ NO_DATA = 'no data'  # so begins the message of a component that was never evalu
 TRUSTED = 0.9      # share of the time below which that is the headline
 MINUTES = 600.0    # s: longer recordings are shown in minutes
 LISTED = 200       # changes of level
+COARSE = 400       # points of the line of the prediction errors
 CHANNELS = ('motor', 'arm')
 ROLES = ('good', 'warn', 'error')  # of alerts and of the headline, by level
 GROUP = 'time'
@@ -405,9 +406,9 @@ def _nis_chart(timeline: Timeline, time: TimeAxis) -> ChartView | None:
             Trace(t, nis, 'NIS', 'closed')), 1.0, 140, limits=(0.0, top))])
 
 
-def _coarser(t: Array, values: Array, limit: int = 400) -> tuple[Array, Array]:
-    """Return means of neighbours of `t` and `values`, no more than `limit`."""
-    size = -(-len(t) // limit)
+def _coarser(t: Array, values: Array) -> tuple[Array, Array]:
+    """Return means of neighbours of `t` and `values`, no more than COARSE."""
+    size = -(-len(t) // COARSE)
     count = len(t) // size
     return (t[:count * size].reshape(count, size).mean(axis=1),
             values[:count * size].reshape(count, size).mean(axis=1))
