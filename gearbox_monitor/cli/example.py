@@ -28,7 +28,7 @@ from datetime import datetime, timezone
 import math
 from pathlib import Path
 
-from gearbox_monitor.bag.example import (
+from gearbox_monitor.bag.example_bag import (
     ENCODERS, ExampleMotion, MOTIONS, NOISE, process_torque, write_example_bag)
 from gearbox_monitor.bag.robot_example import write_robot_pair
 from gearbox_monitor.cli.options import show

@@ -23,7 +23,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from gearbox_monitor.bag.recover import recover, Recovery
+from gearbox_monitor.bag.recovery import recover, Recovery
 from gearbox_monitor.cli.options import show
 from gearbox_monitor.errors import InputError
 

@@ -17,7 +17,7 @@ from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.robot_model import SUFFIXES
-from gearbox_monitor.library.payload import PayloadTrack, track_payload
+from gearbox_monitor.library.payload_track import PayloadTrack, track_payload
 from gearbox_monitor.library.robot import recorded_names
 from gearbox_monitor.library.views import columns
 

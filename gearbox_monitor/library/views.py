@@ -25,7 +25,7 @@ from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
-from gearbox_monitor.library.payload import PayloadTrack
+from gearbox_monitor.library.payload_track import PayloadTrack
 from gearbox_monitor.library.recording import Recording
 from gearbox_monitor.library.recording_report import ReportPages
 from gearbox_monitor.library.robot import RobotDiagnosis

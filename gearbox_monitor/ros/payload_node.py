@@ -28,7 +28,7 @@ from gearbox_monitor.files.knowledge_file import load_knowledge
 from gearbox_monitor.interfaces.signals import (
     DIAGNOSTICS, EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD, JOINT_STATES, PAYLOAD, PAYLOAD_STD)
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.library.payload import payload_tracker
+from gearbox_monitor.library.payload_track import payload_tracker
 from gearbox_monitor.library.robot import load_robot, recorded_names
 from gearbox_monitor.parameters import PAYLOAD_NODE, PayloadParameters
 from gearbox_monitor.report.payload_words import payload_words
