@@ -56,7 +56,7 @@ def brief(result: Any) -> str:
     raise NotImplementedError(type(result))
 
 
-# Lines that follow the first one, of results whose words are their brief and what it leaves out.
+# Lines that follow the first one, of results whose words are their brief and these.
 REMARKS: dict[type, Callable[[Any], Iterable[str]]] = {
     Recording: lambda r: _notes(r.notes), TunedParameters: lambda t: _notes(t.notes),
     ParameterRanges: lambda r: [*map(str, r.combinations), *_notes(r.notes)],
