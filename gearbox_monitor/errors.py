@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The one exception that a user's input can raise, and how several become one."""
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 from importlib.util import find_spec
 from numbers import Integral
 import re
+from typing import Any
 
 LONGEST = 800  # characters of one problem: a file may hold anything
 # What would end a line, or hide something, on a terminal.
@@ -51,6 +52,34 @@ def expect_whole(value: object, name: str, lowest: int = 0) -> None:
     """Raise InputError if `value`, called `name`, is no whole number from `lowest` on."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < lowest:
         raise InputError(f'{name}: {value!r}, expected a whole number >= {lowest}')
+
+
+def expect_keys(data: object, name: str, source: str, allowed: Collection[str],
+                whole: bool = False) -> None:
+    """
+    Raise InputError if a block of a file is no mapping, or has other keys than its own.
+
+    Args:
+        data: the block.
+        name: of the block.
+        source: of the file.
+        allowed: its keys.
+        whole: whether the block is the whole file, so that its name is not part of the keys.
+    """
+    if not isinstance(data, dict):
+        raise InputError(f'{source}: {name}: {repr(data)[:40]}, expected keys and values')
+    prefix = '' if whole else f'{name}.'
+    strange = [key for key in data if key not in allowed]
+    if strange:
+        raise InputError(*(f'{source}: {prefix}{key}: unknown key, {unknown(key, allowed)}'
+                           for key in strange))
+
+
+def expect_choice(value: Any, name: str, source: str, choices: Collection[str]) -> Any:
+    """Return `value` of the key `name` in `source`, one of `choices`. Raises InputError."""
+    if value not in choices:
+        raise InputError(f'{source}: {name}: {value!r}, expected one of {", ".join(choices)}')
+    return value
 
 
 def installed_by(extra: str) -> str:

@@ -4,13 +4,12 @@
 """Read a recording from CSV: t, u or setpoint, motor, arm and, where measured, arm_torque."""
 from collections.abc import Callable
 from dataclasses import dataclass
-import gzip
 from pathlib import Path
-import zlib
 
 import numpy as np
 
 from gearbox_monitor.bag.importer.columns import read_columns
+from gearbox_monitor.bag.importer.containers import readable
 from gearbox_monitor.bag.importer.mapping import mapping_from_dict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.packed_files import lines_of
@@ -75,32 +74,29 @@ def read_csv(path: str | Path) -> CsvColumns:
     ignored = [name or '(no name)' for name in header if name not in COLUMNS]
     notices = (f'ignored columns: {", ".join(ignored)}',) if ignored else ()
 
-    def place_by_name(row: int, name: str) -> str:
+    def _place_by_name(row: int, name: str) -> str:
         line = raw.place(row, COLUMNS[name]).split(',')[0]
         return f'{line}, column {name}'
     t = columns[COLUMNS['t']]
     u, setpoint, motor, arm = (columns.get(COLUMNS[name], np.full(len(t), np.nan))
                                for name in ('u', 'setpoint', *ENCODERS))
     return CsvColumns(t, u, setpoint, motor, arm, columns.get(COLUMNS['arm_torque']),
-                      place_by_name, notices)
+                      _place_by_name, notices)
 
 
 def _header(path: str | Path) -> tuple[list[str], str]:
     """Return (names of the header row, delimiter)."""
-    try:
-        for line in lines_of(path, 'utf-8'):
-            line = line.removeprefix('\ufeff').rstrip('\n')
-            if line.strip() and not line.lstrip().startswith('#'):
-                break
-        else:
-            raise InputError(f'{path}: empty, expected a header row '
-                             't,u,motor,arm[,arm_torque]')
-    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-        raise InputError(f'{path}: {error}, expected a whole gzip file') from None
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror or error}, expected a readable file') from None
-    except UnicodeDecodeError:
-        raise InputError(f'{path}: not text, expected a CSV file with a header row '
-                         't,u,motor,arm[,arm_torque]') from None
+    with readable(path):
+        try:
+            for line in lines_of(path, 'utf-8'):
+                line = line.removeprefix('\ufeff').rstrip('\n')
+                if line.strip() and not line.lstrip().startswith('#'):
+                    break
+            else:
+                raise InputError(f'{path}: empty, expected a header row '
+                                 't,u,motor,arm[,arm_torque]')
+        except UnicodeDecodeError:
+            raise InputError(f'{path}: not text, expected a CSV file with a header row '
+                             't,u,motor,arm[,arm_torque]') from None
     delimiter = max(DELIMITERS, key=line.count)
     return [name.strip().strip('"') for name in line.split(delimiter)], delimiter

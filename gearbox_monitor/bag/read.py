@@ -159,19 +159,14 @@ class BagReader:
     def _unpacked(self, blocks: Iterable[MessageBlock]) -> Iterator[MessageBlock]:
         """Yield `blocks` with each message unpacked."""
         for block in blocks:
-            messages: list[Message] = []
-            size = 0
-            for topic, log_ns, publish_ns, raw in block.messages():
-                try:
-                    messages.append((topic, log_ns, publish_ns, unpack_message(raw)))
-                except InputError as error:
-                    raise InputError(f'{self.path}: topic {topic}: {error}') from None
-                size += len(messages[-1][-1])
-                if size > BLOCK_BYTES:
-                    yield block_of(block.topics, messages)
-                    messages, size = [], 0
-            if messages:
-                yield block_of(block.topics, messages)
+            yield from _blocks_of(block.topics, map(self._unpacked_message, block.messages()))
+
+    def _unpacked_message(self, message: Message) -> Message:
+        topic, log_ns, publish_ns, raw = message
+        try:
+            return topic, log_ns, publish_ns, unpack_message(raw)
+        except InputError as error:
+            raise InputError(f'{self.path}: topic {topic}: {error}') from None
 
     def close(self) -> None:
         """Release the files."""
@@ -437,6 +432,20 @@ def _opened(files: Mapping[Path, Path]) -> tuple[list[McapFile], list[str]]:
     return opened, [str(problem) for problem in problems]
 
 
+def _blocks_of(topics: tuple[str, ...], messages: Iterable[Message]) -> Iterator[MessageBlock]:
+    """Yield the `messages` on `topics` in blocks of bounded size."""
+    waiting: list[Message] = []
+    size = 0
+    for message in messages:
+        waiting.append(message)
+        size += len(message[-1])
+        if len(waiting) == BLOCK_MESSAGES or size > BLOCK_BYTES:
+            yield block_of(topics, waiting)
+            waiting, size = [], 0
+    if waiting:
+        yield block_of(topics, waiting)
+
+
 class SqliteReader(BagReader):
     """Bag `path` of one or more SQLite files, `files`: {path to read: path to show}."""
 
@@ -458,17 +467,8 @@ class SqliteReader(BagReader):
 
     def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
-        messages: list[Message] = []
-        size = 0
-        for message in heapq.merge(*(file.messages(names) for file in self._files),
-                                   key=lambda message: message[1]):
-            messages.append(message)
-            size += len(message[-1])
-            if len(messages) == BLOCK_MESSAGES or size > BLOCK_BYTES:
-                yield block_of(names, messages)
-                messages, size = [], 0
-        if messages:
-            yield block_of(names, messages)
+        return _blocks_of(names, heapq.merge(*(file.messages(names) for file in self._files),
+                                             key=lambda message: message[1]))
 
     def close(self) -> None:
         """Close the databases."""

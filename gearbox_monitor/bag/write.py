@@ -239,8 +239,7 @@ class BagWriter:
                 or time.monotonic() - self.last_flush > self.chunk_seconds):
             self.flush()
 
-    def write_message(self, topic: str, log_ns: int, msg: object, publish_ns: int | None = None
-                      ) -> None:
+    def write_message(self, topic: str, log_ns: int, msg: object) -> None:
         """
         Append one message object.
 
@@ -248,13 +247,12 @@ class BagWriter:
             topic: name of a topic that was added.
             log_ns: when it was recorded, ns since the epoch.
             msg: message of rosbags' ROS 2 Jazzy types.
-            publish_ns: when it was published, ns since the epoch; None: when it was recorded.
 
         Raises:
             WriteError: the first time that the file cannot be written.
         """
         msgtype = self._topics[topic].msgtype
-        self.write(topic, log_ns, bytes(self._typestore.serialize_cdr(msg, msgtype)), publish_ns)
+        self.write(topic, log_ns, bytes(self._typestore.serialize_cdr(msg, msgtype)))
 
     def add_metadata(self, name: str, values: Mapping[str, object]) -> None:
         """Add the MCAP metadata record `name` of `values`; custom_data repeats it as name.key."""

@@ -20,7 +20,6 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
-import json
 import math
 from pathlib import Path
 import re
@@ -32,7 +31,7 @@ import scipy
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Replay, replay
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, expect_new_file, warn)
+    add_estimator_arguments, estimator_options, expect_new_file, show, warn)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, save_model
 from gearbox_monitor.monitoring.alert_limits import LIMITS
@@ -93,7 +92,7 @@ def run(args: Namespace) -> int:
         write_model(args.write_model, model, data, args.bag)
         data['model_file'] = args.write_model
     warn(args, notes)
-    print(json.dumps(data, indent=2) if args.json else text(data, model.axis))
+    show(args, data, lambda: text(data, model.axis))
     return EXIT[data['verdict']]
 
 
@@ -151,25 +150,22 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
         data['passive'] = 2 * sum(w.passive for w in used) > len(used)
     data['crossings'] = float(np.mean([w.coverage for w in used]))
     met, missed, reasons = [], [], []
+    tests = []  # name, noun, probability that the limit holds, whether that counts, else why not
     if limits['max_gap'] is not None:
         measured = gap if separable else lost_motion
         p = _below(measured, limits['max_gap']) if measured else 0.5
-        data['probability_gap'] = p
-        met.append(p >= confidence)
-        missed.append(separable and 1.0 - p >= confidence)
-        if not met[-1] and not missed[-1]:
-            reasons.append(
-                'the backlash is too close to its limit for this confidence: record longer'
-                if separable else f'{INSEPARABLE}, and the lost motion exceeds the limit')
+        tests.append(('gap', 'backlash', p, True,
+                      f'{INSEPARABLE}, and the lost motion exceeds the limit'))
     if limits['min_stiffness'] is not None:
         p = 1.0 - _below(stiffness, limits['min_stiffness'])
-        data['probability_stiffness'] = p
-        met.append(separable and p >= confidence)
+        tests.append(('stiffness', 'stiffness', p, separable, INSEPARABLE))
+    for name, noun, p, counts, otherwise in tests:
+        data[f'probability_{name}'] = p
+        met.append(counts and p >= confidence)
         missed.append(separable and 1.0 - p >= confidence)
         if not met[-1] and not missed[-1]:
-            reasons.append(
-                'the stiffness is too close to its limit for this confidence: record longer'
-                if separable else INSEPARABLE)
+            reasons.append(f'the {noun} is too close to its limit for this confidence: record '
+                           'longer' if separable else otherwise)
     verdict = ('measured' if not met else 'fail' if any(missed) else 'pass' if all(met) else
                'undecided' if separable else 'not excited')
     reason = '; '.join(reasons) or ('' if separable else INSEPARABLE)

@@ -17,7 +17,6 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
-import json
 from pathlib import Path
 import textwrap
 from typing import Any
@@ -26,8 +25,8 @@ from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_drive, load_recording, paths_of)
 from gearbox_monitor.cli.exit_codes import UNDECIDED
 from gearbox_monitor.cli.fit_nominal import largest_change
-from gearbox_monitor.cli.options import plain
-from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.options import plain, show
+from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
 from gearbox_monitor.identification.unit_adaptation import Adapted
@@ -63,9 +62,9 @@ def run(args: Namespace) -> int:
         'motor_joint': args.motor_joint, 'arm_joint': args.arm_joint, 'tau_k_model': MIXED,
         **values})
     loaded = [load_recording(path, model, args) for path in paths]
-    with percent_bar('adapt') as bar:
+    with progress_bar('adapt') as progress:
         result = adapt([recording for recording, _ in loaded], model, parameters=parameters,
-                       jobs=args.jobs, progress=progress_of(bar))
+                       jobs=args.jobs, progress=progress)
     names = ', '.join(Path(path).name for path in args.bag)
     write_adapted(folder, result, names)
     summary = plain({
@@ -76,7 +75,7 @@ def run(args: Namespace) -> int:
         'tolerances': result.tolerances, 'parameters': result.parameters, 'open': result.open,
         'notes': [note for _, notes in loaded for note in notes]})
     summary = {'summary': answer(result, summary), **summary}
-    print(json.dumps(summary, indent=2) if args.json else text(result, summary, folder))
+    show(args, summary, lambda: text(result, summary, folder))
     if result.fit is None:
         return UNDECIDED
     return int(bool(result.kept) or bool(result.tuning.get('kept')))

@@ -29,7 +29,7 @@ from gearbox_monitor.bag.recorded_samples import sample_parts
 from gearbox_monitor.bag.recorded_snapshots import read_snapshots
 from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, bag_arguments, dump, estimator_options, expect_new_file, write_new)
+    add_estimator_arguments, bag_arguments, estimator_options, expect_new_file, show)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
@@ -96,12 +96,7 @@ def run(args: Namespace) -> int:
                      for purpose, (verdict, names) in examined.suits.items()
                      if purpose in args.purposes}
     data = {'summary': summary(data), **data}
-    if args.json == '-':
-        print(dump(data))
-    else:
-        if args.json:
-            write_new(args.json, dump(data) + '\n')
-        print(text(data, sys.stdout.isatty() and not os.environ.get('NO_COLOR')))
+    show(args, data, lambda: text(data, sys.stdout.isatty() and not os.environ.get('NO_COLOR')))
     return int(any(examined.suits[purpose][0] == BAD for purpose in args.purposes))
 
 

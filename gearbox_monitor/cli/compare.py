@@ -22,7 +22,6 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-import json
 from pathlib import Path
 import sys
 import time
@@ -36,7 +35,7 @@ from gearbox_monitor.bag.replay import truth
 from gearbox_monitor.bag.replay_summary import truth_of
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, warn)
+    add_estimator_arguments, check_filter, expect_new_file, show, warn)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
@@ -138,7 +137,7 @@ def run(args: Namespace) -> int:
     if args.png:
         _draw(args, results, torque, twist, inputs.model.axis)
     warn(args, notes)
-    print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
+    show(args, data, lambda: text(data, inputs.model.axis))
     return 0
 
 
@@ -275,7 +274,7 @@ def _true_twist(reader: BagReader, recording: RecordedSamples) -> KnownTwist | N
 def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque | None,
           twist: KnownTwist | None, axis: str) -> None:
     """Write the figure."""
-    from gearbox_monitor.report import compare_plot, plots
+    from gearbox_monitor.report import compare_plot
     origin = min(r.estimates.stamp_ns[0] for r in results)
     runs = []
     for r in results:
@@ -297,7 +296,7 @@ def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque 
     figure = compare_plot.comparison(runs, truth_curve, f'Filters on {Path(args.bag).name}',
                                      axis=axis)
     try:
-        plots.save(figure, args.png)
+        figure.savefig(args.png, dpi=110)
     except OSError as error:
         raise InputError(f'{args.png}: {error.strerror}, expected a new, writable file') from None
     print(f'compare: wrote {args.png}', file=sys.stderr)

@@ -23,11 +23,10 @@ import textwrap
 from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import add_root_argument
-from gearbox_monitor.cli.options import dump, expect_new, JSON_FILE_HELP, plain
+from gearbox_monitor.cli.options import expect_new_file, JSON_FILE_HELP, show
 from gearbox_monitor.export.joint_readings import (
     joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE)
 from gearbox_monitor.export.mjcf_file import compiled_file, read_file, RobotFile
-from gearbox_monitor.files.yaml_files import expect_folder_of
 
 WIDTH = 100
 COLUMNS = ('inertia', 'armature', 'viscous_friction', 'coulomb_friction', 'weight', 'stiffness')
@@ -47,16 +46,11 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    if args.json and args.json != '-':
-        expect_new(args.json)
-        expect_folder_of(args.json)
+    expect_new_file(args.json)
     path = Path(args.robot)
     file = compiled_file(read_file(path), path, root=Path(args.root) if args.root else None)
     readings = joint_readings(file, args.keyframe)
-    data = plain(as_data(file, readings))
-    if args.json and args.json != '-':
-        Path(args.json).write_text(dump(data) + '\n', encoding='utf-8')
-    print(dump(data) if args.json == '-' else text(file, readings))
+    show(args, as_data(file, readings), lambda: text(file, readings))
     return 0 if all(reading.read for reading in readings) else 1
 
 

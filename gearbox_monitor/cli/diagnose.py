@@ -38,10 +38,9 @@ from gearbox_monitor import __version__
 from gearbox_monitor.cli import diagnose_robot
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, joint_options, load_drive, load_recording, paths_of,
-    recording_options)
+    add_recording_arguments, load_drive, load_recording, paths_of, written_options)
 from gearbox_monitor.cli.options import dump, expect_new, JSON_FILE_HELP, plain
-from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by
 from gearbox_monitor.export.mjcf import refused
 from gearbox_monitor.export.robot_patch import ROOTS
@@ -67,6 +66,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DRAWN = ('report.html', 'overlay.png', 'where.png', 'ranking.png')
+OF_RECORDINGS = ('topic', 'motor_joint', 'arm_joint', 'setpoint_joint', 'repeated')
+OF_JOINTS = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'root')
 Drawn: TypeAlias = Mapping[str, 'str | Figure']  # {file of --out: HTML or picture}
 
 
@@ -116,9 +117,9 @@ def run(args: Namespace) -> int:
     validate = recordings.pop() if args.validate else None
     recordings = at_one_rate(recordings)
     simulator = _simulator(args.simulator, recordings, model) if args.simulator else None
-    with percent_bar('diagnose') as bar:
+    with progress_bar('diagnose') as progress:
         verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,
-                           seed=args.seed, jobs=args.jobs, progress=progress_of(bar))
+                           seed=args.seed, jobs=args.jobs, progress=progress)
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
     data = {'summary': summary(data, model.axis), **data}
@@ -126,11 +127,10 @@ def run(args: Namespace) -> int:
     if simulator is not None:
         sigma = np.array([1.0 if s is None else s for s in data['sigma']])
         try:
-            with percent_bar(simulator.name) as bar:
+            with progress_bar(simulator.name) as progress:
                 data['simulator'] = plain(confirmation(
                     simulator, verdict.basis.recordings[verdict.basis.widest], (model, closed),
-                    sigma,
-                    progress_of(bar)))
+                    sigma, progress))
         except InputError as error:  # the diagnosis stands without it
             data['warnings'].append(str(error))
     # Motions of a torque are found, for model files.
@@ -143,10 +143,8 @@ def run(args: Namespace) -> int:
         drawn = draw(verdict, data, recordings, model, PageContext(files, command, changes),
                      args.jobs)
     written = write(targets, data, closed, drawn, args)
-    if args.json == '-':
-        print(dump(data))
-    else:
-        print(text(data, recordings, model, written, files, command, changes))
+    print(dump(data) if args.json == '-' else
+          text(data, recordings, model, written, files, command, changes))
     return 0 if verdict.verdict == NONE else 1
 
 
@@ -164,8 +162,10 @@ def _simulator(name: str, recordings: Sequence[UniformRecording], model: DriveMo
 def user_files(args: Namespace) -> UserFiles:
     """Return the UserFiles of the options `args`, as further commands have them."""
     closed = str(Path(args.out) / 'drive.closed.yaml') if args.out else ''
-    return UserFiles(args.model, args.bag, recording_options(args), closed, args.validate,
-                     args.model if args.joint else '', joint_options(args), args.values)
+    reading = written_options(args, OF_RECORDINGS)
+    return UserFiles(args.model, args.bag, reading, closed, args.validate,
+                     args.model if args.joint else '', written_options(args, OF_JOINTS),
+                     args.values)
 
 
 def _changes(args: Namespace, closed: DriveModel, data: dict[str, Any]) -> list[str]:

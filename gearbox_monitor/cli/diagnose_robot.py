@@ -12,31 +12,28 @@ from pathlib import Path
 import time
 from typing import Any
 
-from gearbox_monitor.cli.options import dump, expect_new, write_new
-from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.options import dump, expect_new_file, show, stated, write_new
+from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import (
     add_robot_arguments, robot_of, robot_options)
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.robot_model import SUFFIXES
-from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.library.robot import (
     diagnose_robot, recorded_names, robot_effects, RobotDiagnosis)
-from gearbox_monitor.quality.recording import REPEATED
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 
 # Options of one joint -> (attribute, its default, why a whole robot has no use for it).
 OF_ONE_JOINT = {
-    'model-arm-joint': ('model_arm_joint', None, 'a robot has one encoder per joint'),
-    'keyframe': ('keyframe', None, 'the log says where all joints are'),
-    'actuator': ('actuator', None, 'the position actuators of all joints are read'),
-    'recorded-motor': ('motor_joint', 'motor', 'map a name with --recorded NAME=LOGNAME'),
-    'recorded-arm': ('arm_joint', 'arm', 'map a name with --recorded NAME=LOGNAME'),
-    'recorded-setpoint': ('setpoint_joint', 'setpoint',
-                          'setpoints are those of all joints: setpoint_NAME or joint_setpoints'),
-    'repeated': ('repeated', REPEATED[0], 'of samples with one stamp the first is used'),
-    'validate': ('validate', None, 'give a second log to a command of its own'),
-    'simulator': ('simulator', None, 'with an MJCF, MuJoCo runs it')}
+    'model_arm_joint': 'a robot has one encoder per joint',
+    'keyframe': 'the log says where all joints are',
+    'actuator': 'the position actuators of all joints are read',
+    'motor_joint': 'map a name with --recorded NAME=LOGNAME',
+    'arm_joint': 'map a name with --recorded NAME=LOGNAME',
+    'setpoint_joint': 'setpoints are those of all joints: setpoint_NAME or joint_setpoints',
+    'repeated': 'of samples with one stamp the first is used',
+    'validate': 'give a second log to a command of its own',
+    'simulator': 'with an MJCF, MuJoCo runs it'}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -51,34 +48,30 @@ def is_robot(args: Namespace) -> bool:
     """Return whether the options `args` of diagnose are about a whole robot."""
     if args.joint is None and Path(args.model).suffix.lower() in SUFFIXES:
         return True
-    for option in ('reference', 'recorded'):
-        if getattr(args, option):
-            raise InputError(f'--{option}: of a whole robot, expected an MJCF or URDF file as '
-                             '--model, and no --joint')
+    for option in stated(args, ('reference', 'recorded')):
+        raise InputError(f'{option}: of a whole robot, expected an MJCF or URDF file as --model, '
+                         'and no --joint')
     return False
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    for option, (attribute, usual, reason) in OF_ONE_JOINT.items():
-        if getattr(args, attribute) != usual:
-            raise InputError(f'--{option}: of one joint, expected --joint with it ({reason})')
+    for attribute, reason in OF_ONE_JOINT.items():
+        for option in stated(args, [attribute]):
+            raise InputError(f'{option}: of one joint, expected --joint with it ({reason})')
     effects = _effects(args)
     for path in (args.json, args.out):
-        expect_new(path)
-        expect_folder_of(path)
+        expect_new_file(path)
     began = time.process_time()
-    with percent_bar('diagnose') as bar:
+    with progress_bar('diagnose') as progress:
         diagnosis = diagnose_robot(
             args.bag, robot_of(args), reference=args.reference or None, effects=effects,
-            recorded=recorded_names(args.recorded), topic=args.topic, progress=progress_of(bar))
+            recorded=recorded_names(args.recorded), topic=args.topic, progress=progress)
     data = {**diagnosis.data, 'options': robot_options(args),
             'cpu_s': round(time.process_time() - began, 2)}
     if args.out:
         _write(args, diagnosis, data)
-    if args.json and args.json != '-':
-        write_new(args.json, dump(data) + '\n')
-    print(dump(data) if args.json == '-' else robot_text(data))
+    show(args, data, lambda: robot_text(data))
     return 0 if data['verdict'] == 'none' else 1
 
 

@@ -3,7 +3,7 @@
 
 """Options of commands that compare recordings of a drive with models, and what they load."""
 from argparse import Action, ArgumentParser, Namespace, SUPPRESS
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 import math
 import os
@@ -12,15 +12,12 @@ import signal
 import sys
 from typing import Any
 
+from gearbox_monitor.cli.options import stated
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.recording import load_recording as recording_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import REPEATED, UniformRecording
-
-# Options whose attribute has another name.
-OPTIONS = {'motor_joint': 'recorded-motor', 'arm_joint': 'recorded-arm',
-           'setpoint_joint': 'recorded-setpoint'}
 
 
 class Renamed(Action):
@@ -100,27 +97,10 @@ def add_root_argument(parser: ArgumentParser) -> None:
                         '(default: its own folder)')
 
 
-def joint_options(args: Namespace) -> str:
-    """Return the options of add_joint_arguments that `args` has, as a command has them."""
-    return _stated(args, {'joint': None, 'model_arm_joint': None, 'keyframe': None,
-                          'actuator': None, 'root': None})
-
-
-def recording_options(args: Namespace) -> str:
-    """Return the options of add_drive_arguments in `args` that say how recordings are read."""
-    return _stated(args, {'topic': 'joint_states', 'motor_joint': 'motor', 'arm_joint': 'arm',
-                          'setpoint_joint': 'setpoint', 'repeated': REPEATED[0]})
-
-
-def _stated(args: Namespace, usual: Mapping[str, str | None]) -> str:
-    """Return the options of `args` that are not as `usual` {attribute: default}."""
-    words = []
-    for name, default in usual.items():
-        value = getattr(args, name)
-        if value != default:
-            option = OPTIONS.get(name, name.replace('_', '-'))
-            words.append(f'--{option} {shlex.quote(value)}')
-    return ' '.join(words)
+def written_options(args: Namespace, names: Sequence[str]) -> str:
+    """Return the options `names` that `args` state, as a command has them."""
+    return ' '.join(f'{option} {shlex.quote(value)}'
+                    for option, value in stated(args, names).items())
 
 
 def load_drive(args: Namespace) -> DriveModel:

@@ -25,13 +25,13 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from dataclasses import replace
 from datetime import datetime, timezone
-import json
 import math
 from pathlib import Path
 
-from gearbox_monitor.bag.example import (
+from gearbox_monitor.bag.example_bag import (
     ENCODERS, ExampleMotion, MOTIONS, NOISE, process_torque, write_example_bag)
 from gearbox_monitor.bag.robot_example import write_robot_pair
+from gearbox_monitor.cli.options import show
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model, save_model
@@ -103,11 +103,11 @@ def run(args: Namespace) -> int:
     data = {'bag': args.bag, 'samples': samples, 'rate_hz': args.rate, 'seed': args.seed,
             'duration_s': args.rest + args.seconds, 'model': model_file,
             'drive_model': str(written)}
-    print(json.dumps(data, indent=2) if args.json else
-          f'{args.bag}: {samples} samples, {data["duration_s"]:g} s, {args.rate:g} Hz, model '
-          f'{model_file}\n{written}: the model of the drive that made it, in which\n'
-          f'  gearbox_monitor diagnose {args.bag} --model {written}{ARM_JOINT[args.encoders]}\n'
-          'finds no gap')
+    show(args, data, lambda: (
+        f'{args.bag}: {samples} samples, {data["duration_s"]:g} s, {args.rate:g} Hz, model '
+        f'{model_file}\n{written}: the model of the drive that made it, in which\n'
+        f'  gearbox_monitor diagnose {args.bag} --model {written}{ARM_JOINT[args.encoders]}\n'
+        'finds no gap'))
     return 0
 
 
@@ -115,11 +115,9 @@ def _write_robot(args: Namespace) -> int:
     """Write the pair of logs of the example arm; returns the exit code."""
     files = [f'{args.bag}/{name}' for name in
              write_robot_pair(Path(args.bag), args.seconds, args.seed)]
-    if args.json:
-        print(json.dumps({'folder': args.bag, 'files': files, 'seed': args.seed}, indent=2))
-    else:
-        print(f'{", ".join(files)}\ncompare them: gearbox_monitor diagnose {files[2]} '
-              f'--model {files[0]} --reference {files[1]}')
+    show(args, {'folder': args.bag, 'files': files, 'seed': args.seed}, lambda: (
+        f'{", ".join(files)}\ncompare them: gearbox_monitor diagnose {files[2]} '
+        f'--model {files[0]} --reference {files[1]}'))
     return 0
 
 

@@ -42,13 +42,8 @@ EXIT_CODES = {
 }
 
 
-def exit_code_help(command: str) -> str:
-    """Return the lines of --help about the exit codes of `command`."""
-    return exit_code_text(EXIT_CODES[command])
-
-
 def exit_code_text(meanings: Mapping[int, str]) -> str:
-    """Return the lines of --help about exit codes, {code: meaning}; 2 and 130 are added."""
+    """Return the lines of --help about exit codes, `meanings` by code; 2 and 130 are added."""
     codes = {BAD_INPUT: 'bad usage or input', **meanings}
     if 'Ctrl-C' not in codes[0]:
         codes[INTERRUPTED] = 'ended by Ctrl-C'

@@ -20,7 +20,7 @@ from argparse import ArgumentParser, Namespace
 import textwrap
 
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
-from gearbox_monitor.cli.options import dump
+from gearbox_monitor.cli.options import show
 from gearbox_monitor.errors import InputError, most_similar
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.plant.effects import EFFECTS, library, LOCATIONS
@@ -40,11 +40,11 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     if not args.name:
         listed = contents()
-        print(dump(listed) if args.json else list_text(listed))
+        show(args, listed, lambda: list_text(listed))
         return 0
     matches = named(' '.join(args.name))
-    print(dump([{'title': e.title, **{k: list(v) for k, v in e.parts.items()}} for e in matches])
-          if args.json else '\n\n'.join(text(e) for e in matches))
+    show(args, [{'title': e.title, **e.parts} for e in matches],
+         lambda: '\n\n'.join(text(e) for e in matches))
     return 0
 
 

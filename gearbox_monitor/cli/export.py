@@ -52,8 +52,9 @@ import textwrap
 from gearbox_monitor.cli import export_robot
 from gearbox_monitor.cli.drive_recordings import (
     add_joint_arguments, add_renamed, load_recording)
-from gearbox_monitor.cli.options import estimator_options, expect_new, write_new, write_or_print
-from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.options import (
+    estimator_options, expect_new, expect_new_file, stated, write_new, write_or_print)
+from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.c99 import firmware
 from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive
@@ -63,7 +64,6 @@ from gearbox_monitor.export.parameter_list import TARGETS as LISTS
 from gearbox_monitor.export.randomisation import ALIASES, randomisation, WRITERS
 from gearbox_monitor.export.robot_patch import ROOTS
 from gearbox_monitor.export.xml_edit import difference
-from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.identification.model_overlay import overlay
 from gearbox_monitor.library.actuators import (
     CatalogueActuator, is_actuator, load_actuator, NAMES)
@@ -110,13 +110,11 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    expect_new(args.out)
-    expect_folder_of(args.out)
+    expect_new_file(args.out)
     args.to = ALIASES.get(args.to, args.to)
     if args.to != 'c' or args.ranges:
-        for option in ('params', 'prefix'):
-            if getattr(args, option):
-                raise InputError(f'--{option}: with --to {args.to}, expected it with --to c')
+        for option in stated(args, ('params', 'prefix')):
+            raise InputError(f'{option}: with --to {args.to}, expected it with --to c')
     if args.ranges:
         return _export_ranges(args)
     if args.to in WRITERS and args.to not in LISTS:
@@ -130,17 +128,15 @@ def run(args: Namespace) -> int:
         return export_robot.run(args)
     model = _model(args.model)
     if args.to in LISTS:
-        for option in ('into', 'joint', 'out', 'check'):
-            if getattr(args, option) and (args.to not in ROOTS or args.into is None
-                                          or option == 'check'):
-                raise InputError(f'--{option}: with --to {args.to}'
-                                 + ('' if args.to not in ROOTS or option == 'check'
-                                    else ' and without --into')
+        for option in stated(args, ('into', 'joint', 'out', 'check')):
+            never = args.to not in ROOTS or option == '--check'
+            if never or args.into is None:
+                raise InputError(f'{option}: with --to {args.to}'
+                                 + ('' if never else ' and without --into')
                                  + ', expected it with --to mjcf')
     elif not args.into:
-        for option in ('keyframe', 'actuator', 'check', 'root'):
-            if getattr(args, option):
-                raise InputError(f'--{option}: without --into, expected it with --into FILE')
+        for option in stated(args, ('keyframe', 'actuator', 'check', 'root')):
+            raise InputError(f'{option}: without --into, expected it with --into FILE')
     if args.into and not args.joint:
         raise InputError('--joint: missing, expected it with --into')
     file = export_model(model, args.to, args.into, joint=args.joint,
@@ -199,9 +195,9 @@ def _export_ranges(args: Namespace) -> int:
 
 def _expect_none_of_files(args: Namespace, why: str) -> None:
     """Raise InputError where `args` have an option of a simulator's file; `why` ends it."""
-    for option in ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check'):
-        if getattr(args, option):
-            raise InputError(f'--{option.replace("_", "-")}: with {why}')
+    for option in stated(args, ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator',
+                                'root', 'check')):
+        raise InputError(f'{option}: with {why}')
 
 
 def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[str]:
@@ -275,8 +271,8 @@ def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) 
              'of the noise']
     for words, one in ((f'{drive.path.name} in MuJoCo', drive), ('patched, in MuJoCo', patched)):
         rig = rig_of(one, ctrl, recording.dt)
-        with percent_bar(words) as bar:
-            value = misfit(rig, laid, progress_of(bar))
+        with progress_bar(words) as progress:
+            value = misfit(rig, laid, progress)
         lines.append(f'  {words:<40s}{number(value):>10s}')
     lines.append(f'  {Path(args.model).name + " in gearbox_monitor":<40s}'
                  f'{number(laid.runs[0].gap):>10s}')

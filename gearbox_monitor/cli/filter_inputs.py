@@ -1,21 +1,53 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The inputs of commands that run filters over a bag, by their options."""
+"""The samples, model and parameters of a bag that commands run filters over."""
 from argparse import Namespace
+from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
+from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import BagReader
+from gearbox_monitor.bag.recorded_samples import read_samples, RecordedSamples
+from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots
 from gearbox_monitor.cli.options import check_filter, estimator_options
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.kernels.types import Values
-from gearbox_monitor.library import filter_inputs
-from gearbox_monitor.library.filter_inputs import FilterInputs, StatedInputs
+from gearbox_monitor.parameters import EstimatorParameters, MODEL, resolve
+from gearbox_monitor.plant.drive import DriveModel
+
+
+@dataclass(frozen=True)
+class FilterInputs:
+    """
+    A recording, the DriveModel (from model_file, '' for none) and all parameters.
+
+    model_values: values of the model that the parameter file sets besides. notes: sentences for
+    the user.
+    """
+
+    recording: RecordedSamples
+    model: DriveModel
+    model_file: str
+    parameters: EstimatorParameters
+    model_values: dict[str, Any]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def samples(self) -> Samples:
+        """The Samples of the recording."""
+        return self.recording.samples
 
 
 def load_filter_inputs(args: Namespace, reader: BagReader, filter_name: str | None = None,
                        usual: Values = MappingProxyType({})) -> FilterInputs:
     """
     Return the inputs of a bag, as replay reads them.
+
+    Model and parameters are those that an estimator has recorded, else defaults; files replace
+    what they name.
 
     Args:
         args: options of add_estimator_arguments.
@@ -27,11 +59,25 @@ def load_filter_inputs(args: Namespace, reader: BagReader, filter_name: str | No
         What a filter is run on and with.
 
     Raises:
-        InputError: an option or the bag is unusable.
+        InputError: an option, a parameter or the bag is unusable.
 
     """
-    options, model_file = estimator_options(args)
+    stated, model_file = estimator_options(args)
     if filter_name:
-        options['filter'] = check_filter(filter_name)
-    return filter_inputs.load_filter_inputs(
-        reader, StatedInputs(args.topic, options, args.params or '', model_file), usual)
+        stated['filter'] = check_filter(filter_name)
+    source = find_input(reader, args.topic)
+    model, recorded = DriveModel(), dict[str, Any]()
+    snapshots = read_snapshots(reader, source)
+    if snapshots:
+        model, recorded = snapshots[0].settings(str(reader.path))
+    if model_file:
+        model = load_model(model_file)
+    values = {**usual, **recorded, **stated}
+    values.pop('model', None)
+    model, parameters = resolve(model, values, args.params or str(reader.path))
+    recording = read_samples(reader, parameters.motor_joint, parameters.arm_joint, model,
+                             source.topic, source.transmission)
+    notes = [] if snapshots or model_file else [NO_MODEL]
+    notes += [reader.notice] if reader.notice else []
+    changed = {row.name: stated[row.name] for row in MODEL if row.name in stated}
+    return FilterInputs(recording, model, model_file, parameters, changed, tuple(notes))

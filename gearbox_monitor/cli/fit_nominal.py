@@ -28,7 +28,6 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
-import json
 import math
 from pathlib import Path
 import textwrap
@@ -36,8 +35,8 @@ from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_drive, load_recording, paths_of, time_limit)
-from gearbox_monitor.cli.options import plain
-from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.options import plain, show
+from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.nominal import fit_nominal
@@ -85,10 +84,10 @@ def run(args: Namespace) -> int:
     recordings = [recording for recording, _ in loaded]
     validate = recordings.pop() if args.validate else None
     recordings = at_one_rate(recordings)
-    with percent_bar('fit') as bar, time_limit(args.time_limit, '--time-limit'):
+    with progress_bar('fit') as progress, time_limit(args.time_limit, '--time-limit'):
         result = fit_nominal(
             recordings, model, args.free, validate=validate, jobs=args.jobs,
-            seconds=args.windows if args.windows > SECONDS else None, progress=progress_of(bar))
+            seconds=args.windows if args.windows > SECONDS else None, progress=progress)
     if args.out:
         save_model(args.out, result.model, ['Fitted with gearbox_monitor fit-nominal to '
                                             + ', '.join(Path(path).name for path in args.bag)])
@@ -102,9 +101,7 @@ def run(args: Namespace) -> int:
             result.model.process_torque_time), 'validation': result.validation,
         'notes': [note for _, notes in loaded for note in notes]})
     data = {'summary': summary(data), **data}
-    if args.json and args.json != '-':
-        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
-    print(json.dumps(data, indent=2) if args.json == '-' else text(data, args))
+    show(args, data, lambda: text(data, args))
     return 0 if all(v.determined for v in result.values) else 1
 
 
@@ -121,7 +118,7 @@ def summary(data: Mapping[str, Any]) -> str:
 
 
 def largest_change(values: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return the sentence on the value that changed most in its errors, none without a change."""
+    """Return the sentence on which of `values` changed most in its errors, none without change."""
     moved = {name: abs(v['value'] - v['start']) / v['error'] for name, v in values.items()
              if v['error'] and v['value'] != v['start']}
     name = max(moved, key=lambda n: moved[n], default=None)

@@ -27,13 +27,12 @@ from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
-import json
 import re
 import sys
 from typing import Any
 
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
-from gearbox_monitor.cli.options import estimator_options
+from gearbox_monitor.cli.options import estimator_options, show
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_whole, InputError, installed_by
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model
@@ -98,7 +97,7 @@ def run(args: Namespace) -> int:
                 engine.close()
             data = finish(table, settings.key, job.counts)
     data['interrupted'] = not whole
-    print(json.dumps(data, indent=2) if args.json else text(data))
+    show(args, data, lambda: text(data))
     if not whole:
         print('interrupted: what is done is kept, run the same command again to continue',
               file=sys.stderr)

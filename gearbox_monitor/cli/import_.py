@@ -29,13 +29,13 @@ usage examples:
 """
 from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Container, Sequence
-import json
 from pathlib import Path
 import shlex
 import shutil
 import sys
 from typing import Any, TYPE_CHECKING
 
+from gearbox_monitor.cli.options import show, stated
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
 from gearbox_monitor.parameters import resolve, SETTINGS
@@ -84,7 +84,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def add_answer_arguments(parser: ArgumentParser) -> None:
-    """Declare the options that settle what --guess asks."""
+    """Declare in `parser` the options that settle what --guess asks."""
     guess = parser.add_argument_group('what --guess asks for')
     guess.add_argument('--use', metavar='ROLE=COLUMN', action='append', default=[],
                        help='column of a role: time, position, motor, arm, velocity, effort, '
@@ -158,13 +158,9 @@ def run(args: Namespace) -> int:
 
 def _refuse_others(args: Namespace, used: Container[str], way: str, expected: str) -> None:
     """Raise InputError: options are stated that this `way` of importing does not use."""
-    parser = ArgumentParser()
-    add_arguments(parser)
-    stated = [name for name in OPTIONS
-              if name not in used and getattr(args, name) != parser.get_default(name)]
-    if stated:
-        options = ', '.join(f'--{name.replace("_", "-")}' for name in stated)
-        raise InputError(f'{options}: no effect with {way}, expected {expected}')
+    others = stated(args, [name for name in OPTIONS if name not in used])
+    if others:
+        raise InputError(f'{", ".join(others)}: no effect with {way}, expected {expected}')
 
 
 def _file_in(path: Path) -> Path:
@@ -222,19 +218,15 @@ def table_text(guess: 'Guess') -> str:
 
 def _say(args: Namespace, data: dict[str, Any], joints: Sequence[str]) -> int:
     """Print what was written; return the exit code."""
-    if args.json:
-        print(json.dumps(data, indent=2))
-        return 0
-    for assumption in data['assumptions']:
-        print(f'assumed: {assumption}')
     signals = f'joints {", ".join(joints)}' if joints else f'signals {", ".join(data["signals"])}'
     rate = f', {data["rate_hz"]:.1f} Hz' if data['rate_hz'] else ''
-    print(f'{args.bag}: {data["samples"]} samples, {data["duration_s"]:.3f} s{rate}, {signals}')
-    for notice in data['notes']:
-        print(f'note: {notice}')
+    lines = [*(f'assumed: {assumption}' for assumption in data['assumptions']),
+             f'{args.bag}: {data["samples"]} samples, {data["duration_s"]:.3f} s{rate}, {signals}',
+             *(f'note: {notice}' for notice in data['notes'])]
     if joints:
-        print(f'next: gearbox_monitor check {shlex.quote(args.bag)} --motor-joint '
-              f"{shlex.quote(joints[0])} --arm-joint ''")
+        lines.append(f'next: gearbox_monitor check {shlex.quote(args.bag)} --motor-joint '
+                     f"{shlex.quote(joints[0])} --arm-joint ''")
+    show(args, data, lambda: '\n'.join(lines))
     return 0
 
 
@@ -256,13 +248,10 @@ def _pair(args: Namespace) -> int:
     nearest = joiner.pop_distance()
     if nearest is not None:
         data['nearest_unpaired_s'] = nearest * 1e-9
-    if args.json:
-        print(json.dumps(data, indent=2))
-        return 0
-    print(f'{args.bag}: {count} samples on {topic}, {joiner.unpaired} without the arm; '
-          f'{joiner.dropped} messages of the arm omitted'
-          + (f'; the nearest unpaired stamps are {nearest * 1e-9:.6f} s apart, '
-             f'pair_tolerance is {parameters.pair_tolerance:g} s' if nearest else ''))
-    for note in data['notes']:
-        print(f'note: {note}')
+    show(args, data, lambda: '\n'.join([
+        f'{args.bag}: {count} samples on {topic}, {joiner.unpaired} without the arm; '
+        f'{joiner.dropped} messages of the arm omitted'
+        + (f'; the nearest unpaired stamps are {nearest * 1e-9:.6f} s apart, '
+           f'pair_tolerance is {parameters.pair_tolerance:g} s' if nearest else ''),
+        *(f'note: {note}' for note in data['notes'])]))
     return 0

@@ -15,13 +15,13 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 
 from gearbox_monitor.cli.drive_recordings import add_root_argument
-from gearbox_monitor.cli.options import dump, expect_new
-from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.options import expect_new_file, show
+from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
-from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.library.robot import learn_robot, recorded_names
+from gearbox_monitor.report.words import counted
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -47,12 +47,11 @@ def run(args: Namespace) -> int:
     learnt = [path for path in args.log if path.endswith(SUFFIX)]
     if learnt:
         raise InputError(f'{", ".join(learnt)}: written by learn, expected logs')
-    expect_new(args.out)
-    expect_folder_of(args.out)
-    with percent_bar('learn') as bar:
+    expect_new_file(args.out)
+    with progress_bar('learn') as progress:
         knowledge, notes = learn_robot(args.log, robot_of(args), topic=args.topic,
                                        recorded=recorded_names(args.recorded),
-                                       progress=progress_of(bar))
+                                       progress=progress)
     save_knowledge(args.out, knowledge)
     rows = {joint: (float(d), [name for j, name in knowledge.shapes if j == i])
             for i, (joint, d) in enumerate(zip(knowledge.joints, knowledge.dispersion))}
@@ -60,14 +59,10 @@ def run(args: Namespace) -> int:
             'kind': knowledge.kind, 'rate': knowledge.rate, 'warnings': notes,
             'joints': {joint: {'dispersion': d, 'shapes': names}
                        for joint, (d, names) in rows.items()}}
-    if args.json:
-        print(dump(data))
-        return 0
-    print(f'{args.out}: {knowledge.seconds:.0f} s of {len(args.log)} '
-          f'log{"s" if len(args.log) > 1 else ""}, {knowledge.parts} parts compared')
-    for note in notes:
-        print(f'  note: {note}')
-    for joint, (dispersion, names) in rows.items():
-        print(f'  {joint}: parts differ by {dispersion ** 0.5:.1f} times the noise; '
-              f'{", ".join(names) or "no further shape"}')
+    show(args, data, lambda: '\n'.join([
+        f'{args.out}: {knowledge.seconds:.0f} s of {counted(len(args.log), "log")}, '
+        f'{knowledge.parts} parts compared', *(f'  note: {note}' for note in notes),
+        *(f'  {joint}: parts differ by {dispersion ** 0.5:.1f} times the noise; '
+          f'{", ".join(names) or "no further shape"}'
+          for joint, (dispersion, names) in rows.items())]))
     return 0

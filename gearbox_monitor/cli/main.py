@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.exit_codes import (
-    BAD_INPUT, exit_code_help, INTERRUPTED, UNDECIDED)
+    BAD_INPUT, EXIT_CODES, exit_code_text, INTERRUPTED, UNDECIDED)
 from gearbox_monitor.errors import InputError, Undecided, unknown
 
 # name -> (module, one line of help). Only the module of the requested command is imported.
@@ -85,7 +85,14 @@ def in_own_words(message: str) -> str:
 def parsed_whole(parser: argparse.ArgumentParser,
                  subparsers: 'argparse._SubParsersAction[Any]',
                  argv: Sequence[str]) -> argparse.Namespace:
-    """Return the parsed `argv`; its subcommand refuses the first word that it does not take."""
+    """
+    Return the parsed `argv`; its subcommand refuses the first word that it does not take.
+
+    Args:
+        parser: of the command line.
+        subparsers: of its subcommands.
+        argv: words of the command line.
+    """
     args, unparsed = parser.parse_known_args(argv)
     if unparsed:
         chosen = subparsers.choices[getattr(args, subparsers.dest)]
@@ -170,7 +177,7 @@ def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
     subparsers = parser.add_subparsers(dest='command', metavar='COMMAND', required=True)
     for name, (module, summary) in COMMANDS.items():
         sub = subparsers.add_parser(
-            name, help=summary, epilog=exit_code_help(name),
+            name, help=summary, epilog=exit_code_text(EXIT_CODES[name]),
             formatter_class=argparse.RawDescriptionHelpFormatter)
         if name == command:
             # Small matrices, and fits in own threads: threads of BLAS would only slow them down.
@@ -178,7 +185,7 @@ def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
             shell = importlib.import_module('gearbox_monitor.cli.' + module)
             sub.description = shell.__doc__
             shell.add_arguments(sub)
-            sub.set_defaults(run=shell.run)
+            sub.set_defaults(run=shell.run, parser=sub)
     return parsed_whole(parser, subparsers, argv)
 
 

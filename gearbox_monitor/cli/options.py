@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Options, files and progress bars that several commands share."""
-from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable, Sequence
+from argparse import Action, ArgumentParser, Namespace
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 import sys
 from typing import Any
@@ -29,12 +29,21 @@ def add_estimator_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--topic', default=JOINT_STATES, help='topic of the inputs')
 
 
-def estimator_options(args: Namespace, topic: str = '') -> tuple[dict[str, Any], str]:
-    """Return (parameters without the model, model file or '') of `args`, for their `topic`."""
-    parameters = (load_parameters(args.params, 'estimator', SETTINGS, topic or args.topic)
+def estimator_options(args: Namespace) -> tuple[dict[str, Any], str]:
+    """Return (parameters without the model, model file or '') of `args`."""
+    parameters = (load_parameters(args.params, 'estimator', SETTINGS, args.topic)
                   if args.params else {})
     recorded_file = parameters.pop('model', '')
     return parameters, args.model or recorded_file
+
+
+def stated(args: Namespace, names: Iterable[str]) -> dict[str, Any]:
+    """Return {option: value} of the attributes `names` of `args` that are not as by default."""
+    actions: dict[str, Action] = {}
+    for action in args.parser._actions:
+        actions.setdefault(action.dest, action)
+    return {(*actions[name].option_strings, name)[0]: getattr(args, name) for name in names
+            if getattr(args, name) != actions[name].default}
 
 
 def warn(args: Namespace, notes: Iterable[str]) -> None:
@@ -62,6 +71,32 @@ def expect_new_file(path: str | Path | None) -> None:
     expect_new(path)
     if path:
         expect_folder_of(path)
+
+
+def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callable[[], str]
+         ) -> None:
+    """
+    Print the result of a command, or write it, as its option --json says.
+
+    Args:
+        args: options; json: whether JSON is printed, or the file that it is written to, '-' for
+            standard output, where nothing else is printed then.
+        data: the result as plain data.
+        text: returns the lines for people.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    content = dump(plain(data))
+    if args.json in (True, '-'):
+        print(content)
+        return
+    if args.json:
+        try:
+            Path(args.json).write_text(content + '\n', encoding='utf-8')
+        except OSError as error:
+            raise InputError(f'{args.json}: {error.strerror}, expected a writable file') from None
+    print(text())
 
 
 def write_or_print(path: str | Path | None, text: str) -> None:

@@ -37,7 +37,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     with rclpy_required():
-        from gearbox_monitor.ros.play import play
+        from gearbox_monitor.ros.playback import play
     code: int = play(args.bag, args.rate, args.topics, args.all, args.loop, not args.no_clock,
                      ros_words(args))
     return code

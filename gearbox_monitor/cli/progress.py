@@ -49,9 +49,20 @@ class Bar(tqdm):
         return f'{100.0 * done:.0f} %, {rest}'
 
 
-def percent_bar(name: str) -> 'tqdm[None]':
-    """Return a progress bar in percent, called `name`."""
-    return count_bar(name, 100)
+@contextmanager
+def progress_bar(name: str) -> Iterator[Callable[..., None]]:
+    """
+    Show a progress bar in percent, called `name`, while the block runs.
+
+    Yields progress(done, total, text), which moves the bar, never back.
+    """
+    with count_bar(name, 100) as bar:
+        def progress(done: float, total: float, text: str = '') -> None:
+            """Show the share of `done` in `total`, and `text`."""
+            if text:
+                bar.set_description_str(text[:40], refresh=False)
+            bar.update(max(0.0, 100.0 * done / max(total, 1) - bar.n))
+        yield progress
 
 
 def count_bar(name: str, total: int, initial: int = 0) -> 'tqdm[None]':
@@ -76,16 +87,6 @@ def _screen() -> tuple[int, int] | tuple[None, None]:
     except OSError:
         sized = True
     return (None, None) if sized else (80, 24)
-
-
-def progress_of(bar: 'tqdm[None]') -> Callable[..., None]:
-    """Return progress(done, total, text) that moves `bar`, never back."""
-    def progress(done: float, total: float, text: str = '') -> None:
-        """Show the share of done in total, and text."""
-        if text:
-            bar.set_description_str(text[:40], refresh=False)
-        bar.update(max(0.0, 100.0 * done / max(total, 1) - bar.n))
-    return progress
 
 
 class Progress:
@@ -152,47 +153,40 @@ class ClearedStream:
 @contextmanager
 def shown_time(command: str) -> Iterator[None]:
     """Show how long `command` has been running, at a terminal while it shows no bar."""
-    terminal, output = sys.stderr, sys.stdout
+    terminal, output, begin = sys.stderr, sys.stdout, time.monotonic()
     if not terminal.isatty():
-        with _lines(command, terminal):
+        def write() -> None:
+            state = ''.join(bar.state() for bar in Bar.shown[-1:])
+            with suppress(OSError, ValueError):  # its reader has ended
+                print(f'{command}: {state}running for {time.monotonic() - begin:.0f} s',
+                      file=terminal, flush=True)
+        with _repeated(write, EVERY, EVERY):
             yield
         return
-    ended, line = threading.Event(), ElapsedTime(command, terminal)
-
-    def show() -> None:
-        """Show the time once per second."""
-        pause = QUIET
-        while not ended.wait(pause):
-            line.show()
-            pause = 1.0
-
-    thread = threading.Thread(target=show, daemon=True)
-    thread.start()
-    sys.stderr = cast(TextIO, ClearedStream(terminal, line))
-    if output.isatty():
-        sys.stdout = cast(TextIO, ClearedStream(output, line))
+    line = ElapsedTime(command, terminal)
     try:
-        yield
+        with _repeated(line.show, QUIET, 1.0):
+            sys.stderr = cast(TextIO, ClearedStream(terminal, line))
+            if output.isatty():
+                sys.stdout = cast(TextIO, ClearedStream(output, line))
+            yield
     finally:
-        ended.set()
-        thread.join()
         line.clear()
         sys.stderr, sys.stdout = terminal, output
 
 
 @contextmanager
-def _lines(command: str, stream: TextIO) -> Iterator[None]:
-    """Write a line about `command` into the `stream` every 10 s."""
-    begin, ended = time.monotonic(), threading.Event()
+def _repeated(action: Callable[[], None], first: float, every: float) -> Iterator[None]:
+    """Call `action` after `first` s and then once in `every` s, until the block ends."""
+    ended = threading.Event()
 
-    def write() -> None:
-        while not ended.wait(EVERY):
-            state = ''.join(bar.state() for bar in Bar.shown[-1:])
-            with suppress(OSError, ValueError):  # its reader has ended
-                print(f'{command}: {state}running for {time.monotonic() - begin:.0f} s',
-                      file=stream, flush=True)
+    def repeat() -> None:
+        pause = first
+        while not ended.wait(pause):
+            action()
+            pause = every
 
-    thread = threading.Thread(target=write, daemon=True)
+    thread = threading.Thread(target=repeat, daemon=True)
     thread.start()
     try:
         yield

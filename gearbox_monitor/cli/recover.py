@@ -16,15 +16,15 @@ usage examples:
   gearbox_monitor recover BAG --json | jq .lost.seconds
 """
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable
-import json
+from collections.abc import Iterable, Mapping
 import os
 from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
 
-from gearbox_monitor.bag.recover import recover, Recovery
+from gearbox_monitor.bag.recovery import recover, Recovery
+from gearbox_monitor.cli.options import show
 from gearbox_monitor.errors import InputError
 
 UNWRITTEN = ('Messages that the recorder had not written when it ended are not counted; this '
@@ -52,8 +52,8 @@ def run(args: Namespace) -> int:
         return tqdm(parts, desc='recover', unit=' chunks', disable=None, leave=False)
 
     recovery = recover(args.bag, out, progress)
-    print(json.dumps(as_data(args.bag, recovery), indent=2) if args.json else
-          as_text(args.bag, recovery))
+    data = as_data(args.bag, recovery)
+    show(args, data, lambda: as_text(data))
     return 0
 
 
@@ -77,13 +77,12 @@ def as_data(bag: str, recovery: Recovery) -> dict[str, Any]:
         } for name, topic in sorted(recovery.topics.items())]}
 
 
-def as_text(bag: str, recovery: Recovery) -> str:
-    """Return the `recovery` of `bag` as lines for people."""
-    data = as_data(bag, recovery)
+def as_text(data: Mapping[str, Any]) -> str:
+    """Return the `data` of a recovery as lines for people."""
     if not data['written']:
         total = data['kept']
-        return (f'{bag}: complete, {total["messages"]} messages in {total["seconds"]:.3f} s; '
-                'nothing to recover, nothing was written')
+        return (f'{data["bag"]}: complete, {total["messages"]} messages in '
+                f'{total["seconds"]:.3f} s; nothing to recover, nothing was written')
     width = max(len('all'), *(len(row['topic']) for row in data['topics']))
     lines = [*data['notes'], '',
              f'{"topic":{width}s} {"kept":>10s} {"s":>10s} {"lost":>14s} {"s":>8s}']
@@ -94,5 +93,5 @@ def as_text(bag: str, recovery: Recovery) -> str:
         seconds = '-' if losses['seconds'] is None else f'{losses["seconds"]:.3f}'
         lines.append(f'{row["topic"]:{width}s} {row["kept"]["messages"]:10d} '
                      f'{row["kept"]["seconds"]:10.3f} {count:>14s} {seconds:>8s}')
-    return '\n'.join([*lines, '', *([UNWRITTEN] if recovery.cut else []),
+    return '\n'.join([*lines, '', *([UNWRITTEN] if data['cut'] else []),
                       f'{data["written"]}: written, read back, the same messages'])

@@ -25,7 +25,6 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
-import json
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +38,7 @@ from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.cli import replay_robot
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, expect_new_file, warn)
+    add_estimator_arguments, estimator_options, expect_new_file, show, warn)
 from gearbox_monitor.cli.progress import count_bar, Progress
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.monitoring.checks.outcome import Level
@@ -81,7 +80,7 @@ def run(args: Namespace) -> int:
         data, comparison = _play(args, player)
         data = {'summary': summary(data, player.estimator.model.axis), **data}
     warn(args, data['notes'])
-    print(json.dumps(data, indent=2) if args.json else text(data, player.estimator.model.axis))
+    show(args, data, lambda: text(data, player.estimator.model.axis))
     return 1 if comparison and comparison.different else 0
 
 

@@ -8,15 +8,16 @@ replay calls this where --model is the file of a robot.
 """
 from argparse import ArgumentParser, Namespace
 import csv
+import io
 from pathlib import Path
 
 from gearbox_monitor.cli.drive_recordings import add_root_argument
-from gearbox_monitor.cli.options import dump, expect_new_file
-from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.options import expect_new_file, show, stated, write_new
+from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.robot_model import SUFFIXES
-from gearbox_monitor.library.payload import PayloadTrack, track_payload
+from gearbox_monitor.library.payload_track import PayloadTrack, track_payload
 from gearbox_monitor.library.robot import recorded_names
 from gearbox_monitor.library.views import columns
 
@@ -41,13 +42,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 def is_robot(args: Namespace) -> bool:
     """Return whether the options `args` of replay are about a whole robot. Raises InputError."""
     robot = args.model is not None and Path(args.model).suffix.lower() in SUFFIXES
-    for name in OF_ESTIMATOR if robot else OF_ROBOT:
-        if getattr(args, name):
-            option = name.replace('_', '-')
-            raise InputError(
-                f'--{option}: of the estimator of a drive, but --model {args.model} is a whole '
-                'robot' if robot else f'--{option}: of a whole robot, expected its MJCF or URDF '
-                'file as --model')
+    for option in stated(args, OF_ESTIMATOR if robot else OF_ROBOT):
+        raise InputError(
+            f'{option}: of the estimator of a drive, but --model {args.model} is a whole robot'
+            if robot else f'{option}: of a whole robot, expected its MJCF or URDF file as --model')
     return robot
 
 
@@ -59,30 +57,24 @@ def run(args: Namespace) -> int:
     paths = [path for path in (args.out, args.csv) if path]
     for path in paths:
         expect_new_file(path)
-    with percent_bar('replay') as bar:
+    with progress_bar('replay') as progress:
         track = track_payload(
             args.bag, robot_of(args), reference=args.reference or None, link=args.link,
             empty=args.empty, recorded=recorded_names(args.recorded), topic=args.topic,
-            progress=progress_of(bar))
+            progress=progress)
     for path in paths:
         _write(path, track)
-    if args.json:
-        print(dump({'summary': str(track), 'log': track.log, 'link': track.link,
-                    'joints': list(track.joints), 'estimates': len(track.t),
-                    'warnings': list(track.notes),
-                    'last': {name: values[-1] for name, values in columns(track).items()}}))
-        return 0
-    print('\n'.join([str(track), f'{len(track.t)} estimates', *(
-        f'note: {note}' for note in track.notes), *(f'written: {path}' for path in paths)]))
+    show(args, {'summary': str(track), 'log': track.log, 'link': track.link,
+                'joints': track.joints, 'estimates': len(track.t), 'warnings': track.notes,
+                'last': {name: values[-1] for name, values in columns(track).items()}},
+         lambda: '\n'.join([str(track), f'{len(track.t)} estimates', *(
+             f'note: {note}' for note in track.notes), *(f'written: {path}' for path in paths)]))
     return 0
 
 
 def _write(path: str, track: PayloadTrack) -> None:
-    table = columns(track)
-    try:
-        with open(path, 'x', newline='', encoding='utf-8') as file:
-            writer = csv.writer(file, lineterminator='\n')
-            writer.writerow(table)
-            writer.writerows(zip(*(values.tolist() for values in table.values())))
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+    table, text = columns(track), io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(table)
+    writer.writerows(zip(*(values.tolist() for values in table.values())))
+    write_new(path, text.getvalue())

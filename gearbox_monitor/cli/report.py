@@ -25,8 +25,8 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, dump, expect_new_file, JSON_FILE_HELP, warn, write_new)
-from gearbox_monitor.cli.progress import percent_bar
+    add_estimator_arguments, check_filter, expect_new_file, JSON_FILE_HELP, show, warn)
+from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.library.recording_report import write_report
 from gearbox_monitor.parameters import FILTER_NAMES
 
@@ -48,7 +48,7 @@ def run(args: Namespace) -> int:
     if args.filter:
         check_filter(args.filter)
     expect_new_file(args.json)
-    with percent_bar('report') as bar:
+    with count_bar('report', 100) as bar:
         def progress(task: str, share: float) -> None:
             """Show the share of a task."""
             bar.set_description_str(task, refresh=False)
@@ -57,11 +57,7 @@ def run(args: Namespace) -> int:
                              parameters=args.params, filter=args.filter, replay=args.replay,
                              progress=progress)
     warn(args, pages.notes)
-    if args.json == '-':
-        print(dump(pages.figures))
-        return 0
-    if args.json:
-        write_new(args.json, dump(pages.figures) + '\n')
     size = pages.page.stat().st_size / 1e6
-    print(f'{pages.headline}\n{pages.page}: {size:.1f} MB, {pages.extent}')
+    show(args, pages.figures,
+         lambda: f'{pages.headline}\n{pages.page}: {size:.1f} MB, {pages.extent}')
     return 0

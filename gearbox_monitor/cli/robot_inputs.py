@@ -5,6 +5,7 @@
 from argparse import ArgumentParser, Namespace
 import shlex
 
+from gearbox_monitor.cli.drive_recordings import written_options
 from gearbox_monitor.library.robot import load_robot, Robot
 
 
@@ -16,12 +17,9 @@ def add_robot_arguments(parser: ArgumentParser) -> None:
 
 def robot_options(args: Namespace) -> str:
     """Return the options in `args` that say how model and logs of a robot are read."""
-    words = [f'--{name} {shlex.quote(value)}' for name, value in (
-        ('root', args.root), ('values', args.values),
-        ('topic', args.topic if args.topic != 'joint_states' else None)) if value]
-    if args.recorded:
-        words.append(f'--recorded {shlex.join(args.recorded)}')
-    return ' '.join(words)
+    written = written_options(args, ('root', 'values', 'topic'))
+    names = f'--recorded {shlex.join(args.recorded)}' if args.recorded else ''
+    return f'{written} {names}'.strip()
 
 
 def robot_of(args: Namespace) -> Robot:

@@ -35,7 +35,8 @@ import yaml
 
 from gearbox_monitor.cli import suggest_robot
 from gearbox_monitor.cli.drive_recordings import add_model_arguments, load_drive
-from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.options import show, stated
+from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.opening import read_text
 from gearbox_monitor.files.yaml_files import expect_folder_of
@@ -94,9 +95,8 @@ def run(args: Namespace) -> int:
             raise InputError(f'{name}: a folder, expected the name of a file')
     if args.robot is not None:
         return suggest_robot.run(args)
-    for option in suggest_robot.OF_A_ROBOT:
-        if getattr(args, option) not in (None, False):
-            raise InputError(f'--{option}: of a whole robot, expected --robot FILE')
+    for option in stated(args, suggest_robot.OF_A_ROBOT):
+        raise InputError(f'{option}: of a whole robot, expected --robot FILE')
     for option in ('model', 'max_torque'):
         if getattr(args, option) is None:
             raise InputError(f'--{option.replace("_", "-")}: missing, expected it of one drive')
@@ -104,9 +104,9 @@ def run(args: Namespace) -> int:
     model = load_drive(args)
     expect_torque_input(model, args.model)
     limits = Limits(args.max_torque, args.max_speed, args.max_travel)
-    with percent_bar('suggest') as bar:
+    with progress_bar('suggest') as progress:
         motions = suggest(model, effects, pairs, limits, np.array(sigma), args.seconds,
-                          progress=progress_of(bar))
+                          progress=progress)
     if not motions:
         raise InputError(f'--max-speed, --max-travel: no motion of {args.seconds:g} s stays '
                          'within them, expected wider limits')
@@ -120,9 +120,7 @@ def run(args: Namespace) -> int:
     data = [{'excitation': _plant(m), 'seconds': m.seconds, 'least': m.least,
              'separation': {f'{a}|{b}': v for (a, b), v in m.separation.items()},
              'reached': vars(m.reached)} for m in motions]
-    if args.json and args.json != '-':
-        Path(args.json).write_text(json.dumps(data, indent=2) + '\n', encoding='utf-8')
-    print(json.dumps(data, indent=2) if args.json == '-' else text(motions, args, model.axis))
+    show(args, data, lambda: text(motions, args, model.axis))
     return 0 if motion.least > THRESHOLDS.isolable else 1
 
 

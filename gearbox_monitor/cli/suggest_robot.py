@@ -10,8 +10,8 @@ import numpy as np
 import yaml
 
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
-from gearbox_monitor.cli.options import dump, expect_new, write_new
-from gearbox_monitor.cli.progress import percent_bar, progress_of
+from gearbox_monitor.cli.options import expect_new, show, stated, write_new
+from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.library.robot import load_robot
 from gearbox_monitor.library.robot_motion import goal_lines, suggest_robot
@@ -36,21 +36,20 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args` of suggest; returns the exit code."""
-    for name in OF_ONE_DRIVE:
-        if getattr(args, name, None):
-            raise InputError(f'--robot: with {name.replace("_", "-")}, which is of one drive, '
-                             'expected one of them')
+    for option in stated(args, OF_ONE_DRIVE):
+        raise InputError(f'--robot: with {option.lstrip("-")}, which is of one drive, expected '
+                         'one of them')
     if args.payload and args.effects is not None:
         raise InputError('--payload: with --effects, expected one of them')
     for path in (args.out, args.csv, args.json):
         expect_new(path)
     effects = None if args.effects is None else args.effects.split(',')
     robot = load_robot(args.robot, values=args.values, root=args.root)
-    with percent_bar('suggest') as bar:
+    with progress_bar('suggest') as progress:
         motion = suggest_robot(
             robot, effects, seconds=args.seconds, link=args.link or '', speed=args.max_speed,
             torque=math.inf if args.max_torque is None else args.max_torque,
-            travel=args.max_travel, progress=progress_of(bar))
+            travel=args.max_travel, progress=progress)
     if args.out:
         write_new(args.out, yaml.safe_dump(motion.trajectory, default_flow_style=None,
                                            width=1000, sort_keys=False))
@@ -64,13 +63,11 @@ def run(args: Namespace) -> int:
             'goals': [{'effect': e, 'place': p, 'beside': r or None, 'size': size,
                        'usual': d.usual[e, p, r]} for (e, p, r), size in d.goals.items()],
             'visible': d.visible, 'start': dict(zip(motion.joints, d.q[0].tolist()))}
-    if args.json and args.json != '-':
-        write_new(args.json, dump(data) + '\n')
     units = {e.id: e.parameters[0].unit for e in EFFECTS.values() if e.parameters} | {
         e.id: next(iter(e.units.values())) for e in ROBOT_EFFECTS}
     lines = [f'{d.t[-1]:g} s: effects are seen at 1/{d.gain:.2g} of the size that random '
              'motions show', *goal_lines(d, units), 'begins at ' + ', '.join(
                  f'{j} {q:.3g}' for j, q in zip(motion.joints, d.q[0])), *motion.notes,
              *(f'written: {name}' for name in (args.out, args.csv) if name)]
-    print(dump(data) if args.json == '-' else '\n'.join(lines))
+    show(args, data, lambda: '\n'.join(lines))
     return 0

@@ -28,7 +28,6 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
-import json
 import math
 import sys
 import textwrap
@@ -40,13 +39,12 @@ import numpy as np
 from gearbox_monitor.bag.read import BagReader, JOINT_STATE, open_bag
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new, warn)
-from gearbox_monitor.cli.progress import percent_bar
+    add_estimator_arguments, check_filter, expect_new_file, show, warn)
+from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search
 from gearbox_monitor.estimation.tune import expected_seconds, tune
 from gearbox_monitor.files.parameter_file import error_words, write_parameters
-from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, MIXED
@@ -74,8 +72,7 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     if args.filter:
         check_filter(args.filter)
-    expect_new(args.out)
-    expect_folder_of(args.out)
+    expect_new_file(args.out)
     with open_bag(args.bag) as reader:
         inputs = load_filter_inputs(
             args, reader, args.filter,
@@ -84,7 +81,7 @@ def run(args: Namespace) -> int:
     samples, notes = measured_samples(inputs.samples, args.bag)
     if not COMPILED:
         print('tune: without numba this takes about a hundred times longer', file=sys.stderr)
-    with percent_bar('tune') as bar:
+    with count_bar('tune', 100) as bar:
         try:
             noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)  # refuses it
             seconds = expected_seconds(inputs.model, inputs.parameters, samples,
@@ -101,7 +98,7 @@ def run(args: Namespace) -> int:
     data = {'summary': summary(data, inputs.model.axis), **data}
     write_parameters(args.out, inputs.parameters, (inputs.model_file, inputs.model_values), data)
     warn(args, data['notes'])
-    print(json.dumps(data, indent=2) if args.json else text(data, inputs.model.axis))
+    show(args, data, lambda: text(data, inputs.model.axis))
     return int(data['kept_by'] > SAME or data['worse_than_static'])
 
 

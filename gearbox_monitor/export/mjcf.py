@@ -87,7 +87,7 @@ class MjcfValues:
     servo: Servo | None = None
 
     def passives(self, where: str, kind: str) -> list[tuple[float, ...]]:
-        """Return the numbers of the passive torques of one `kind` at a place."""
+        """Return the numbers of the passive torques of one `kind` at the place `where`."""
         return [p.numbers for p in self.passive if (p.where, p.kind) == (where, kind)]
 
 

@@ -555,35 +555,35 @@ def _of_drive(drive: MjcfDrive) -> list[Refusal]:
     m, motor, arm, own = drive.compiled, drive.motor, drive.arm, drive.actuator
     refusals: list[Refusal] = []
 
-    def add(attribute: str, words: str, joint: MjcfJoint = motor) -> None:
+    def _add(attribute: str, words: str, joint: MjcfJoint = motor) -> None:
         refusals.append(Refusal(joint.name, attribute, words))
     if motor.inertia + motor.armature <= 1e-12:
-        add('inertia', f'{motor.inertia + motor.armature:.3g}: it moves nothing, expected a body '
+        _add('inertia', f'{motor.inertia + motor.armature:.3g}: it moves nothing, expected a body '
             'with mass, or armature')
     law = own.law if own is not None else None
     if law is not None:
-        _of_law(drive, law, add)
+        _of_law(drive, law, _add)
     if arm is not None and arm.stiffness:
-        add('stiffness', f'{arm.stiffness:g} on the joint of the arm, expected 0', arm)
+        _add('stiffness', f'{arm.stiffness:g} on the joint of the arm, expected 0', arm)
     if arm is not None and any(not actuator_is_passive(m, i) for i in actuators_on(m, arm.index)):
-        add('actuator', 'drives the joint of the arm, expected none there', arm)
+        _add('actuator', 'drives the joint of the arm, expected none there', arm)
     if m.jnt_actgravcomp[motor.index] and m.jnt_actfrclimited[motor.index]:
-        add('actgravcomp', 'with a limit of the actuator force, expected one of both')
+        _add('actgravcomp', 'with a limit of the actuator force, expected one of both')
     for passive, _ in drive.passive:
         low, high = ORDERS
         if passive.kind == COGGING and passive.where != ARM and not (
                 low <= passive.numbers[1] <= high and passive.numbers[1] % 1.0 == 0.0):
-            add(COGGING, f'{passive.numbers[1]:g} waves in a turn, expected a whole number of '
+            _add(COGGING, f'{passive.numbers[1]:g} waves in a turn, expected a whole number of '
                 f'{low} to {high}')
         if passive.kind == COGGING and passive.where == TENDON:
-            add(COGGING, 'on the tendon, expected none')
+            _add(COGGING, 'on the tendon, expected none')
         if passive.kind == LUGRE and passive.where == ARM:
-            add(LUGRE, 'on the joint of the arm, expected it on that of the motor', arm or motor)
+            _add(LUGRE, 'on the joint of the arm, expected it on that of the motor', arm or motor)
         if passive.kind == LUGRE and passive.where == MOTOR and motor.frictionloss:
-            add(LUGRE, f'beside frictionloss {motor.frictionloss:g}, expected one of both')
+            _add(LUGRE, f'beside frictionloss {motor.frictionloss:g}, expected one of both')
     kinds = [(p.where, p.kind) for p, _ in drive.passive if p.where != ARM]
     if len(set(kinds)) < len(kinds):
-        add('dcmotor', 'several with cogging or lugre, expected one of each')
+        _add('dcmotor', 'several with cogging or lugre, expected one of each')
     return refusals
 
 

@@ -22,7 +22,7 @@ from gearbox_monitor.export.mjcf import (
 from gearbox_monitor.export.mjcf_file import (
     drive_of, MjcfActuator, MjcfDrive, MjcfJoint, values_in, weight)
 from gearbox_monitor.export.xml_edit import (
-    behind, Edit, edited, with_attributes, with_child, XmlElement)
+    behind, Edit, edited, with_attributes, with_child, with_element, words_of, XmlElement)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.friction_law import FrictionLaw, IMPEDANCES
 from gearbox_monitor.robot.compiled_model import mujoco_module
@@ -310,8 +310,7 @@ def _with_rotor(draft: _Draft, values: MjcfValues) -> tuple[str, str]:
                on_arm=True)
     place = ''.join(f' {key}="{value}"' for key, value in body.attributes.items()
                     if key in ('pos', *TURN))
-    friction = ' '.join(f'{k}="{v}"' for k, v in _friction(
-        drive, values.motor_friction, values, values.motor_inertia).items())
+    friction = words_of(_friction(drive, values.motor_friction, values, values.motor_inertia))
     kind = 'slide' if joint.slide else 'hinge'
     draft.edits.append(behind(document, body, f"""\
 <body name="{name}"{place}>
@@ -461,6 +460,20 @@ def _added_moment(drive: MjcfDrive, target: complex) -> Array:
     return (target.real * down + target.imag * np.cross(axis, down)) / size ** 2 - present
 
 
+def inertial_attributes(mass: float, centre: Array, tensor: Array) -> dict[str, str | None]:
+    """
+    Return the attributes of an inertial; those that state the same in other ways are None.
+
+    Args:
+        mass: kg.
+        centre: [3] m, in the frame of the body.
+        tensor: [3, 3] kg m^2 about it.
+    """
+    full = number(*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2])
+    return {'pos': number(*centre), 'mass': number(mass), 'fullinertia': full,
+            'diaginertia': None, **dict.fromkeys(TURN)}
+
+
 def _write_inertial(draft: _Draft, mass: float, centre: Array, tensor: Array) -> None:
     drive = draft.drive
     if drive.arm_joint.element is None:
@@ -468,14 +481,12 @@ def _write_inertial(draft: _Draft, mass: float, centre: Array, tensor: Array) ->
                          'file itself, expected it here and not in one that it includes')
     body = drive.document.parent(drive.arm_joint.element)
     tensor = np.where(np.abs(tensor) < SAME * np.trace(tensor), 0.0, tensor)
-    full = number(*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2])
-    values = {'pos': number(*centre), 'mass': number(mass), 'fullinertia': full}
+    values = inertial_attributes(mass, centre, tensor)
     present = body.all('inertial')
     if present:
-        draft.put(present[0], {**values, 'diaginertia': None, **dict.fromkeys(TURN)})
+        draft.put(present[0], values)
         return
-    text = '<inertial ' + ' '.join(f'{k}="{v}"' for k, v in values.items()) + '/>'
-    draft.edits.append(with_child(drive.document, body, text, first=True))
+    draft.edits += with_element(drive.document, body, 'inertial', values, first=True)
     draft.changes.append(Splice(f'inertial of {_title(body)}', '', '', 'new'))
 
 
@@ -493,9 +504,8 @@ def _tendons(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -
                   else number(values.stiffness), 'damping': number(values.damping)}
     joints = f'  <joint joint="{names[0]}" coef="1"/>\n  <joint joint="{names[1]}" coef="-1"/>\n'
     if tendon is None:
-        words = ' '.join(f'{k}="{v}"' for k, v in attributes.items())
         draft.add('tendon', f'tendon "{names[1]}_gearbox"',
-                  f'<fixed name="{names[1]}_gearbox" {words}>\n{joints}</fixed>')
+                  f'<fixed name="{names[1]}_gearbox" {words_of(attributes)}>\n{joints}</fixed>')
     else:
         if _same(ends[0], tendon.low) and _same(ends[1], tendon.high):
             del attributes['springlength']
@@ -504,7 +514,7 @@ def _tendons(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -
         if _same(values.damping, tendon.damping):
             del attributes['damping']
         draft.put(tendon.element, attributes, title=f'tendon {tendon.name}')
-    present = drive_yield(draft.drive)
+    present = values_in(draft.drive).yielding
     if values.yielding and present:
         elastic = draft.drive.hysteresis
         if elastic is not None and not all(map(_same, values.yielding, present)):
@@ -516,11 +526,6 @@ def _tendons(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -
                   f'<fixed name="{names[1]}_hysteresis" springlength="0 0" '
                   f'stiffness="{number(values.yielding[0])}" '
                   f'springyield="{number(values.yielding[1])}">\n{joints}</fixed>')
-
-
-def drive_yield(drive: MjcfDrive) -> tuple[float, float] | None:
-    """Return stiffness (N m/rad) and yield (rad) of the hysteresis of a drive, None without."""
-    return values_in(drive).yielding
 
 
 class _Force(NamedTuple):
@@ -597,9 +602,7 @@ def _actuator(draft: _Draft, values: MjcfValues, motor: str) -> None:
                          'expected one')
     present, target = _forces(drive, values)
     attributes: dict[str, str | None] = {}
-    where = f'{drive.path}: actuator {a.name}'
-    if a.element is not None:
-        where = f'{drive.path}: line {a.element.line}: actuator {a.name}'
+    where = _place(drive, a)
     if a.setpoint and values.servo is None and (values.lag or values.delay):
         raise InputError(f'{where}: follows a setpoint, and lag or delay of a torque would act on '
                          'that; expected a motor')
@@ -624,6 +627,12 @@ def _actuator(draft: _Draft, values: MjcfValues, motor: str) -> None:
     draft.put(a.element, attributes, 'general' if general else '', title=f'actuator {a.name}')
 
 
+def _place(drive: MjcfDrive, a: MjcfActuator) -> str:
+    """Return where an actuator stands, for messages."""
+    line = f'line {a.element.line}: ' if a.element is not None else ''
+    return f'{drive.path}: {line}actuator {a.name}'
+
+
 def _inherited(drive: MjcfDrive, a: MjcfActuator) -> dict[str, str | None]:
     """Return the range of controls that an actuator has from its joint, which it leaves."""
     m = drive.compiled
@@ -640,9 +649,7 @@ def _of_actuator(drive: MjcfDrive, present: _Force, target: _Force, pinned: bool
     """Return the attributes of the actuator that make its force that of `target`."""
     a = drive.actuator
     assert a is not None
-    where = f'{drive.path}: actuator {a.name}'
-    if a.element is not None:
-        where = f'{drive.path}: line {a.element.line}: actuator {a.name}'
+    where = _place(drive, a)
     servo = target.bias[1] != 0.0
     if a.dynamics not in ('none', 'filter', 'filterexact'):
         raise InputError(f'{where}: dyntype {a.dynamics}, expected none for a lag')
@@ -759,9 +766,8 @@ def _sensors(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -
         if own:
             draft.put(own[0], delays)
         else:
-            words = ' '.join(f'{k}="{v}"' for k, v in delays.items())
-            draft.add('sensor', f'sensor "{name}_encoder"',
-                      f'<jointpos name="{name}_encoder" joint="{name}" {words}/>')
+            draft.add('sensor', f'sensor "{name}_encoder"', f'<jointpos name="{name}_encoder" '
+                      f'joint="{name}" {words_of(delays)}/>')
 
 
 def _shift_zero(draft: _Draft, zero: float) -> None:

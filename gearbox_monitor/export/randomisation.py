@@ -5,17 +5,20 @@
 Ranges of parameters as the domain randomisation of a simulator: YAML, Isaac Lab, mjlab.
 
 The events of both frameworks draw each parameter alone; a function beside them draws all
-parameters of the joint together, with their correlation.
+parameters of the joint together, with their correlation. Their texts stand in templates/.
 """
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from math import log
 from typing import Any, NamedTuple
 
+from jinja2 import Environment, PackageLoader, StrictUndefined
 import yaml
 
 from gearbox_monitor.balance.robot_effects import PAYLOAD
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.identification.parameter_ranges import NORMAL, ParameterRanges
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY
 
 ALIASES = {'isaaclab': 'isaac'}
@@ -23,8 +26,11 @@ FRICTION, VISCOUS, ARMATURE = 'Cc', 'Cv', 'm1'
 DELAY, WEIGHT = 'actuator_delay.T', 'gravity.G'
 MASS = f'{PAYLOAD.id}.m'  # mass that a robot holds beyond its file
 JOINT = (FRICTION, VISCOUS, ARMATURE)  # that the function which draws together can write
-STEP = 0.005                           # s, of the physics in the text, for the delay
-RELATED = 0.3                          # correlation that is worth a sentence
+MJLAB = {FRICTION: ('joint_friction', 'dof_frictionloss'),  # event and field of mujoco.MjModel
+         VISCOUS: ('joint_damping', 'dof_damping'), ARMATURE: ('joint_armature', 'dof_armature')}
+NAMES = {'delay': DELAY, 'weight': WEIGHT, 'mass': MASS}  # short ones
+RELATED = 0.3  # correlation that is worth a sentence
+JOINTS, BODIES, ACTUATORS = ('joint_names=JOINTS', 'body_names=BODIES', 'actuator_names=JOINTS')
 
 
 class _Range(NamedTuple):
@@ -33,6 +39,15 @@ class _Range(NamedTuple):
     absolute: str
     relative: str
     law: str
+
+
+class _Event(NamedTuple):
+    """A term of the events: its function, what of the scene it changes, its parameters as text."""
+
+    name: str
+    function: str
+    asset: str
+    parameters: Mapping[str, str]
 
 
 def randomisation(ranges: ParameterRanges, to: str) -> str:
@@ -83,23 +98,54 @@ def _rounded(value: float) -> float:
     return float(f'{value:.4g}')
 
 
-def _words(ranges: ParameterRanges) -> list[str]:
-    """Return comments on how the ranges were found and what they do not say."""
-    lines = [f'# 90 % ranges of a new drive, from {len(ranges.sources)} estimate'
-             f'{"" if len(ranges.sources) == 1 else "s"}:']
-    for i, name in enumerate(ranges.names):
-        lines.append(f'#   {name}: {ranges.low[i]:.4g} to {ranges.high[i]:.4g} {ranges.units[i]}, '
-                     f'median {ranges.centre[i]:.4g}')
-    lines += [f'# {combination}' for combination in ranges.combinations]
+@cache
+def _environment() -> Environment:
+    return Environment(loader=PackageLoader('gearbox_monitor.export'), trim_blocks=True,
+                       lstrip_blocks=True, keep_trailing_newline=True, undefined=StrictUndefined)
+
+
+def _text(template: str, ranges: ParameterRanges, r: Mapping[str, _Range | None],
+          events: Sequence[_Event], varied: Sequence[str]) -> str:
+    """
+    Return the text of a framework.
+
+    Args:
+        template: its file.
+        ranges: of a new drive.
+        r: of `_ranges`.
+        events: that draw each parameter alone.
+        varied: names of the parameters that they draw.
+    """
+    return _environment().get_template(template).render(
+        ranges=ranges, r=r, events=events, remarks=_remarks(ranges), joint=_joint(ranges),
+        lacking=[name for name in ranges.names if name not in varied],
+        fields={name: field for name, (_, field) in MJLAB.items() if r[name]})
+
+
+def _remarks(ranges: ParameterRanges) -> list[str]:
+    """Return comments on what the ranges do not say."""
+    lines = [str(combination) for combination in ranges.combinations]
     for i in range(len(ranges.names)):
-        lines += [f'# {ranges.names[j]} and {ranges.names[i]}: correlation '
+        lines += [f'{ranges.names[j]} and {ranges.names[i]}: correlation '
                   f'{ranges.correlation[i, j]:.2f}' for j in range(i)
                   if abs(ranges.correlation[i, j]) > RELATED]
-    return lines + [f'# {note}' for note in ranges.notes]
+    return [*lines, *ranges.notes]
+
+
+def _ranges(ranges: ParameterRanges) -> dict[str, _Range | None]:
+    """
+    Return {name: range, None where it has none} of what events draw, by the short NAMES.
+
+    A weight whose sign is open has none: it is no factor on a mass.
+    """
+    r = {name: _range(ranges, NAMES.get(name, name)) for name in (*JOINT, 'kp', 'kd', *NAMES)}
+    i = ranges.index(WEIGHT)
+    if i is not None and ranges.low[i] * ranges.high[i] <= 0.0:
+        r['weight'] = None
+    return r
 
 
 def _range(ranges: ParameterRanges, name: str) -> _Range | None:
-    """Return the range of a parameter, None where it has none."""
     i = ranges.index(name)
     if i is None:
         return None
@@ -109,74 +155,18 @@ def _range(ranges: ParameterRanges, name: str) -> _Range | None:
     return _Range(f'({low:.6g}, {high:.6g})', f'({shares[0]:.5g}, {shares[1]:.5g})', law)
 
 
-def _weight(ranges: ParameterRanges) -> _Range | None:
-    """Return the range of a payload's weight, None where its sign is open: no factor on a mass."""
-    i = ranges.index(WEIGHT)
-    return None if i is None or ranges.low[i] * ranges.high[i] <= 0.0 else _range(ranges, WEIGHT)
-
-
-def _event(name: str, framework: str, function: str, arguments: Sequence[str],
-           asset: str = 'joint_names=JOINTS') -> list[str]:
-    """Return the lines of one event."""
-    return [f'    {name} = EventTermCfg(', f'        func={framework}.{function},',
-            "        mode='startup',", '        params={',
-            f"            'asset_cfg': SceneEntityCfg(ASSET, {asset}),",
-            *(f'            {argument},' for argument in arguments), '        },', '    )']
-
-
-def _lacking(ranges: ParameterRanges, taken: Sequence[str]) -> list[str]:
-    """Return a comment on the parameters for which there is no event."""
-    missing = [name for name in ranges.names if name not in taken]
-    return [f'# No event: {", ".join(missing)}. They stand above; set them in your code.'
-            ] if missing else []
-
-
-def _delay(ranges: ParameterRanges) -> list[str]:
-    """Return lines that make steps of the physics of a delay."""
-    i = ranges.index(DELAY)
-    if i is None:
-        return []
-    return [f'DELAY = ({ranges.low[i]:.6g}, {ranges.high[i]:.6g})  # s',
-            f'PHYSICS_STEP = {STEP}  # s, that of your simulation',
-            'DELAY_STEPS = tuple(round(delay / PHYSICS_STEP) for delay in DELAY)']
-
-
-def _together(ranges: ParameterRanges, write: Sequence[str],
-              decorator: Sequence[str]) -> list[str]:
-    """Return a function that draws the parameters of the joint with their correlation."""
+def _joint(ranges: ParameterRanges) -> dict[str, Any]:
+    """Return what draws the parameters of the joint together, as texts; {} for none of them."""
     own = [i for i, name in enumerate(ranges.names) if name in JOINT]
-    if not own:
-        return []
-    scale = [_deviation(ranges, i) for i in own]
-    rows = ['    (' + ', '.join(f'{ranges.correlation[i, j]:.4f}' for j in own) + '),'
-            for i in own]
-    centre = ', '.join(f'{ranges.centre[i]:.6g}' for i in own)
-    low = ', '.join(f'{ranges.low[i]:.6g}' for i in own)
-    high = ', '.join(f'{ranges.high[i]:.6g}' for i in own)
-    logs = ', '.join(str(ranges.logarithmic[i]) for i in own)
-    return [
-        '', '', f'PARAMETERS = ({", ".join(repr(ranges.names[i]) for i in own)},)',
-        f'CENTRE = ({centre},)', f'LOW = ({low},)', f'HIGH = ({high},)',
-        '# Of the logarithm, where a parameter has one.',
-        f'DEVIATION = ({", ".join(f"{s:.6g}" for s in scale)},)',
-        f'LOGARITHMIC = ({logs},)', 'CORRELATION = (', *rows, ')', '', '',
-        'def draw(count, device):',
-        '    """Return correlated parameters {name: [count, 1]}, within their 90 % ranges."""',
-        '    values, vectors = torch.linalg.eigh(torch.tensor(CORRELATION, device=device))',
-        '    factor = vectors * values.clamp(min=0.0).sqrt()',
-        '    step = torch.randn(count, len(PARAMETERS), device=device) @ factor.T',
-        '    out = {}',
-        '    for i, name in enumerate(PARAMETERS):',
-        '        move = DEVIATION[i] * step[:, i:i + 1]',
-        '        value = CENTRE[i] * move.exp() if LOGARITHMIC[i] else CENTRE[i] + move',
-        '        out[name] = value.clamp(LOW[i], HIGH[i])',
-        '    return out', '', '', *decorator,
-        'def joint_together(env, env_ids, asset_cfg):',
-        '    """Set the parameters of the joint, drawn together, in each of the environments."""',
-        '    if env_ids is None:',
-        '        env_ids = torch.arange(env.num_envs, device=env.device)',
-        '    asset = env.scene[asset_cfg.name]',
-        '    value = draw(len(env_ids), env.device)', *write]
+
+    def _row(values: Sequence[float] | Array) -> str:
+        return ', '.join(f'{value:.6g}' for value in values)
+    return {} if not own else {
+        'names': ', '.join(repr(ranges.names[i]) for i in own), 'centre': _row(ranges.centre[own]),
+        'low': _row(ranges.low[own]), 'high': _row(ranges.high[own]),
+        'deviation': _row([_deviation(ranges, i) for i in own]),
+        'logarithmic': ', '.join(str(ranges.logarithmic[i]) for i in own),
+        'correlation': [', '.join(f'{ranges.correlation[i, j]:.4f}' for j in own) for i in own]}
 
 
 def _deviation(ranges: ParameterRanges, i: int) -> float:
@@ -185,127 +175,63 @@ def _deviation(ranges: ParameterRanges, i: int) -> float:
     return ((log(high) - log(low)) if ranges.logarithmic[i] else high - low) / (2.0 * NORMAL)
 
 
+def _drawn(operation: str, law: str) -> dict[str, str]:
+    return {'operation': repr(operation), 'distribution': repr(law)}
+
+
 def _isaac(ranges: ParameterRanges) -> str:
     """Return event terms of Isaac Lab."""
-    friction, viscous, armature = (_range(ranges, name) for name in JOINT)
-    kp, kd, weight = _range(ranges, 'kp'), _range(ranges, 'kd'), _weight(ranges)
-    events: list[str] = []
-
-    def add(name: str, function: str, rows: dict[str, str], operation: str, law: str,
-            asset: str = 'joint_names=JOINTS') -> None:
-        events.extend(_event(name, 'mdp', function, [
-            *(f"'{key}': {value}" for key, value in rows.items()),
-            f"'operation': '{operation}'", f"'distribution': '{law}'"], asset))
+    r = _ranges(ranges)
+    friction, armature, weight, mass = r[FRICTION], r[ARMATURE], r['weight'], r['mass']
+    gains = {key: gain for key, gain in (('stiffness_distribution_params', r['kp']),
+                                         ('damping_distribution_params', r['kd'])) if gain}
+    change, shift = 'mdp.randomize_joint_parameters', 'mdp.randomize_rigid_body_mass'
+    events = []
     if friction:
-        events += ['    # Scales static, dynamic and viscous friction of the configuration, each',
-                   '    # by a draw of its own from this one range: set them to the medians.']
-        add('joint_friction', 'randomize_joint_parameters',
-            {'friction_distribution_params': friction.relative}, 'scale', friction.law)
+        events.append(_Event('joint_friction', change, JOINTS, {
+            'friction_distribution_params': friction.relative, **_drawn('scale', friction.law)}))
     if armature:
-        add('joint_armature', 'randomize_joint_parameters',
-            {'armature_distribution_params': armature.absolute}, 'abs', armature.law)
-    gains = {key: entry for key, entry in (('stiffness_distribution_params', kp),
-                                           ('damping_distribution_params', kd)) if entry}
+        events.append(_Event('joint_armature', change, JOINTS, {
+            'armature_distribution_params': armature.absolute, **_drawn('abs', armature.law)}))
     if gains:
-        add('actuator_gains', 'randomize_actuator_gains',
-            {key: entry.absolute for key, entry in gains.items()}, 'abs',
-            next(iter(gains.values())).law)
+        events.append(_Event('actuator_gains', 'mdp.randomize_actuator_gains', JOINTS, {
+            **{key: gain.absolute for key, gain in gains.items()},
+            **_drawn('abs', next(iter(gains.values())).law)}))
     if weight:
-        add('payload', 'randomize_rigid_body_mass',
-            {'mass_distribution_params': weight.relative, 'recompute_inertia': 'True'}, 'scale',
-            weight.law, 'body_names=BODIES')
-    if mass := _range(ranges, MASS):
-        add('payload_mass', 'randomize_rigid_body_mass',
-            {'mass_distribution_params': mass.absolute, 'recompute_inertia': 'True'}, 'add',
-            mass.law, 'body_names=BODIES')
-    write = []
-    if armature:
-        write += ['    asset.write_joint_armature_to_sim(', f"        value['{ARMATURE}'], "
-                  'joint_ids=asset_cfg.joint_ids, env_ids=env_ids)']
-    if friction:
-        write += ['    asset.write_joint_friction_coefficient_to_sim(',
-                  f"        joint_friction_coeff=value['{FRICTION}'],",
-                  f"        joint_dynamic_friction_coeff=value['{FRICTION}'],",
-                  *([f"        joint_viscous_friction_coeff=value['{VISCOUS}'],"]
-                    if viscous else []),
-                  '        joint_ids=asset_cfg.joint_ids, env_ids=env_ids)']
-    correlated = _together(ranges, write, ()) if write else []
+        events.append(_Event('payload', shift, BODIES, {
+            'mass_distribution_params': weight.relative, 'recompute_inertia': 'True',
+            **_drawn('scale', weight.law)}))
+    if mass:
+        events.append(_Event('payload_mass', shift, BODIES, {
+            'mass_distribution_params': mass.absolute, 'recompute_inertia': 'True',
+            **_drawn('add', mass.law)}))
     varied = [*(JOINT if friction else (ARMATURE,)), 'kp', 'kd', DELAY,
-             *((WEIGHT,) if weight else ()), MASS]
-    delay = _delay(ranges)
-    return '\n'.join([
-        *_words(ranges), 'import isaaclab.envs.mdp as mdp',
-        'from isaaclab.managers import EventTermCfg, SceneEntityCfg',
-        'from isaaclab.utils import configclass', 'import torch', '',
-        "ASSET, JOINTS, BODIES = 'robot', ['joint'], ['body']  # names in your scene",
-        *delay, *(['# min_delay, max_delay = DELAY_STEPS of DelayedPDActuatorCfg']
-                  if delay else []),
-        *_lacking(ranges, varied), '', '', '@configclass', 'class RangeEvents:',
-        '    """Each parameter alone, without correlation."""', '', *(events or ['    pass']),
-        *correlated, *(['', '', '@configclass', 'class CorrelatedEvents:',
-                      '    """Instead of friction and armature of RangeEvents."""', '',
-                      '    joint = EventTermCfg(',
-                      "        func=joint_together, mode='startup',",
-                      "        params={'asset_cfg': SceneEntityCfg(ASSET, joint_names=JOINTS)})"]
-                     if correlated else []), ''])
+              *((WEIGHT,) if weight else ()), MASS]
+    return _text('isaac.py.jinja', ranges, r, events, varied)
 
 
 def _mjlab(ranges: ParameterRanges) -> str:
     """Return event terms of mjlab."""
-    events: list[str] = []
-    fields = []
-    for name, event, field, function in (
-            (FRICTION, 'joint_friction', 'dof_frictionloss', 'joint_friction'),
-            (VISCOUS, 'joint_damping', 'dof_damping', 'joint_damping'),
-            (ARMATURE, 'joint_armature', 'dof_armature', 'joint_armature')):
-        if entry := _range(ranges, name):
-            fields.append((name, field))
-            events += _event(event, 'dr', function, [
-                f"'ranges': {entry.absolute}", "'operation': 'abs'",
-                f"'distribution': '{entry.law}'"])
-    kp, kd, weight = _range(ranges, 'kp'), _range(ranges, 'kd'), _weight(ranges)
+    r = _ranges(ranges)
+    kp, kd, weight, mass = r['kp'], r['kd'], r['weight'], r['mass']
+    events = [_Event(event, f'dr.{event}', JOINTS, {
+        'ranges': entry.absolute, **_drawn('abs', entry.law)})
+        for name, (event, _) in MJLAB.items() if (entry := r[name])]
     if gain := kp or kd:
-        events += _event('pd_gains', 'dr', 'pd_gains', [
-            f"'kp_range': {kp.relative if kp else '(1.0, 1.0)'}",
-            f"'kd_range': {kd.relative if kd else '(1.0, 1.0)'}", "'operation': 'scale'",
-            f"'distribution': '{gain.law}'"],
-            'actuator_names=JOINTS')
+        events.append(_Event('pd_gains', 'dr.pd_gains', ACTUATORS, {
+            'kp_range': kp.relative if kp else '(1.0, 1.0)',
+            'kd_range': kd.relative if kd else '(1.0, 1.0)', **_drawn('scale', gain.law)}))
     if weight:
-        events += _event('payload', 'dr', 'body_mass', [
-            f"'ranges': {weight.relative}", "'operation': 'scale'",
-            f"'distribution': '{weight.law}'"], 'body_names=BODIES')
-    if mass := _range(ranges, MASS):
-        events += _event('payload_mass', 'dr', 'body_mass', [
-            f"'ranges': {mass.absolute}", "'operation': 'add'",
-            f"'distribution': '{mass.law}'"], 'body_names=BODIES')
-    delay = _delay(ranges)
-    if delay:
-        events += _event(ACTUATOR_DELAY.id, 'dr', 'sync_actuator_delays', [
-            "'lag_range': DELAY_STEPS"], 'actuator_names=JOINTS')
-    write = ['    dofs = asset.indexing.joint_v_adr[asset_cfg.joint_ids]',
-             *(f"    env.sim.model.{field}[env_ids[:, None], dofs] = value['{name}']"
-               for name, field in fields)]
-    listed = ', '.join(repr(field) for _, field in fields)
-    recompute = ', recompute=RecomputeLevel.set_const_0' if any(
-        name == ARMATURE for name, _ in fields) else ''
-    correlated = _together(ranges, write, [f'@requires_model_fields({listed}{recompute})'])
-    body = [line[4:] if line.startswith('    ') else line for line in events]
-    names = [line.split(' = ')[0] for line in body if ' = EventTermCfg(' in line]
-    return '\n'.join([
-        *_words(ranges), 'from mjlab.envs.mdp import dr',
-        'from mjlab.managers.event_manager import (',
-        '    EventTermCfg, RecomputeLevel, requires_model_fields)',
-        'from mjlab.managers.scene_entity_config import SceneEntityCfg', 'import torch', '',
-        "ASSET, JOINTS, BODIES = 'robot', ('joint',), ('body',)  # names in your scene",
-        *delay, *_lacking(ranges, [*JOINT, 'kp', 'kd', DELAY, MASS,
-                                   *((WEIGHT,) if weight else ())]), '',
-        '# Each parameter alone, without correlation.', *body,
-        f'EVENTS = {{{", ".join(f"{name!r}: {name}" for name in names)}}}', *correlated,
-        *(['', '', '# Instead of friction, damping and armature of EVENTS.',
-           'joint = EventTermCfg(',
-           "    func=joint_together, mode='startup',",
-           "    params={'asset_cfg': SceneEntityCfg(ASSET, joint_names=JOINTS)})",
-           "CORRELATED_EVENTS = {'joint': joint}"] if correlated else []), ''])
+        events.append(_Event('payload', 'dr.body_mass', BODIES, {
+            'ranges': weight.relative, **_drawn('scale', weight.law)}))
+    if mass:
+        events.append(_Event('payload_mass', 'dr.body_mass', BODIES, {
+            'ranges': mass.absolute, **_drawn('add', mass.law)}))
+    if r['delay']:
+        events.append(_Event(ACTUATOR_DELAY.id, 'dr.sync_actuator_delays', ACTUATORS, {
+            'lag_range': 'DELAY_STEPS'}))
+    return _text('mjlab.py.jinja', ranges, r, events, [
+        *JOINT, 'kp', 'kd', DELAY, MASS, *((WEIGHT,) if weight else ())])
 
 
 WRITERS: dict[str, Callable[[ParameterRanges], str]] = {

@@ -12,11 +12,11 @@ from gearbox_monitor.balance.robot_effects import (
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.mjcf import EXPRESSIONS, REFUSED
 from gearbox_monitor.export.mjcf_file import read_file
-from gearbox_monitor.export.mjcf_patch import number
+from gearbox_monitor.export.mjcf_patch import inertial_attributes, number
 from gearbox_monitor.export.robot_bodies import body_with, possible
 from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.export.xml_edit import (
-    Edit, edited, parse_xml, with_attributes, with_child, XmlDocument, XmlElement)
+    Edit, edited, parse_xml, with_attributes, with_child, with_element, XmlDocument, XmlElement)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA, MOTOR_VISCOUS
 from gearbox_monitor.robot.chain import inertial, PER_LINK
@@ -217,27 +217,18 @@ class _MjcfDraft(_Draft):
                     raise InputError(f'{self._document.name}: compiler: {key}: replaces masses of '
                                      'bodies, expected none')
         body, (mass, centre, tensor) = body_with(self._file, link, theta)
-        values: dict[str, str | None] = {
-            'pos': number(*centre), 'mass': number(mass), 'fullinertia': number(
-                *np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2])}
-        element = self._body(body)
-        present = element.all('inertial')
-        if present:
-            gone = dict.fromkeys(('diaginertia', 'quat', 'axisangle', 'xyaxes', 'zaxis', 'euler'))
-            return with_attributes(self._document, present[0], {**values, **gone})
-        text = ' '.join(f'{key}="{value}"' for key, value in values.items())
-        return [with_child(self._document, element, f'<inertial {text}/>', first=True)]
+        return with_element(self._document, self._body(body), 'inertial',
+                            inertial_attributes(mass, centre, tensor), first=True)
 
     def _of_tilt(self, values: Mapping[str, float]) -> list[Edit]:
         turned = self._file.chain.gravity + GRAVITY_SIZE * np.array(
             [values['ax'], values['ay'], 0.0])
         options = self._document.root.all('option')
-        text = number(*turned)
+        new: dict[str, str | None] = {'gravity': number(*turned)}
         if not options:
-            return [with_child(self._document, self._document.root, f'<option gravity="{text}"/>',
-                               first=True)]
+            return with_element(self._document, self._document.root, 'option', new, first=True)
         own = next((o for o in reversed(options) if 'gravity' in o.attributes), options[-1])
-        return with_attributes(self._document, own, {'gravity': text})
+        return with_attributes(self._document, own, new)
 
 
 def _bodies(elements: Sequence[XmlElement]) -> Iterator[XmlElement]:
@@ -267,11 +258,7 @@ class _UrdfDraft(_Draft):
 
     def _of_joint(self, joint: int, values: dict[str, str]) -> list[Edit]:
         element = self._named('joint', self._file.chain.joints[joint])
-        present = element.all('dynamics')
-        if present:
-            return with_attributes(self._document, present[0], dict(values))
-        text = ' '.join(f'{key}="{value}"' for key, value in values.items())
-        return [with_child(self._document, element, f'<dynamics {text}/>')]
+        return with_element(self._document, element, 'dynamics', values)
 
     def _gravity(self) -> None:
         raise InputError('a URDF has no gravity')

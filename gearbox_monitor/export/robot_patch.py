@@ -17,9 +17,11 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf import CONSTRUCT, Exported, NATIVE, REFUSED
 from gearbox_monitor.export.mjcf_patch import across, balanced, number, Patch, Splice
 from gearbox_monitor.export.parameter_list import parameter_list
-from gearbox_monitor.export.sdf_file import child_of, sdf_joint, TENSOR, urdf_of
+from gearbox_monitor.export.sdf_file import child_of, sdf_joint, urdf_of
+from gearbox_monitor.export.urdf_file import TENSOR
 from gearbox_monitor.export.xml_edit import (
-    Edit, edited, parse_xml, with_attributes, with_child, with_text, XmlDocument, XmlElement)
+    Edit, edited, parse_xml, with_attributes, with_child, with_text, words_of, XmlDocument,
+    XmlElement)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.plant.effects import actuator, arm_side, motor_side
@@ -143,7 +145,7 @@ def _joint_of_urdf(draft: _Draft, joint: XmlElement, values: Mapping[str, float]
     if dynamics is not None:
         draft.attributes(dynamics, title + 'dynamics', own)
     elif any(own.values()):
-        words = ' '.join(f'{k}="{number(v)}"' for k, v in own.items())
+        words = words_of({k: number(v) for k, v in own.items()})
         draft.child(joint, title + 'dynamics', f'<dynamics {words}/>')
     if 'effort' in values and limit is not None:
         draft.attributes(limit, title + 'limit', {'effort': values['effort']})

@@ -13,13 +13,13 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.export.urdf_file import TENSOR
 from gearbox_monitor.export.xml_edit import XmlDocument, XmlElement
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.description import turn
 
 MODEL_FRAME = '__model__'
 AXES_OF_LINKS = 1.5   # first version whose axes are not in the frame of the model
-TENSOR = ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz')
 
 
 class Frame(NamedTuple):
@@ -101,7 +101,7 @@ class _Sdf:
         return values
 
     def frame(self, element: XmlElement, base: str, depth: int = 0) -> Frame:
-        """Return the pose in the model; `base`: what it is relative to; `depth` of references."""
+        """Return the pose of `element`; `base`: what it is relative to; `depth` of references."""
         pose = child_of(element, 'pose')
         own = HERE
         if pose is not None:

@@ -113,7 +113,7 @@ class UserSimulator:
 
 def user_simulator(name: str) -> UserSimulator:
     """
-    Return the simulator module:function, the module from the working directory or installed.
+    Return the simulator `name`, module:function, from the working directory or installed.
 
     FILE.fmu is a functional mock-up unit, FILE.fmu:NAMES one with other names of variables.
     Raises InputError.

@@ -6,7 +6,7 @@ Edit an XML file as text: what is not edited keeps every byte, comments and inde
 
 The parser (expat) tells where each element stands; edits replace or insert bytes there.
 """
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 import difflib
 from pathlib import Path
@@ -180,6 +180,32 @@ def with_child(document: XmlDocument, parent: XmlElement, text: str, first: bool
         place = parent.children[-1].end
         return Edit(place, place, text)
     return Edit(parent.head, parent.head, text if parent.children else f'{text}\n{own}')
+
+
+def with_element(document: XmlDocument, parent: XmlElement, tag: str,
+                 values: Mapping[str, str | None], first: bool = False) -> list[Edit]:
+    """
+    Return the edits that give the first child of one tag other attributes, or add it with them.
+
+    Args:
+        document: the file.
+        parent: element that has the child, or gets it.
+        tag: of the child.
+        values: {attribute: value, None to remove it}.
+        first: a new one stands before all others, else behind them.
+
+    Returns:
+        The edits.
+    """
+    present = parent.all(tag)
+    if present:
+        return with_attributes(document, present[0], dict(values))
+    return [with_child(document, parent, f'<{tag} {words_of(values)}/>', first)]
+
+
+def words_of(values: Mapping[str, str | None]) -> str:
+    """Return attributes `values` as a start tag has them, without those that are None."""
+    return ' '.join(f'{name}={quoteattr(v)}' for name, v in values.items() if v is not None)
 
 
 def with_text(document: XmlDocument, element: XmlElement, text: str) -> Edit:

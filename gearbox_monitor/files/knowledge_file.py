@@ -13,7 +13,7 @@ from gearbox_monitor.balance.evidence import Prior
 from gearbox_monitor.balance.knowledge import Knowledge, VERSION
 from gearbox_monitor.balance.visits import Visits
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import read_bytes
+from gearbox_monitor.files.opening import read_bytes, write_new
 
 SUFFIX = '.knowledge'
 MAX_BYTES = 256 << 20
@@ -35,11 +35,7 @@ def save_knowledge(path: str | Path, knowledge: Knowledge) -> None:
         **{name: getattr(knowledge, name) for name in TEXTS}})
     content = io.BytesIO()
     np.savez_compressed(content, text=np.frombuffer(text.encode(), np.uint8), **arrays)
-    try:
-        with open(path, 'xb') as file:
-            file.write(content.getvalue())
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+    write_new(path, content.getvalue())
 
 
 def load_knowledge(path: str | Path, model: str) -> Knowledge:

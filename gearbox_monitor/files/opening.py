@@ -45,11 +45,11 @@ def read_text(path: str | Path, limit: int) -> str:
     return read_bytes(path, limit).decode('utf-8')
 
 
-def write_new(path: str | Path, text: str) -> Path:
-    """Write `text` to the new file `path`, and return that. Raises InputError."""
+def write_new(path: str | Path, content: str | bytes) -> Path:
+    """Write `content` to the new file `path`, and return that. Raises InputError."""
     try:
-        with open(path, 'x', encoding='utf-8') as file:
-            file.write(text)
+        with open(path, 'xb') as file:
+            file.write(content.encode() if isinstance(content, str) else content)
     except OSError as error:
         raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
     return Path(path)

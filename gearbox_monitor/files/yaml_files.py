@@ -13,7 +13,7 @@ import yaml
 
 from gearbox_monitor.errors import InputError, Problems
 from gearbox_monitor.files.bounded_yaml import parse_yaml
-from gearbox_monitor.files.opening import read_text
+from gearbox_monitor.files.opening import read_text, write_new
 from gearbox_monitor.parameters import check_values, Table
 from gearbox_monitor.plant.drive import DriveModel, KEYS, model_from_dict
 
@@ -148,13 +148,8 @@ def save_model(path: str | Path, model: DriveModel, comment: Sequence[str]) -> N
 
     """
     lines = [f'# {line}'.rstrip() for line in comment]
-    text = '\n'.join(lines) + '\n' + yaml.safe_dump(
-        model.to_dict(), sort_keys=False, default_flow_style=None)
-    try:
-        with open(path, 'x', encoding='utf-8') as file:
-            file.write(text)
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a new, writable file') from None
+    write_new(path, '\n'.join(lines) + '\n' + yaml.safe_dump(
+        model.to_dict(), sort_keys=False, default_flow_style=None))
 
 
 def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> dict[str, Any]:
@@ -229,7 +224,7 @@ def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> 
 
 
 def gearboxes_of(path: str | Path, node: str) -> list[str]:
-    """Return the gearboxes that a ROS parameter file lists for a `node`; [] if it lists none."""
+    """Return the gearboxes that the ROS parameter file `path` lists for a `node`, [] for none."""
     data, names = load_yaml(path).content, dict[str, None]()
     for block, content in data.items() if isinstance(data, dict) else ():
         own = content.get('ros__parameters') if isinstance(content, dict) else None

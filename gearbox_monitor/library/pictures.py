@@ -13,7 +13,7 @@ from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.identification.nominal import NominalFit
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
-from gearbox_monitor.library.payload import PayloadTrack
+from gearbox_monitor.library.payload_track import PayloadTrack
 from gearbox_monitor.library.recording import Recording, SECOND
 from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.monitoring.backlash.features import Backlash

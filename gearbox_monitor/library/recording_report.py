@@ -81,7 +81,7 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
                           for gearbox in gearboxes_of(parameters, 'estimator')]
 
     def recorded(node: str, task: str) -> tuple[Timeline, RecordingFacts]:
-        """Return what the recording shows of the estimator of a node."""
+        """Return what the recording shows of the estimator of a `node`; `task` names it."""
         values = load_parameters(parameters, 'estimator', SETTINGS, node) if parameters else {}
         file = model or values.pop('model', '')
         values.pop('model', None)

@@ -108,7 +108,7 @@ def load_robot(path: str | Path, *, values: str | Path | None = None,
 
 
 def recorded_names(words: Iterable[str], option: str = '--recorded') -> dict[str, str]:
-    """Return {joint: name in the log} of the NAME=LOGNAME of `option`. Raises InputError."""
+    """Return {joint: name in the log} of `words` NAME=LOGNAME of `option`. Raises InputError."""
     names = {}
     for word in words:
         joint, equals, name = word.partition('=')

@@ -120,11 +120,11 @@ def _limits(joints: Sequence[str], stated: RobotLimits, speed: float, torque: fl
     return limits
 
 
-def goal_lines(design_: RobotMotionDesign, units: Mapping[str, str]) -> list[str]:
-    """Return a line for each goal of a motion, with the units {effect: unit} of sizes."""
+def goal_lines(motion: RobotMotionDesign, units: Mapping[str, str]) -> list[str]:
+    """Return a line for each goal of a `motion`, with the `units` {effect: unit} of sizes."""
     lines = []
-    for (effect, place, rival), size in design_.goals.items():
+    for (effect, place, rival), size in motion.goals.items():
         beside = f' beside {rival}' if rival else ''
         lines.append(f'{effect} at {place}{beside}: {size:.3g} {units[effect]}, in random motions '
-                     f'{design_.usual[effect, place, rival]:.3g}')
+                     f'{motion.usual[effect, place, rival]:.3g}')
     return lines

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """What results show: a line, words, a table, a picture, a page, a file; one entry per result."""
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import singledispatch
 from html import escape
 from pathlib import Path
@@ -25,7 +25,7 @@ from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
-from gearbox_monitor.library.payload import PayloadTrack
+from gearbox_monitor.library.payload_track import PayloadTrack
 from gearbox_monitor.library.recording import Recording
 from gearbox_monitor.library.recording_report import ReportPages
 from gearbox_monitor.library.robot import RobotDiagnosis
@@ -56,10 +56,23 @@ def brief(result: Any) -> str:
     raise NotImplementedError(type(result))
 
 
+# Lines that follow the first one, of results whose words are their brief and these.
+REMARKS: dict[type, Callable[[Any], Iterable[str]]] = {
+    Recording: lambda r: _notes(r.notes), TunedParameters: lambda t: _notes(t.notes),
+    ParameterRanges: lambda r: [*map(str, r.combinations), *_notes(r.notes)],
+    Adapted: lambda a: [f'open: {sentence}' for sentence in a.open],
+    SimulatorFile: lambda f: [*(f'{row.id}: {row.kind}: {row.words}' for row in f.exported),
+                              *f.notes]}
+
+
 @singledispatch
 def words(result: Any) -> str:
     """Return the `result` in some lines, as print shows it."""
-    return brief(result)
+    return '\n'.join([brief(result), *REMARKS.get(type(result), lambda _: ())(result)])
+
+
+def _notes(notes: Iterable[str]) -> list[str]:
+    return [f'note: {note}' for note in notes]
 
 
 @brief.register
@@ -69,11 +82,6 @@ def _(recording: Recording) -> str:
                 if not np.isnan(getattr(recording, name)).all()]
     return (f'Recording({recording.name!r}: {len(recording)} samples, '
             f'{recording.duration:.2f} s, {recording.rate:.4g} Hz; {", ".join(measured)})')
-
-
-@words.register
-def _(recording: Recording) -> str:
-    return '\n'.join([brief(recording), *(f'note: {note}' for note in recording.notes)])
 
 
 @brief.register
@@ -94,7 +102,7 @@ def _(estimates: RecordingEstimates) -> str:
                      f'{len(estimates.backlash)} windows')
     lines += [f'{name}: {outcome.level.name}: {outcome.message}'
               for name, outcome in estimates.outcomes.items()]
-    return '\n'.join([*lines, *(f'note: {note}' for note in estimates.notes)])
+    return '\n'.join([*lines, *_notes(estimates.notes)])
 
 
 @brief.register
@@ -125,7 +133,7 @@ def _(verdict: Verdict) -> str:
     return '\n'.join([summary(data, axis), *(
         f'{row[0]} {value_text(row)}' for row in value_rows(data, axis)),
         f'gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after, in standard '
-        'deviations of the noise; 1 is the floor', *(f'note: {w}' for w in verdict.warnings)])
+        'deviations of the noise; 1 is the floor', *_notes(verdict.warnings)])
 
 
 @brief.register
@@ -143,11 +151,6 @@ def _(tuned: TunedParameters) -> str:
     return f'TunedParameters({tuned.parameters.filter}: {values}{note})'
 
 
-@words.register
-def _(tuned: TunedParameters) -> str:
-    return '\n'.join([brief(tuned), *(f'note: {note}' for note in tuned.notes)])
-
-
 @brief.register
 def _(adapted: Adapted) -> str:
     fitted = brief(adapted.fit) if adapted.fit else 'no value identified'
@@ -161,17 +164,6 @@ def _(ranges: ParameterRanges) -> str:
     return f'ParameterRanges({rows})'
 
 
-@words.register
-def _(ranges: ParameterRanges) -> str:
-    return '\n'.join([brief(ranges), *map(str, ranges.combinations),
-                      *(f'note: {note}' for note in ranges.notes)])
-
-
-@words.register
-def _(adapted: Adapted) -> str:
-    return '\n'.join([brief(adapted), *(f'open: {sentence}' for sentence in adapted.open)])
-
-
 @brief.register
 def _(file: SimulatorFile) -> str:
     extent = 'the drive alone' if file.into is None else f'changes in {file.into}'
@@ -179,12 +171,6 @@ def _(file: SimulatorFile) -> str:
         extent = f'{len(file.entries)} parameters'
     lacking = ', '.join(row.id for row in file.lacking)
     return f'SimulatorFile({file.to}: {extent}' + (f'; lacking {lacking}' if lacking else '') + ')'
-
-
-@words.register
-def _(file: SimulatorFile) -> str:
-    return '\n'.join([brief(file), *(f'{row.id}: {row.kind}: {row.words}'
-                                     for row in file.exported), *file.notes])
 
 
 @brief.register

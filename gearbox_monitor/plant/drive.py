@@ -27,7 +27,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError, Problems, unknown
+from gearbox_monitor.errors import (
+    expect_choice, expect_keys, InputError, Problems, unknown)
 from gearbox_monitor.kernels.elementary import arctan, sine
 from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Packed, Values
@@ -409,12 +410,12 @@ _RANGES = {
 }
 
 
-def expect_model(model: object, name: str = 'model') -> DriveModel:
-    """Return `model`, an argument called `name`, with values of a file. Raises InputError."""
+def expect_model(model: object) -> DriveModel:
+    """Return `model`, an argument, with values of a file. Raises InputError."""
     if isinstance(model, DriveModel):
-        model_from_dict(model.to_dict(), name)
+        model_from_dict(model.to_dict(), 'model')
         return model
-    raise InputError(f'{name}: {type(model).__name__} {str(model)[:40]!r}, expected a DriveModel, '
+    raise InputError(f'model: {type(model).__name__} {str(model)[:40]!r}, expected a DriveModel, '
                      "as load_model('drive.yaml') returns it")
 
 
@@ -428,20 +429,22 @@ def _number(value: Any, name: str, source: str, axis: str) -> float:
     return float(value)
 
 
-def _choice(value: Any, name: str, source: str, choices: Sequence[str]) -> str:
-    if value not in choices:
-        raise InputError(f'{source}: {name}: {value!r}, expected one of {", ".join(choices)}')
-    return value
+def _own_keys(data: Any, name: str, source: str, allowed: Collection[str], problems: Problems
+              ) -> dict[str, Any]:
+    """Return what of the block `name` is `allowed`; the rest goes into `problems`."""
+    with problems:
+        expect_keys(data, name, source, allowed, name == 'model')
+    return {k: v for k, v in data.items() if k in allowed} if isinstance(data, dict) else {}
 
 
-def _mapping(data: Any, name: str, source: str, allowed: Collection[str]) -> None:
-    if not isinstance(data, dict):
-        raise InputError(f'{source}: {name}: {str(data)[:40]!r}, expected keys and values')
-    prefix = '' if name == 'model' else name + '.'
-    strange = [key for key in data if key not in allowed]
-    if strange:
-        raise InputError(*(f'{source}: {prefix}{key}: unknown key, {unknown(key, allowed)}'
-                           for key in strange))
+def _block(data: Any, name: str, source: str, of: type, kinds: Sequence[str], problems: Problems
+           ) -> dict[str, Any]:
+    """Return the values in the block `name`, of the dataclass `of`, with a kind of `kinds`."""
+    values = _own_keys(data, name, source, {f.name for f in fields(of)}, problems)
+    values.setdefault('kind', kinds[0])
+    with problems:
+        expect_choice(values['kind'], f'{name}.kind', source, kinds)
+    return values
 
 
 def model_from_dict(data: Any, source: str) -> DriveModel:
@@ -450,10 +453,8 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
 
     Raises InputError naming `source`, key, value and what was expected, of all that is wrong.
     """
-    allowed, problems = {*KEYS}, Problems()
-    with problems:
-        _mapping(data, 'model', source, allowed)
-    values = {k: v for k, v in data.items() if k in allowed} if isinstance(data, dict) else {}
+    problems = Problems()
+    values = _own_keys(data, 'model', source, KEYS, problems)
     axis = str(values.get('axis'))
     if 'transmission' in values:
         with problems:
@@ -472,7 +473,7 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
                           ('integrator', INTEGRATORS)):
         if name in values:
             with problems:
-                _choice(values[name], name, source, choices)
+                expect_choice(values[name], name, source, choices)
     for name in values:
         if name in _RANGES and not (name in OPTIONAL and values[name] is None):
             with problems:
@@ -504,18 +505,14 @@ def _simulator_problems(values: dict[str, Any], source: str) -> list[str]:
 
 
 def _friction_law(block: Any, source: str, axis: str) -> FrictionLaw:
-    allowed, problems = {f.name for f in fields(FrictionLaw)}, Problems()
-    with problems:
-        _mapping(block, 'friction_law', source, allowed)
-    block = {k: v for k, v in block.items() if k in allowed} if isinstance(block, dict) else {}
-    kind = block.pop('kind', LAWS[0])
-    with problems:
-        _choice(kind, 'friction_law.kind', source, LAWS)
+    problems = Problems()
+    block = _block(block, 'friction_law', source, FrictionLaw, LAWS, problems)
+    kind = block.pop('kind')
     for name in block:
         where = f'{source}: friction_law.{name}'
-        if name not in _OF_LAW.get(kind, allowed):
+        if kind in _OF_LAW and name not in _OF_LAW[kind]:
             problems.found.append(f'{where}: not of the law {kind}, expected only kind'
-                                  + ''.join(f', {word}' for word in _OF_LAW.get(kind, ())))
+                                  + ''.join(f', {word}' for word in _OF_LAW[kind]))
         elif name == 'static':
             with problems:
                 block[name] = _number(block[name], name, f'{source}: friction_law', axis)
@@ -535,33 +532,23 @@ def _pair(value: Any, where: str) -> tuple[float, float]:
 
 
 def _transmission(block: Any, source: str, axis: str) -> Transmission:
-    allowed, problems = {f.name for f in fields(Transmission)}, Problems()
-    with problems:
-        _mapping(block, 'transmission', source, allowed)
-    block = {k: v for k, v in block.items() if k in allowed} if isinstance(block, dict) else {}
-    kind = block.pop('kind', 'dead_zone')
-    with problems:
-        _choice(kind, 'transmission.kind', source, KINDS)
-    values = {}
-    for name, value in block.items():
+    problems = Problems()
+    values = _block(block, 'transmission', source, Transmission, KINDS, problems)
+    for name in [name for name in values if name != 'kind']:
         with problems:
-            values[name] = _number(value, name, source, axis)
+            values[name] = _number(values[name], name, source, axis)
     problems.raise_all()
-    return Transmission(kind=kind, **values)
+    return Transmission(**values)
 
 
 def _controller(block: Any, source: str, axis: str) -> Controller:
-    allowed, problems = {f.name for f in fields(Controller)}, Problems()
-    with problems:
-        _mapping(block, 'controller', source, allowed)
-    values = {k: v for k, v in block.items() if k in allowed} if isinstance(block, dict) else {}
-    with problems:
-        _choice(values.get('kind', 'pd'), 'controller.kind', source, CONTROLLERS)
+    problems = Problems()
+    values = _block(block, 'controller', source, Controller, CONTROLLERS, problems)
     if 'kp' not in values:
         problems.found.append(f'{source}: controller.kp: missing, expected a number > 0 '
                               f'({on_axis("N m/rad", axis)})')
-    for name in sorted(allowed - {'kind'}):
-        if values.get(name) is not None:
+    for name in sorted(values.keys() - {'kind'}):
+        if values[name] is not None:
             with problems:
                 values[name] = _number(values[name], name, f'{source}: controller', axis)
     problems.raise_all()
@@ -603,7 +590,7 @@ def _effects(items: Any, source: str, axis: str) -> tuple[Values, ...]:
 def _effect(item: Any, effect: Effect, source: str, axis: str) -> Values:
     problems, name = Problems(), effect.id
     with problems:
-        _mapping(item, f'effects.{name}', source, {'id', *(p.name for p in effect.parameters)})
+        expect_keys(item, f'effects.{name}', source, {'id', *(p.name for p in effect.parameters)})
     for parameter in effect.parameters:
         with problems:
             _check_effect_value(item.get(parameter.name, parameter.default), parameter,

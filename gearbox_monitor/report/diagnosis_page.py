@@ -21,6 +21,7 @@ from gearbox_monitor.report.figures import (
     BarRow, bars, BarView, chart, ChartView, heat_maps, HeatAxis, HeatMapsView, PageTable, Panel,
     Span, Trace)
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
+from gearbox_monitor.report.shared_sections import VerdictNumbers
 from gearbox_monitor.report.words import (
     dense_regions, gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES, number,
     percent, place_text, sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows,
@@ -526,12 +527,3 @@ class RecordingDoubts(Section):
             None if excess is None or structure is None else (1.0 + excess, structure),
             number(data['condition']) if data.get('condition') else '',
             [sentence(warning) for warning in data.get('warnings') or ()])
-
-
-@dataclass(frozen=True)
-class VerdictNumbers(Section):
-    """The verdict as JSON."""
-
-    heading = 'All numbers'
-    template = 'diagnosis/numbers.html'
-    json: str

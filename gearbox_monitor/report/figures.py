@@ -10,14 +10,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 import json
 import math
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Integers
 
 Span: TypeAlias = tuple[float, float]  # (low, high)
+Place = TypeVar('Place', float, Array)
 UNITS = 10000      # width and height of a panel's view box
+PLANE = 420        # height of a plane in pixels
 MAX_POINTS = 4000  # of a curve
 LANE_HEIGHT = 22
 CLOUD_PERCENTILES = (0.2, 99.8)  # range of a cloud that is in view
@@ -261,12 +263,12 @@ class Axis:
         """Return the place of `value` along the axis, 0 to 1."""
         return (value - self.low) / (self.high - self.low)
 
-    def right(self, value: float) -> float:
-        """Return the place of `value` in units, growing to the right."""
+    def right(self, value: Place) -> Place:
+        """Return the place of `value`, or of values [N], in units, growing to the right."""
         return UNITS * (value - self.low) / (self.high - self.low)
 
-    def down(self, value: float) -> float:
-        """Return the place of `value` in units from above, as SVG counts y."""
+    def down(self, value: Place) -> Place:
+        """Return the place of `value`, or of values [N], in units from above, as SVG counts y."""
         return UNITS * (self.high - value) / (self.high - self.low)
 
     def ticks(self, count: int = 5) -> list[tuple[float, str]]:
@@ -453,7 +455,7 @@ def _path(trace: Trace, axis: Axis, y_axis: Axis) -> str:
     if trace.step:
         xs, ys = np.repeat(xs, 2)[1:-1], np.repeat(ys, 2)
     xs, ys = thinned(xs, ys)
-    return _drawn(_right(axis, xs), _down(y_axis, ys), trace.dots)
+    return _drawn(axis.right(xs), y_axis.down(ys), trace.dots)
 
 
 def _drawn(xs: Array, ys: Array, dots: bool) -> str:
@@ -468,20 +470,10 @@ def _drawn(xs: Array, ys: Array, dots: bool) -> str:
     return ''.join(out)
 
 
-def _right(axis: Axis, values: Array) -> Array:
-    """Return the places of `values` [N] in units, growing to the right."""
-    return UNITS * (np.asarray(values, float) - axis.low) / (axis.high - axis.low)
-
-
-def _down(axis: Axis, values: Array) -> Array:
-    """Return the places of `values` [N] in units from above."""
-    return UNITS * (axis.high - np.asarray(values, float)) / (axis.high - axis.low)
-
-
 def _band(x: Array, band: tuple[Array, Array], axis: Axis, y_axis: Axis) -> str:
     """Return the d of the area between the curves of `band`; it breaks where one is NaN."""
-    xs = _right(axis, x)
-    low, high = (_down(y_axis, v) for v in band)
+    xs = axis.right(np.asarray(x, float))
+    low, high = (y_axis.down(np.asarray(v, float)) for v in band)
     finite = np.isfinite(low) & np.isfinite(high)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]])))
     path = ''
@@ -496,7 +488,7 @@ def _band(x: Array, band: tuple[Array, Array], axis: Axis, y_axis: Axis) -> str:
 
 
 def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: str,
-               height: int = 420, limits: tuple[Span, Span] | None = None) -> PlaneView:
+               limits: tuple[Span, Span] | None = None) -> PlaneView:
     """
     Return slices of time over each other in one plane; both axes can be zoomed.
 
@@ -505,7 +497,6 @@ def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: s
         slices: earliest first; colours go with their order.
         x_label: label of the x axis.
         y_label: label of the y axis.
-        height: of the plane in pixels.
         limits: (low, high) of both axes; None: the clouds are in view.
 
     Returns:
@@ -518,18 +509,18 @@ def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: s
 
     def path(x: Array, y: Array, dots: bool) -> str:
         """Return the d of a line through `x`, `y`, or of a cloud of `dots`."""
-        return _drawn(_right(x_axis, x), _down(y_axis, y), dots)
+        return _drawn(x_axis.right(x), y_axis.down(y), dots)
     views = [SliceView(
         k / max(len(slices) - 1, 1), s.name, path(*s.cloud, dots=True),
         ''.join(path(*line, dots=False) for line in s.lines)) for k, s in enumerate(slices)]
-    x_ticks, y_ticks = x_axis.ticks(), y_axis.ticks(height // 48)
+    x_ticks, y_ticks = x_axis.ticks(), y_axis.ticks(PLANE // 48)
     lattice = ''.join(f'M{x_axis.right(value):.0f} 0V{UNITS}' for value, _ in x_ticks)
     lattice += ''.join(f'M0 {y_axis.down(value):.0f}H{UNITS}' for value, _ in y_ticks)
     return PlaneView(
         title, views, f'{x_axis.low:.9g}', f'{x_axis.high:.9g}', f'{y_axis.low:.9g}',
         f'{y_axis.high:.9g}', [Tick(100.0 * x_axis.share(value), text) for value, text in x_ticks],
-        _below_label(y_axis, y_ticks, height), lattice,
-        x_label, y_label, height)
+        _below_label(y_axis, y_ticks, PLANE), lattice,
+        x_label, y_label, PLANE)
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.monitoring.backlash.forecast import span, when
-from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import (
     BarRow, bars, BarView, chart, ChartView, PageTable, Panel, Trace)
+from gearbox_monitor.report.shared_sections import NextSteps, PageSummary
 from gearbox_monitor.report.words import counted, width_and_std
 
 Gearbox: TypeAlias = Mapping[str, Any]  # a row of fleet.trend.gearboxes
@@ -48,7 +48,7 @@ def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mappin
     if any(gearbox['diagnosis'] for gearbox in gearboxes):
         sections.append(FleetDiagnoses.of(gearboxes))
     sections.append(BagProblems.of(bags, other_settings))
-    return render_page(Page('Fleet', FleetSummary.of(gearboxes, counts), sections))
+    return render_page(Page('Fleet', _summary(gearboxes, counts), sections))
 
 
 def next_steps(gearboxes: Sequence[Gearbox], bags: Sequence[Bag]) -> list[str]:
@@ -143,29 +143,19 @@ def limit_text(gearbox: Gearbox) -> str:
     return f'{100 * gearbox["limit"]:+.0f} % in {span(expected)} ({span(low)} to {span(high)})'
 
 
-@dataclass(frozen=True)
-class FleetSummary(Section):
-    """Headline and figures of the fleet."""
-
-    template = 'fleet/summary.html'
-    kind: str
-    headline: str
-    facts: Sequence[tuple[str, str]]
-
-    @classmethod
-    def of(cls, gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> 'FleetSummary':
-        """Return it for `gearboxes` and the `counts` {status: bags}."""
-        facts = [('gearboxes', str(len(gearboxes))), ('bags', str(sum(counts.values())))]
-        facts += [(name, str(counts[status])) for status, name in (
-            ('done', 'analysed'), ('failed', 'failed'), ('duplicate', 'duplicates'))
-            if counts.get(status)]
-        if gearboxes:
-            facts.append(('newest bag', day(max(gearbox['last'] for gearbox in gearboxes))))
-        worn = growing(gearboxes)
-        kind = 'good' if any(box['growth'] is not None for box in gearboxes) else ''
-        if worn:
-            kind = 'error' if any(box['growth'] >= box['limit'] for box in worn) else 'warn'
-        return cls(kind, headline(gearboxes), facts)
+def _summary(gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> PageSummary:
+    """Return headline and figures of the `gearboxes` and the `counts` {status: bags}."""
+    facts = [('gearboxes', str(len(gearboxes))), ('bags', str(sum(counts.values())))]
+    facts += [(name, str(counts[status])) for status, name in (
+        ('done', 'analysed'), ('failed', 'failed'), ('duplicate', 'duplicates'))
+        if counts.get(status)]
+    if gearboxes:
+        facts.append(('newest bag', day(max(gearbox['last'] for gearbox in gearboxes))))
+    worn = growing(gearboxes)
+    kind = 'good' if any(box['growth'] is not None for box in gearboxes) else ''
+    if worn:
+        kind = 'error' if any(box['growth'] >= box['limit'] for box in worn) else 'warn'
+    return PageSummary(kind, headline(gearboxes), facts)
 
 
 @dataclass(frozen=True)

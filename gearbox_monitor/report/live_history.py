@@ -38,7 +38,7 @@ def is_wear(component: str, message: str) -> bool:
 
 def worst_first(states: Iterable[State]) -> list[State]:
     """
-    Return (level, component, message, ...) in the order in which a reader wants to know them.
+    Return `states` (level, component, message, ...) in the order in which a reader wants them.
 
     By level, wear before the others of its level. Where there is wear, DRIFT_SHOWS come last:
     prediction errors that a grown gap causes, for example.

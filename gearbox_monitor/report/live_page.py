@@ -18,6 +18,7 @@ from gearbox_monitor.report.live_history import (
     GearboxHistory, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS, worst_first)
 from gearbox_monitor.report.recording_page import backlash_panel, drawn_windows, ROLES
 from gearbox_monitor.report.robot_page import JointTable, live_row
+from gearbox_monitor.report.shared_sections import PageSummary
 from gearbox_monitor.report.timeline import LEVELS
 from gearbox_monitor.report.words import width_and_std
 
@@ -54,7 +55,7 @@ class LivePage:
 
         """
         axis = gearboxes[0].axis if gearboxes else 'rotary'
-        parts = {'summary': render_section(LiveSummary.of(gearboxes, source, time_s), axis),
+        parts = {'summary': render_section(live_summary(gearboxes, source, time_s), axis),
                  'joints': render_section(JointTable.of(
                      [live_row(gearbox, title(gearbox)) for gearbox in gearboxes]), axis)}
         for k, gearbox in enumerate(gearboxes):
@@ -67,37 +68,28 @@ class LivePage:
         return parts
 
 
-@dataclass(frozen=True)
-class LiveSummary(Section):
-    """The worst of all gearboxes in one sentence."""
+def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float) -> PageSummary:
+    """
+    Return the worst of all gearboxes in one sentence.
 
-    template = 'live/summary.html'
-    kind: str
-    headline: str
+    Args:
+        gearboxes: all gearboxes of the node.
+        source: name of the estimator.
+        time_s: now.
 
-    @classmethod
-    def of(cls, gearboxes: Sequence[GearboxHistory], source: str, time_s: float) -> 'LiveSummary':
-        """
-        Return the summary of `gearboxes`.
-
-        Args:
-            gearboxes: all gearboxes of the node.
-            source: name of the estimator.
-            time_s: now.
-
-        """
-        heard = [gearbox.heard for gearbox in gearboxes if gearbox.heard is not None]
-        if not heard:
-            return cls('', f'Waiting for diagnostics of {source}.')
-        if time_s - max(heard) > SILENT_SECONDS:
-            return cls('error', f'{source} has been silent for {time_s - max(heard):.0f} s.')
-        states = ((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes)
-        raised = [state for state in worst_first(states) if state[0]]
-        if not raised:
-            return cls('good', 'The estimates are trusted, no wear detected so far.')
-        level, component, message, name = raised[0]
-        suffix = f' ({len(raised) - 1} more)' if raised[1:] else ''
-        return cls(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{suffix}')
+    """
+    heard = [gearbox.heard for gearbox in gearboxes if gearbox.heard is not None]
+    if not heard:
+        return PageSummary('', f'Waiting for diagnostics of {source}.')
+    if time_s - max(heard) > SILENT_SECONDS:
+        return PageSummary('error', f'{source} has been silent for {time_s - max(heard):.0f} s.')
+    states = ((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes)
+    raised = [state for state in worst_first(states) if state[0]]
+    if not raised:
+        return PageSummary('good', 'The estimates are trusted, no wear detected so far.')
+    level, component, message, name = raised[0]
+    suffix = f' ({len(raised) - 1} more)' if raised[1:] else ''
+    return PageSummary(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{suffix}')
 
 
 def title(gearbox: GearboxHistory) -> str:
@@ -125,17 +117,17 @@ class MotionSection(Section):
         if not len(motion.t):
             return cls(title(gearbox), (), None, None)
 
-        def label(text: str) -> str:
+        def _label(text: str) -> str:
             return on_axis(text, gearbox.axis)
         limits = round_span(motion.tau_k)
         std = 2.0 * gearbox.tau_k_std
         torque = chart('Torque over time', [Panel(
-            label('torque (N m)'), [Trace(
+            _label('torque (N m)'), [Trace(
                 motion.t, motion.tau_k, 'torque' if math.isnan(std) else 'torque, ± 2 sigma',
                 'signal', band=(motion.tau_k - std, motion.tau_k + std))],
             height=420, limits=limits)],
             'time before the newest sample (s)', 't (s)', False, span=(-MOTION_SECONDS, 0.0))
-        facts = [(name, label(f'{values[-1]:{width}} {unit}')) for name, values, width, unit in (
+        facts = [(name, _label(f'{values[-1]:{width}} {unit}')) for name, values, width, unit in (
             ('torque', motion.tau_k[np.isfinite(motion.tau_k)], '.2f', 'N m'),
             ('twist', motion.twist[np.isfinite(motion.twist)], '.4f', 'rad')) if len(values)]
         plane = None
@@ -147,13 +139,13 @@ class MotionSection(Section):
                 slices.append(LoopSlice(f'{begin:g} s' if end else 'now', (NOTHING, NOTHING),
                                         [(loop.twist[rows], loop.tau_k[rows])]))
             plane = loop_plane(
-                'Torque over twist', slices, label('twist, motor - arm (rad)'),
-                label('torque (N m)'), limits=(round_span(loop.twist), limits))
+                'Torque over twist', slices, _label('twist, motor - arm (rad)'),
+                _label('torque (N m)'), limits=(round_span(loop.twist), limits))
         if gearbox.windows:
             window = gearbox.windows[-1]
-            facts.append(('backlash', width_and_std(window.gap, window.gap_std, label('rad')))
+            facts.append(('backlash', width_and_std(window.gap, window.gap_std, _label('rad')))
                          if window.separable else
-                         ('lost motion', label(f'{window.lost_motion:.4g} rad')))
+                         ('lost motion', _label(f'{window.lost_motion:.4g} rad')))
         facts.append(('samples per second', f'{gearbox.rate():.0f}'))
         return cls(title(gearbox), facts, plane, torque)
 

@@ -3,22 +3,24 @@
 
 """Pictures of models laid over a recording, and of where in the motion they miss it."""
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TypeAlias
 
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 
 from gearbox_monitor.identification.model_overlay import Overlay
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.report.diagnosis_evidence import DiagnosisEvidence, explained_by
-from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, RED
+from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, label_axes, RED
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
 from gearbox_monitor.report.summary import PLACES
 from gearbox_monitor.report.words import gain_text, unit_of
 
 COLORS = (RED, BLUE)  # nominal, closed
 STYLES = ('--', '-')
+RANKED = 12  # effects
+_label = partial(label_axes, size=10)
 Column: TypeAlias = tuple[str, Array, Array, Sequence[Array]]  # words, t, measured, of runs
 
 
@@ -84,8 +86,7 @@ def maps_figure(evidence: DiagnosisEvidence, title: str = '') -> Figure:
     return figure
 
 
-def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str = '',
-                   count: int = 12) -> Figure:
+def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str) -> Figure:
     """
     Return the Figure of gains.
 
@@ -93,10 +94,9 @@ def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str = 
         gains: {effect: gain over the nominal model}.
         effect: the one of the verdict, which stands out.
         title: above them.
-        count: so many effects.
 
     """
-    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:count][::-1]
+    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED][::-1]
     figure = Figure(figsize=(9, 0.34 * len(ranking) + 1.4), layout='constrained')
     figure.suptitle(title, fontsize=13, fontweight='bold')
     axes = figure.subplots()
@@ -134,12 +134,3 @@ def _figure(laid: Overlay, columns: Sequence[Column], title: str, unit: str) -> 
     handles, names = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, names, loc='outside lower center', ncols=len(names), fontsize=9)
     return figure
-
-
-def _label(axes: Axes, title: str, x: str, y: str) -> None:
-    axes.set_title(title, fontsize=10, loc='left')
-    axes.set_xlabel(x, fontsize=9)
-    axes.set_ylabel(y, fontsize=9)
-    axes.tick_params(labelsize=8)
-    axes.grid(True, color='#dddddd', lw=0.5)
-    axes.set_axisbelow(True)

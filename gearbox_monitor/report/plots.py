@@ -9,7 +9,6 @@ display. Colours of Okabe and Ito, which colour-blind people can tell apart.
 """
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TypeAlias
 
 from matplotlib.axes import Axes
@@ -119,19 +118,6 @@ def overview(run: RunCurves, zoom_seconds: float = 2.0) -> Figure:
     return figure
 
 
-def save(figure: Figure, path: str | Path, dpi: int = 110) -> None:
-    """
-    Write a figure.
-
-    Args:
-        figure: to write.
-        path: its suffix is the format.
-        dpi: points per inch.
-
-    """
-    figure.savefig(path, dpi=dpi)
-
-
 def draw_loops(axes: Axes, curves: Sequence[Curve], title: str = 'Torque over twist',
                axis: str = 'rotary') -> None:
     """
@@ -150,7 +136,7 @@ def draw_loops(axes: Axes, curves: Sequence[Curve], title: str = 'Torque over tw
         axes.plot(twist, tau_k, color=curve.color, label=curve.label,
                   lw=0.7 if thin else 0.0, marker='' if thin else '.', ms=3.0,
                   alpha=1.0 if thin else 0.35, zorder=3 if thin else 2)
-    _label(axes, title, on_axis('twist: motor - arm (rad)', axis),
+    label_axes(axes, title, on_axis('twist: motor - arm (rad)', axis),
            on_axis(r'transmission torque $\tau_K$ (N m)', axis))
     axes.axhline(0.0, color=GREY, lw=0.5, zorder=0)
     if curves:
@@ -201,7 +187,7 @@ def draw_backlash(axes: Axes, curve: BacklashCurve,
         axes.annotate(text, (t, 0.02), xycoords=('data', 'axes fraction'), rotation=90,
                       xytext=(-3, 0), textcoords='offset points', va='bottom', ha='right',
                       color=color, fontsize=9, fontweight='bold')
-    _label(axes, title, 'time (s)', 'backlash (rad)')
+    label_axes(axes, title, 'time (s)', 'backlash (rad)')
     values = [v for v in (*curve.value, curve.error, *(curve.truth[1] if curve.truth else ()))
               if v is not None and np.isfinite(v)]
     if values and max(values) > 0.0:
@@ -237,7 +223,7 @@ def draw_torque(axes: Axes, filtered: TorqueCurve | None, smoothed: TorqueCurve 
     if truth is not None:
         t, tau_k, _ = _cut(span, truth)
         axes.plot(t, tau_k, color=BLACK, lw=1.0, label='true')
-    _label(axes, title, 'time (s)', r'$\tau_K$ (N m)')
+    label_axes(axes, title, 'time (s)', r'$\tau_K$ (N m)')
     if span is not None:
         axes.set_xlim(*span)
     _legend(axes, loc='upper right', fontsize=8, ncols=4)
@@ -245,8 +231,7 @@ def draw_torque(axes: Axes, filtered: TorqueCurve | None, smoothed: TorqueCurve 
     axes.set_ylim(low, high + 0.18 * (high - low))  # room for the legend
 
 
-def draw_innovations(axes: Axes, innovations: Innovations, k: int,
-                     title: str | None = None) -> None:
+def draw_innovations(axes: Axes, innovations: Innovations, k: int) -> None:
     """
     Draw the prediction errors of one sensor with the band that should hold 95 % of them.
 
@@ -254,7 +239,6 @@ def draw_innovations(axes: Axes, innovations: Innovations, k: int,
         axes: to draw on.
         innovations: of all sensors.
         k: number of the sensor.
-        title: above them; None: its name and the share within the band.
 
     """
     error, std = innovations.error[:, k], innovations.std[:, k]
@@ -265,7 +249,7 @@ def draw_innovations(axes: Axes, innovations: Innovations, k: int,
     axes.plot(t, error, color=BLUE, lw=0, marker=',', alpha=0.8)
     for sign in (-2.0, 2.0):
         axes.plot(t, sign * std, color=RED, lw=1.3, label='± 2σ stated' if sign > 0 else None)
-    _label(axes, title or f'Prediction error of the {innovations.names[k]} encoder: '
+    label_axes(axes, f'Prediction error of the {innovations.names[k]} encoder: '
            f'{coverage:.1f} % within ± 2σ (95 % expected)', 'time (s)',
            f'error ({innovations.unit})')
     if len(t):
@@ -273,11 +257,22 @@ def draw_innovations(axes: Axes, innovations: Innovations, k: int,
     _legend(axes, loc='upper right', fontsize=8)
 
 
-def _label(axes: Axes, title: str, x: str, y: str) -> None:
-    axes.set_title(title, fontsize=11, loc='left')
+def label_axes(axes: Axes, title: str, x: str, y: str, size: int = 11) -> None:
+    """
+    Label a plot.
+
+    Args:
+        axes: to label.
+        title: above it.
+        x: label of the x axis.
+        y: label of the y axis.
+        size: of the title.
+
+    """
+    axes.set_title(title, fontsize=size, loc='left')
     axes.set_xlabel(x, fontsize=9)
     axes.set_ylabel(y, fontsize=9)
-    axes.tick_params(labelsize=9)
+    axes.tick_params(labelsize=size - 2)
     axes.grid(True, color='#dddddd', lw=0.5)
     axes.set_axisbelow(True)
 

@@ -14,10 +14,10 @@ from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import (
     chart, ChartView, Lane, loop_plane, LoopSlice, Mark, PageTable, Panel, PlaneView, Trace)
+from gearbox_monitor.report.shared_sections import NextSteps, PageSummary
 from gearbox_monitor.report.timeline import LEVELS, LevelSpans, Loop, Timeline, WindowBacklash
 from gearbox_monitor.report.timeline_source import RecordingFacts
 from gearbox_monitor.report.words import number, width_and_std
@@ -28,6 +28,7 @@ NO_DATA = 'no data'  # so begins the message of a component that was never evalu
 TRUSTED = 0.9      # share of the time below which that is the headline
 MINUTES = 600.0    # s: longer recordings are shown in minutes
 LISTED = 200       # changes of level
+COARSE = 400       # points of the line of the prediction errors
 CHANNELS = ('motor', 'arm')
 ROLES = ('good', 'warn', 'error')  # of alerts and of the headline, by level
 GROUP = 'time'
@@ -178,15 +179,11 @@ def trusted_share(levels: Mapping[str, LevelSpans]) -> float | None:
 
 
 @dataclass(frozen=True)
-class RecordingSummary(Section):
+class RecordingSummary(PageSummary):
     """Headline and figures of a recording; live: whether its own estimates are shown."""
 
     template = 'recording/summary.html'
-    kind: str
-    headline: str
-    live: bool
-    facts: Sequence[tuple[str, str]]
-    notes: Sequence[str]
+    live: bool = False
 
     @classmethod
     def of(cls, timeline: Timeline, facts: RecordingFacts) -> 'RecordingSummary':
@@ -201,7 +198,7 @@ class RecordingSummary(Section):
             items.append(('backlash, newest', width_and_std(
                 data['gap_rad'][-1], data['gap_std_rad'][-1], on_axis('rad', facts.model.axis))))
         items.append(('alerts', str(len(timeline.alerts))))
-        return cls(kind, words, facts.live, items, facts.notes)
+        return cls(kind, words, items, facts.notes, facts.live)
 
 
 @dataclass(frozen=True)
@@ -409,9 +406,9 @@ def _nis_chart(timeline: Timeline, time: TimeAxis) -> ChartView | None:
             Trace(t, nis, 'NIS', 'closed')), 1.0, 140, limits=(0.0, top))])
 
 
-def _coarser(t: Array, values: Array, limit: int = 400) -> tuple[Array, Array]:
-    """Return means of neighbours of `t` and `values`, no more than `limit`."""
-    size = -(-len(t) // limit)
+def _coarser(t: Array, values: Array) -> tuple[Array, Array]:
+    """Return means of neighbours of `t` and `values`, no more than COARSE."""
+    size = -(-len(t) // COARSE)
     count = len(t) // size
     return (t[:count * size].reshape(count, size).mean(axis=1),
             values[:count * size].reshape(count, size).mean(axis=1))

@@ -16,15 +16,9 @@ from gearbox_monitor.kernels.types import Array, Integers
 
 @dataclass(frozen=True)
 class BinnedMap:
-    """
-    A quantity over a motion variable: edges [B + 1], count [B], mean [B], rms [B].
-
-    NaN in bins with too few samples.
-    """
+    """A quantity over a motion variable: edges [B + 1], rms [B]; NaN where samples are few."""
 
     edges: Array
-    count: Integers
-    mean: Array
     rms: Array
 
 
@@ -39,18 +33,7 @@ def binned(x: Array, value: Array, edges: Array) -> BinnedMap:
         value: quantity to average, of the shape of `x`, or with channels as a last axis.
         edges: edges of the bins [B + 1], in the unit of the motion variable.
     """
-    bins = len(edges) - 1
-    x = np.asarray(x, float)
-    value = np.asarray(value, float).reshape(*x.shape, -1)
-    at = np.clip(np.searchsorted(edges, x.ravel(), side='right') - 1, 0, bins - 1)
-    count = np.bincount(at, minlength=bins)
-    populated = count >= max(1.0, FEWEST * x.size)
-
-    def mean(v: Array) -> Array:
-        """Return the mean of `v` in each bin, NaN if it holds too few samples."""
-        total = np.bincount(at, v.mean(axis=-1).ravel(), minlength=bins)
-        return np.where(populated, total / np.where(populated, count, 1), np.nan)
-    return BinnedMap(edges, count, mean(value), np.sqrt(mean(value ** 2)))
+    return BinnedMap(edges, _rms(value, _bins(x, edges), len(edges) - 1, FEWEST))
 
 
 def plane(x: Array, y: Array, value: Array, x_edges: Array, y_edges: Array) -> Array:
@@ -64,17 +47,23 @@ def plane(x: Array, y: Array, value: Array, x_edges: Array, y_edges: Array) -> A
         x_edges: edges of the columns [X + 1].
         y_edges: edges of the rows [Y + 1].
     """
-    shape = len(y_edges) - 1, len(x_edges) - 1
-    x, y = np.asarray(x, float), np.asarray(y, float)
-    power = (np.asarray(value, float).reshape(*x.shape, -1) ** 2).mean(axis=-1).ravel()
-    column = np.clip(np.searchsorted(x_edges, x.ravel(), side='right') - 1, 0, shape[1] - 1)
-    row = np.clip(np.searchsorted(y_edges, y.ravel(), side='right') - 1, 0, shape[0] - 1)
-    at = row * shape[1] + column
-    count = np.bincount(at, minlength=shape[0] * shape[1])
-    populated = count >= max(1.0, FEWEST / 10.0 * x.size)
-    total = np.bincount(at, power, minlength=len(count))
-    return np.sqrt(np.where(populated, total / np.where(populated, count, 1),
-                            np.nan)).reshape(shape)
+    rows, columns = len(y_edges) - 1, len(x_edges) - 1
+    at = _bins(y, y_edges) * columns + _bins(x, x_edges)
+    return _rms(value, at, rows * columns, FEWEST / 10.0).reshape(rows, columns)
+
+
+def _bins(x: Array, edges: Array) -> Integers:
+    """Return the number of the bin [N] of each of the values `x` [...]."""
+    return np.clip(np.searchsorted(edges, np.ravel(x), side='right') - 1, 0, len(edges) - 2)
+
+
+def _rms(value: Array, at: Integers, bins: int, fewest: float) -> Array:
+    """Return the rms [bins] of `value` in the bins `at` [N]; NaN below the share `fewest`."""
+    power = (np.asarray(value, float).reshape(len(at), -1) ** 2).mean(axis=-1)
+    count = np.bincount(at, minlength=bins)
+    populated = count >= max(1.0, fewest * len(at))
+    total = np.bincount(at, power, minlength=bins)
+    return np.sqrt(np.where(populated, total / np.where(populated, count, 1), np.nan))
 
 
 def smoothed(residual: Array, dt: float, seconds: float = 0.02) -> Array:

@@ -11,11 +11,11 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import BarRow, bars, BarView, PageTable
 from gearbox_monitor.report.robot_words import (
     axes_of, finding_words, MEANINGS, next_steps, remainder_words, size_unit)
+from gearbox_monitor.report.shared_sections import NextSteps, PageSummary, VerdictNumbers
 from gearbox_monitor.report.words import sentence
 from gearbox_monitor.robot.chain import Chain, rotations
 
@@ -37,33 +37,22 @@ def robot_gap_page(data: VerdictData, chain: Chain, posture: Array) -> str:
         One file that loads nothing.
     """
     return render_page(Page(
-        f'The gap of {", ".join(data["logs"])}', RobotGapSummary.of(data), (
+        f'The gap of {", ".join(data["logs"])}', _summary(data), (
             NextSteps([sentence(step) for step in next_steps(data)]),
             RobotPicture.of(data, chain, posture), RobotFindings.of(data), RobotGaps.of(data),
-            VisibleSizes.of(data), RobotNumbers.of(data))))
+            VisibleSizes.of(data), VerdictNumbers(json.dumps(data, indent=1)))))
 
 
-@dataclass(frozen=True)
-class RobotGapSummary(Section):
-    """The verdict in one line, and the main figures."""
-
-    template = 'robot_gap/summary.html'
-    kind: str
-    headline: str
-    facts: Sequence[tuple[str, str]]
-    notes: Sequence[str]
-
-    @classmethod
-    def of(cls, data: VerdictData) -> 'RobotGapSummary':
-        """Return it for a verdict's data."""
-        highest = data['ranked'][0]
-        unit = on_axis('N m', axes_of(data)[highest['joint']])
-        facts = [('verdict', data['verdict']), ('worst joint', highest['joint']),
-                 ('its gap before', f'{highest["before"]:.3g} {unit} rms'),
-                 ('after', f'{highest["after"]:.3g} {unit} rms'),
-                 ('compared with', ', '.join(data['references']) or data['model'])]
-        return cls(ROLES[data['verdict']], data['summary'], facts,
-                   [f'{x}.' for x in (*data['cautions'], *data['warnings'])])
+def _summary(data: VerdictData) -> PageSummary:
+    """Return the verdict in one line, and the main figures."""
+    highest = data['ranked'][0]
+    unit = on_axis('N m', axes_of(data)[highest['joint']])
+    facts = [('verdict', data['verdict']), ('worst joint', highest['joint']),
+             ('its gap before', f'{highest["before"]:.3g} {unit} rms'),
+             ('after', f'{highest["after"]:.3g} {unit} rms'),
+             ('compared with', ', '.join(data['references']) or data['model'])]
+    return PageSummary(ROLES[data['verdict']], data['summary'], facts,
+                       [f'{x}.' for x in (*data['cautions'], *data['warnings'])])
 
 
 @dataclass(frozen=True)
@@ -220,17 +209,3 @@ class VisibleSizes(Section):
                 rows.append((MEANINGS.get(effect, effect), *ends[0], *ends[1]))
         return cls(PageTable(('effect', 'visible from', 'at', 'elsewhere up to', 'at'), rows),
                    list(data['not_tried'].items()))
-
-
-@dataclass(frozen=True)
-class RobotNumbers(Section):
-    """The verdict as JSON."""
-
-    heading = 'All numbers'
-    template = 'robot_gap/numbers.html'
-    text: str
-
-    @classmethod
-    def of(cls, data: VerdictData) -> 'RobotNumbers':
-        """Return it for a verdict's data."""
-        return cls(json.dumps(data, indent=1))

@@ -11,11 +11,11 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.monitoring.backlash.forecast import when
-from gearbox_monitor.report.advice import NextSteps
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.live_history import GearboxHistory, is_wear, MOTION_ROWS
 from gearbox_monitor.report.recording_page import (
     headline, next_steps, ROLES, trusted_share, wear)
+from gearbox_monitor.report.shared_sections import NextSteps, PageSummary
 from gearbox_monitor.report.timeline import LEVELS, Timeline, WindowBacklash
 from gearbox_monitor.report.timeline_source import RecordingFacts
 from gearbox_monitor.report.words import width_and_std
@@ -137,32 +137,20 @@ def recorded_row(timeline: Timeline, name: str, link: str) -> JointRow:
                     link, bool(wear(timeline)))
 
 
-@dataclass(frozen=True)
-class RobotSummary(Section):
-    """The worst joint in one sentence, and the figures of the recording."""
-
-    template = 'robot/summary.html'
-    kind: str
-    headline: str
-    facts: Sequence[tuple[str, str]]
-    notes: Sequence[str]
-
-    @classmethod
-    def of(cls, joints: Mapping[str, tuple[Timeline, RecordingFacts]], rows: Sequence[JointRow]
-           ) -> 'RobotSummary':
-        """Return the summary of `joints`, whose `rows` begin with the worst."""
-        highest, raised = rows[0], sum(row.level > 0 for row in rows)
-        text = 'Nothing is raised.' if highest.kind else highest.message
-        if raised:
-            text = f'{highest.name}: {highest.message}' + f' ({raised - 1} more)' * (raised > 1)
-        timelines = [timeline for timeline, _ in joints.values()]
-        return cls(
-            highest.kind, text,
-            [('from', when(timelines[0].first_ns or 0)),
-             ('duration', f'{max(t.last for t in timelines):.4g} s'),
-             ('joints', str(len(joints))),
-             ('alerts', str(sum(len(t.alerts) for t in timelines)))],
-            list(dict.fromkeys(note for _, facts in joints.values() for note in facts.notes)))
+def _summary(joints: Mapping[str, tuple[Timeline, RecordingFacts]], rows: Sequence[JointRow]
+             ) -> PageSummary:
+    """Return the summary of `joints`, whose `rows` begin with the worst."""
+    highest, raised = rows[0], sum(row.level > 0 for row in rows)
+    text = 'Nothing is raised.' if highest.kind else highest.message
+    if raised:
+        text = f'{highest.name}: {highest.message}' + f' ({raised - 1} more)' * (raised > 1)
+    timelines = [timeline for timeline, _ in joints.values()]
+    return PageSummary(
+        highest.kind, text,
+        [('from', when(timelines[0].first_ns or 0)),
+         ('duration', f'{max(t.last for t in timelines):.4g} s'), ('joints', str(len(joints))),
+         ('alerts', str(sum(len(t.alerts) for t in timelines)))],
+        list(dict.fromkeys(note for _, facts in joints.values() for note in facts.notes)))
 
 
 class RobotPage(NamedTuple):
@@ -189,7 +177,7 @@ def robot_page(joints: Mapping[str, tuple[Timeline, RecordingFacts]], links: Map
     """
     table = JointTable.of([recorded_row(timeline, joint, links[joint])
                            for joint, (timeline, _) in joints.items()])
-    summary = RobotSummary.of(joints, table.rows)
+    summary = _summary(joints, table.rows)
     highest = table.rows[0].name
     timeline, facts = joints[highest]
     steps = NextSteps([f'{highest}: {step}' for step in next_steps(timeline, bags[highest])])

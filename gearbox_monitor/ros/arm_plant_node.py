@@ -9,24 +9,20 @@ stamp on) and plant/transmission_state (the truth, same stamps). The arm is that
 config/arm6.urdf; it repeats a program while the gap of one joint may grow. Parameters are those of
 parameters.ARM_PLANT.
 """
-from array import array
 from collections.abc import Iterator, Sequence
 import math
 import sys
 from typing import Any
 
 import numpy as np
-from sensor_msgs.msg import JointState
 
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
-from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.parameters import ARM_PLANT, ArmPlantParameters
 from gearbox_monitor.robot.working_arm import GapGrowth, WorkingArm
 from gearbox_monitor.ros.node_parameters import declare
-from gearbox_monitor.ros.paced_node import PacedNode, QUEUE, stamp
-from gearbox_monitor.ros.qos import advertise
+from gearbox_monitor.ros.paced_node import PacedNode
 from gearbox_monitor.ros.runtime import spin_node
 
 
@@ -42,13 +38,9 @@ class ArmPlantNode(PacedNode):
         with announced_compilation(self.get_logger().info):  # the first sample must not be late
             WorkingArm(robot, self.dt, v.seed).run(2)
         self._arm = WorkingArm(robot, self.dt, v.seed, growth)
-        self._states = JointState(name=[
-            *(f'motor{k + 1}' for k in range(len(robot.joints))), *robot.joints])
         self._no_load = [math.nan] * len(robot.joints)
-        self._truth = JointState(name=list(robot.joints))
-        self._states_out = advertise(self, JointState, JOINT_STATES, QUEUE)
-        self._truth_out = advertise(self, JointState, PLANT_TRANSMISSION_STATE, QUEUE)
-        self.begin((self._states_out, self._truth_out))
+        self.begin([*(f'motor{k + 1}' for k in range(len(robot.joints))), *robot.joints],
+                   list(robot.joints))
         self.warn_of_unknown()
         self.get_logger().info(f'{v.rate:g} Hz, {len(robot.joints)} joints, seed {v.seed}')
 
@@ -61,15 +53,8 @@ class ArmPlantNode(PacedNode):
     def send(self, row: tuple[Any, ...]) -> None:
         """Publish a `row` of `simulate`."""
         position, effort, twist, tau_k = row
-        states, truth = self._states, self._truth
-        stamp(states.header.stamp, self.stamp_ns)
-        truth.header.stamp = states.header.stamp
-        states.position = array('d', position)
-        states.effort = array('d', effort + self._no_load)
-        truth.position = array('d', twist)
-        truth.effort = array('d', tau_k)
-        self._states_out.publish(states)
-        self._truth_out.publish(truth)
+        self.publish({'position': position, 'effort': effort + self._no_load},
+                     {'position': twist, 'effort': tau_k})
 
 
 def main(args: Sequence[str] | None = None) -> int:

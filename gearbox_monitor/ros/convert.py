@@ -158,7 +158,7 @@ def serialised(signal: Signal, estimates: Sequence[tuple[GearboxNames, Estimate]
     """
     Return what to_joint_states makes of a `signal` of several gearboxes, serialised at once.
 
-    As JointStates where a joint was not measured or the stamps differ. Arguments as there.
+    As JointStates where a joint was not measured or the stamps differ; `estimates` as there.
     """
     if signal.smoothed:
         stamps = [stamp_ns for stamp_ns, _ in estimates[0][1].smoothed]

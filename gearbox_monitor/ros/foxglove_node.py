@@ -8,7 +8,6 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 import foxglove
 from foxglove.websocket import WebSocketServer
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
@@ -17,8 +16,8 @@ from sensor_msgs.msg import JointState
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
 from gearbox_monitor.ros.message_definition import message_definition
-from gearbox_monitor.ros.qos import best_effort, latched, subscribe
-from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup, spin_node
+from gearbox_monitor.ros.qos import best_effort, latched
+from gearbox_monitor.ros.runtime import drain, spin_node, steady_timer, subscribe_polled
 
 PERIOD = 0.05  # s between two looks at the waiting messages
 DEPTH = 2000   # messages of a topic that may wait between them
@@ -35,21 +34,16 @@ class FoxgloveNode(Node):
             self._pass_on(JointState, topic, best_effort(DEPTH))
         self._pass_on(DiagnosticArray, DIAGNOSTICS, best_effort(DEPTH))
         self._pass_on(DiagnosticArray, DRIFT_ALERTS, latched())
-        self._timer = self.create_timer(
-            PERIOD, self._forward, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = steady_timer(self, PERIOD, self._forward)
 
     def _pass_on(self, kind: Any, topic: str, qos: QoSProfile) -> None:
         """Open a channel for messages of class `kind` on `topic`."""
-        subscription = subscribe(self, kind, topic, self._ignore, qos, raw=True,
-                                 callback_group=PolledCallbackGroup())
+        subscription = subscribe_polled(self, kind, topic, qos, raw=True)
         name = f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
         schema = foxglove.Schema(name=name, encoding='ros2msg',
                                  data=message_definition(name).encode())
         self._topics.append((subscription, foxglove.Channel(
             subscription.topic_name, schema=schema, message_encoding='cdr')))
-
-    def _ignore(self, message: Any) -> None:
-        """Leave the message to _forward: waking the executor for each one costs more."""
 
     def _forward(self) -> None:
         """Pass on the messages that wait, with the times of their reception."""

@@ -9,7 +9,6 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
@@ -22,7 +21,8 @@ from gearbox_monitor.report.live_page import live_frame, LivePage
 from gearbox_monitor.ros.convert import stamp_of
 from gearbox_monitor.ros.event_server import EventServer
 from gearbox_monitor.ros.qos import best_effort, latched, subscribe
-from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup, RMWError, spin_node
+from gearbox_monitor.ros.runtime import (
+    drain, RMWError, spin_node, steady_timer, subscribe_polled)
 from gearbox_monitor.ros.watcher import level_of
 
 MOTION = next(signal.topic for signal in SIGNALS if signal.smoothed)
@@ -41,16 +41,10 @@ class LiveNode(Node):
         namespace = self.get_namespace().rstrip('/')
         self._source = estimator if estimator.startswith('/') else f'{namespace}/{estimator}'
         self._gearboxes: dict[str, GearboxHistory] = {}
-        # Taken when it is drawn: waking the executor for each message costs more.
-        self._motion = subscribe(self, JointState, MOTION, self._ignore, best_effort(DEPTH),
-                                 raw=True, callback_group=PolledCallbackGroup())
+        self._motion = subscribe_polled(self, JointState, MOTION, best_effort(DEPTH), raw=True)
         subscribe(self, DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, 50)
         subscribe(self, DiagnosticArray, DRIFT_ALERTS, self._on_alert, latched())
-        self._timer = self.create_timer(
-            PERIOD, self._draw, clock=Clock(clock_type=ClockType.STEADY_TIME))
-
-    def _ignore(self, message: JointState) -> None:
-        """Leave the message to _draw."""
+        self._timer = steady_timer(self, PERIOD, self._draw)
 
     def _gearbox(self, name: str) -> GearboxHistory | None:
         """Return the gearbox `name`; None: there are too many."""

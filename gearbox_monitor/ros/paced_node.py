@@ -2,18 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """A node that simulates samples and publishes each at its time: start, pace, end and reports."""
-from collections.abc import Iterator, Sequence
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
 import time
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.logging import get_logger
-from rclpy.publisher import Publisher
+from sensor_msgs.msg import JointState
 
+from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.ros.node_parameters import TableNode
+from gearbox_monitor.ros.qos import advertise
+from gearbox_monitor.ros.runtime import steady_timer
 
 SECOND = 1_000_000_000
 BLOCK_TIME = 0.01     # s between two checks for services: the wait for a changed parameter
@@ -54,12 +57,24 @@ class PacedNode(TableNode):
         self._speed, self._expected, self._awaited = speed, round(duration / self.dt), subscribers
         self.block = FREE_RUN_BLOCK if speed == 0 else max(1, round(BLOCK_TIME * rate * speed))
 
-    def begin(self, outputs: Sequence[Publisher]) -> None:
-        """Start to work; samples go to `outputs`."""
-        self._outputs = outputs
+    def begin(self, joints: Sequence[str], truth: Sequence[str]) -> None:
+        """Start to work: publish samples of `joints` and, of the names `truth`, the truth."""
+        # Reused for every sample: making new ones costs more than sending them.
+        self._states, self._truth = JointState(name=joints), JointState(name=truth)
+        self._outputs = [advertise(self, JointState, topic, QUEUE)
+                         for topic in (JOINT_STATES, PLANT_TRANSMISSION_STATE)]
         # A node timer would follow /clock, which may be this node's own.
-        self._clock_of_timer = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = self.create_timer(1e-3, self._work, clock=self._clock_of_timer)
+        self._timer = steady_timer(self, 1e-3, self._work)
+
+    def publish(self, states: Mapping[str, Sequence[float]], truth: Mapping[str, Sequence[float]]
+                ) -> None:
+        """Publish `states` and `truth`, {field of JointState: values}, stamped `stamp_ns`."""
+        for output, message, fields in zip(
+                self._outputs, (self._states, self._truth), (states, truth)):
+            stamp(message.header.stamp, self.stamp_ns)
+            for field, values in fields.items():
+                setattr(message, field, array('d', values))
+            output.publish(message)
 
     def simulate(self, n: int) -> Iterator[tuple[Any, ...]]:
         """Return the next `n` samples."""

@@ -19,7 +19,6 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import InertiaStamped
-from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
@@ -29,14 +28,14 @@ from gearbox_monitor.files.knowledge_file import load_knowledge
 from gearbox_monitor.interfaces.signals import (
     DIAGNOSTICS, EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD, JOINT_STATES, PAYLOAD, PAYLOAD_STD)
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.library.payload import payload_tracker
+from gearbox_monitor.library.payload_track import payload_tracker
 from gearbox_monitor.library.robot import load_robot, recorded_names
 from gearbox_monitor.parameters import PAYLOAD_NODE, PayloadParameters
 from gearbox_monitor.report.payload_words import payload_words
 from gearbox_monitor.ros.convert import stamp_of, to_diagnostics, to_time
 from gearbox_monitor.ros.node_parameters import declare, TableNode
 from gearbox_monitor.ros.qos import advertise, best_effort, subscribe
-from gearbox_monitor.ros.runtime import spin_node
+from gearbox_monitor.ros.runtime import spin_node, steady_timer
 
 DEPTH = 2000  # messages that may wait: two seconds at 1 kHz
 
@@ -68,8 +67,7 @@ class PayloadNode(TableNode):
                                        best_effort(DEPTH))
         self.create_service(Trigger, '~/tare', self._tare)
         # Wall time: missing data must be reported while a simulation's clock stands, too.
-        self._timer = self.create_timer(1.0, self._report,
-                                        clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = steady_timer(self, 1.0, self._report)
         self.warn_of_unknown()
         self.get_logger().info(
             f'{values.model}: {len(self._joints)} joints, {self._tracker.link} carries, '
@@ -142,7 +140,7 @@ class PayloadNode(TableNode):
 
 
 def warm_up(tracker: PayloadTracker, joints: int) -> None:
-    """Load what the first windows of `tracker` need: the first samples must not wait for it."""
+    """Load what the first windows of `tracker`, of so many `joints`, need: no sample waits."""
     for k in range(300):  # 3 s: the first estimate
         angle = 0.5 * math.sin(0.02 * k)
         tracker.take(SECOND + k * SECOND // 100, [angle] * joints, [angle] * joints)

@@ -8,7 +8,6 @@ Publishes joint_states (measured positions and the torque in force from that sta
 plant/transmission_state (the truth, same stamps). Stamps are exactly equidistant. Parameters are
 those of parameters.PLANT; most can be changed while it runs.
 """
-from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 import math
@@ -18,13 +17,12 @@ from typing import Any
 
 import numpy as np
 from rosgraph_msgs.msg import Clock as ClockMessage
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION
+from gearbox_monitor.interfaces.signals import TRANSMISSION
 from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL, PlantParameters
 from gearbox_monitor.plant.drive import (
@@ -34,9 +32,9 @@ from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant, JOINTS
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.ros.node_parameters import declare, on_change
-from gearbox_monitor.ros.paced_node import PacedNode, QUEUE, stamp
-from gearbox_monitor.ros.qos import advertise, subscribe
-from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup, spin_node
+from gearbox_monitor.ros.paced_node import PacedNode, stamp
+from gearbox_monitor.ros.qos import advertise
+from gearbox_monitor.ros.runtime import drain, spin_node, subscribe_polled
 
 EFFORT_COMMAND = 'effort_command'
 DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s
@@ -74,7 +72,7 @@ class PlantNode(PacedNode):
             Plant(self._model, Noise(process=(1.0,) * 4)).run(np.zeros(2), self.dt)
         on_change(self, PLANT, self._change)
         self._open()
-        self.begin((self._states_out, self._truth_out))
+        self.begin([v.motor_joint, v.arm_joint], [TRANSMISSION])
         self.warn_of_unknown()
         self.get_logger().info(
             f'{path}: {v.rate:g} Hz, torque from '
@@ -128,16 +126,9 @@ class PlantNode(PacedNode):
         if v.publish_clock or v.speed != 1.0:
             self._refuse_second_clock()
             self._clock_out = advertise(self, ClockMessage, '/clock', 10)
-        self._states_out = advertise(self, JointState, JOINT_STATES, QUEUE)
-        self._truth_out = advertise(self, JointState, PLANT_TRANSMISSION_STATE, QUEUE)
         self._commands = None
         if v.torque_source == 'topic':
-            self._commands = subscribe(
-                self, Float64MultiArray, EFFORT_COMMAND, lambda message: None, 10,
-                callback_group=PolledCallbackGroup())
-        # Reused for every sample: making new ones costs more than sending them.
-        self._states = JointState(name=[v.motor_joint, v.arm_joint])
-        self._truth = JointState(name=[TRANSMISSION])
+            self._commands = subscribe_polled(self, Float64MultiArray, EFFORT_COMMAND, 10)
         self._clock_message = ClockMessage()
 
     def _refuse_second_clock(self) -> None:
@@ -201,18 +192,10 @@ class PlantNode(PacedNode):
     def send(self, row: tuple[float, ...]) -> None:
         """Publish a `row` of `simulate`."""
         u, y1, y2, twist, rate, tau_k, tau_arm = row
-        ratio = self.drive.gear_ratio
-        states, truth = self._states, self._truth
-        stamp(states.header.stamp, self.stamp_ns)
-        truth.header.stamp = states.header.stamp
-        states.position = array('d', (y1 * ratio, y2))
-        states.effort = array('d', (
-            u / self.drive.effort_scale, tau_arm if self.values.measure_arm_load else math.nan))
-        truth.position = array('d', (twist,))
-        truth.velocity = array('d', (rate,))
-        truth.effort = array('d', (tau_k,))
-        self._states_out.publish(states)
-        self._truth_out.publish(truth)
+        load = tau_arm if self.values.measure_arm_load else math.nan
+        self.publish({'position': (y1 * self.drive.gear_ratio, y2),
+                      'effort': (u / self.drive.effort_scale, load)},
+                     {'position': (twist,), 'velocity': (rate,), 'effort': (tau_k,)})
 
 
 def _effect(text: str) -> dict[str, str | float]:

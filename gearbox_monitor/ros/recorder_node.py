@@ -15,7 +15,6 @@ import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidTopicNameException, NoTypeSupportImportedException
 from rclpy.logging import get_logger
@@ -31,7 +30,8 @@ from gearbox_monitor.ros.convert import key_values
 from gearbox_monitor.ros.message_definition import import_message, message_definition
 from gearbox_monitor.ros.node_parameters import declare, TableNode
 from gearbox_monitor.ros.qos import advertise, overridden, subscribe
-from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup, RCLError, spin_node
+from gearbox_monitor.ros.runtime import (
+    drain, PolledCallbackGroup, RCLError, spin_node, steady_timer)
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
@@ -112,10 +112,9 @@ class Recorder(TableNode):
                     break
         self._diagnostics = advertise(self, DiagnosticArray, '/diagnostics', 10)
         # With a simulation clock that stands still, messages must not be left waiting.
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         for seconds, callback in ((POLL_SECONDS, self._poll), (1.0, self._diagnose),
                                   (DISCOVERY_SECONDS, self._discover)):
-            self.create_timer(seconds, callback, clock=self._steady)
+            steady_timer(self, seconds, callback)
         self.warn_of_unknown()
         self.get_logger().info(
             f'recording {len(names)} topics to {self._writer.path}, '
@@ -179,7 +178,7 @@ class Recorder(TableNode):
 
         fixed = overridden(self, topic.name)
 
-        def on_loss(event: Any) -> None:
+        def _on_loss(event: Any) -> None:
             topic.events += event.total_count_change
 
         topic.msgtype = msgtype
@@ -190,7 +189,7 @@ class Recorder(TableNode):
                 policies=fixed, callback_group=self._group, raw=True,
                 # A QoS that the user overrides may not fit: then rclpy warns of it.
                 event_callbacks=SubscriptionEventCallbacks(
-                    message_lost=on_loss, use_default_callbacks=bool(fixed)))
+                    message_lost=_on_loss, use_default_callbacks=bool(fixed)))
         except (ImportError, NoTypeSupportImportedException) as error:
             topic.problem = f'type {msgtype} is not installed'
             self.get_logger().error(f'{topic.name}: cannot record, {topic.problem}: {error}')
@@ -313,14 +312,14 @@ class Recorder(TableNode):
 
 def _as_bag_qos(profile: QoSProfile) -> dict[str, Any]:
     """Return the rclpy QoSProfile `profile` as rosbag2 writes it."""
-    def duration(value: Any) -> dict[str, int]:
+    def _duration(value: Any) -> dict[str, int]:
         sec, nsec = divmod(value.nanoseconds, 10**9)
         return {'sec': sec, 'nsec': nsec}
 
     recorded: dict[str, Any] = qos_profile(
         profile.depth, profile.reliability.name.lower(), profile.durability.name.lower(),
-        profile.history.name.lower(), duration(profile.deadline), duration(profile.lifespan),
-        profile.liveliness.name.lower(), duration(profile.liveliness_lease_duration))
+        profile.history.name.lower(), _duration(profile.deadline), _duration(profile.lifespan),
+        profile.liveliness.name.lower(), _duration(profile.liveliness_lease_duration))
     return recorded
 
 

@@ -7,7 +7,6 @@ from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
@@ -18,7 +17,8 @@ from sensor_msgs.msg import JointState
 from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
 from gearbox_monitor.ros.convert import stamp_of
 from gearbox_monitor.ros.qos import best_effort, latched, subscribe
-from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup, RMWError, spin_node
+from gearbox_monitor.ros.runtime import (
+    drain, RMWError, spin_node, steady_timer, subscribe_polled)
 from gearbox_monitor.ros.watcher import level_of
 
 PERIOD = 0.1  # s between two looks at the waiting messages
@@ -30,19 +30,19 @@ LEVELS = ('INFO', 'WARN', 'ERROR')  # of OK, WARN, ERROR
 
 def views() -> layout.Blueprint:
     """Return the layout: torque, twist, innovations, and what diagnostics and alerts say."""
-    def series(name: str, *contents: str) -> layout.TimeSeriesView:
+    def _series(name: str, *contents: str) -> layout.TimeSeriesView:
         return layout.TimeSeriesView(name=name, contents=list(contents))
     return layout.Blueprint(layout.Horizontal(
         layout.Vertical(
-            series('torque of the transmission', '/transmission_state/effort/**',
+            _series('torque of the transmission', '/transmission_state/effort/**',
                    '/transmission_state_smoothed/effort/**'),
-            series('twist', '/transmission_state/position/**',
+            _series('twist', '/transmission_state/position/**',
                    '/transmission_state_smoothed/position/**'),
-            series('innovations', '/innovations/**', '/innovations_stddev/**')),
+            _series('innovations', '/innovations/**', '/innovations_stddev/**')),
         layout.Vertical(
             layout.TextLogView(name='diagnostics and alerts',
                                contents=['/diagnostics/text/**', '/drift_alerts/text/**']),
-            series('backlash', '/diagnostics/gap_rad/**', '/diagnostics/baseline_gap_rad/**'))))
+            _series('backlash', '/diagnostics/gap_rad/**', '/diagnostics/baseline_gap_rad/**'))))
 
 
 class RerunNode(Node):
@@ -52,18 +52,13 @@ class RerunNode(Node):
         super().__init__('live')
         self._stream = stream
         self._topics: list[tuple[str, Subscription]] = [
-            (topic, subscribe(self, JointState, topic, self._ignore, best_effort(DEPTH), raw=True,
-                              callback_group=PolledCallbackGroup()))
+            (topic, subscribe_polled(self, JointState, topic, best_effort(DEPTH), raw=True))
             for topic in (JOINT_STATES, *(signal.topic for signal in SIGNALS))]
         self._texts: dict[str, tuple[int, str]] = {}  # last level and message of each entity
         for topic, qos in ((DIAGNOSTICS, 50), (DRIFT_ALERTS, latched())):
             subscribe(self, DiagnosticArray, topic,
                       partial(self._on_statuses, topic.strip('/')), qos)
-        self._timer = self.create_timer(
-            PERIOD, self._send, clock=Clock(clock_type=ClockType.STEADY_TIME))
-
-    def _ignore(self, message: JointState) -> None:
-        """Leave the message to _send: waking the executor for each one costs more."""
+        self._timer = steady_timer(self, PERIOD, self._send)
 
     def _send(self) -> None:
         """Send the messages that wait, one column for each value of a joint."""

@@ -10,22 +10,22 @@ from std_msgs.msg import String
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.robot_files import load_robot, TOPIC
 from gearbox_monitor.robot.description import parse, RobotDescription
-from gearbox_monitor.ros.qos import latched, subscribe
-from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup
+from gearbox_monitor.ros.qos import latched
+from gearbox_monitor.ros.runtime import drain, subscribe_polled
 
 PATIENCE = 15.0  # s until a latched description must have come
 
 
 def robot_of(node: Node, source: str) -> RobotDescription:
     """
-    Return the robot of the parameter robot_description of a `node`, a file or topic:TOPIC.
+    Return the robot of the parameter robot_description of a `node`.
 
-    Waits for the topic. Raises InputError if it is no URDF, or does not come.
+    source: its value, a file or topic:TOPIC. Waits for the topic. Raises InputError if it is no
+    URDF, or does not come.
     """
     if not source.startswith(TOPIC):
         return load_robot(source)
-    subscription = subscribe(node, String, source.removeprefix(TOPIC), lambda message: None,
-                             latched(), callback_group=PolledCallbackGroup())
+    subscription = subscribe_polled(node, String, source.removeprefix(TOPIC), latched())
     topic = subscription.topic_name
     node.get_logger().info(f'waiting for the robot description on {topic}')
     try:

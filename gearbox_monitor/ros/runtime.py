@@ -16,16 +16,20 @@ from typing import Any
 
 import rclpy
 from rclpy.callback_groups import CallbackGroup
+from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
+from rclpy.timer import Timer
 from rclpy.utilities import remove_ros_args
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.ros.middleware import remove_cut_ports
+from gearbox_monitor.ros.qos import subscribe
 
 RCLError = rclpy_implementation.RCLError
 RMWError = rclpy_implementation.RMWError
@@ -63,6 +67,27 @@ class PolledCallbackGroup(CallbackGroup):
 
     def ending_execution(self, entity: object) -> None:
         """Do nothing after the execution of `entity`."""
+
+
+def subscribe_polled(node: Node, kind: type, topic: str, qos: QoSProfile | int, **options: Any
+                     ) -> Subscription:
+    """
+    Return a subscription of a PolledCallbackGroup.
+
+    Args:
+        node: that subscribes.
+        kind: class of the messages.
+        topic: name, resolved by the node.
+        qos: profile or depth, see qos.subscribe.
+        options: of Node.create_subscription.
+    """
+    return subscribe(node, kind, topic, lambda message: None, qos,
+                     callback_group=PolledCallbackGroup(), **options)
+
+
+def steady_timer(node: Node, period: float, callback: Callable[[], None]) -> Timer:
+    """Return the timer that calls `callback` of a `node` every `period` s, whatever its clock."""
+    return node.create_timer(period, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
 
 def drain(subscription: Subscription,

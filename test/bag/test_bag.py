@@ -32,7 +32,7 @@ from gearbox_monitor.bag.message_block import block_of
 from gearbox_monitor.bag.metadata import qos_profile
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.record_file import RecordFile
-from gearbox_monitor.bag.recover import recover
+from gearbox_monitor.bag.recovery import recover
 from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_yaml

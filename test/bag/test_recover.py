@@ -17,12 +17,12 @@ from rosbags.highlevel import AnyReader
 import yaml
 import zstandard
 
-from gearbox_monitor.bag import recover as module
+from gearbox_monitor.bag import recovery as module
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
+from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
 from gearbox_monitor.bag.metadata import qos_profile
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recover import recover
+from gearbox_monitor.bag.recovery import recover
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError

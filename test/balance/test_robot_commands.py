@@ -9,7 +9,6 @@ import re
 import numpy as np
 import pytest
 
-from gearbox_monitor.cli.diagnose_robot import OF_ONE_JOINT
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.robot_model import read_robot
@@ -131,7 +130,8 @@ def test_a_damaged_file_of_knowledge_is_refused_in_one_line(arm, tmp_path):
     (['--root', '.'], '--root: .: of a URDF no other file is read'),
     (['--jobs', '0'], '--jobs: 0'),
     *((['--' + option, 'sum'], f'--{option}: of one joint, expected --joint')
-      for option in OF_ONE_JOINT if option != 'repeated'),
+      for option in ('model-arm-joint', 'keyframe', 'actuator', 'recorded-motor',
+                     'recorded-arm', 'recorded-setpoint', 'validate', 'simulator')),
     (['--repeated', 'drop'], '--repeated: of one joint')])
 def test_bad_options_are_one_line(arm, capsys, options, words):
     assert diagnose(arm, *options) == 2

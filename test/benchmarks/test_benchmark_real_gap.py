@@ -15,7 +15,7 @@ from benchmarks.__main__ import main
 from benchmarks.least_squares import ranked_of_robot
 from benchmarks.real_gap import (
     Answer, answer_of, load_pairs, Runner, scores, Truth)
-from gearbox_monitor.bag.example import ExampleMotion
+from gearbox_monitor.bag.example_bag import ExampleMotion
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.robot_example import write_robot_pair
 from gearbox_monitor.cli.main import main as run_command

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from gearbox_monitor.bag.example import ENCODERS, MOTIONS, process_torque
+from gearbox_monitor.bag.example_bag import ENCODERS, MOTIONS, process_torque
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model

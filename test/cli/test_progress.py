@@ -61,24 +61,24 @@ def test_output_leaves_nothing_of_the_time(monkeypatch):
 
 def test_bar_takes_the_place_of_the_time(monkeypatch):
     stream = terminal(monkeypatch)
-    with progress.percent_bar('tune') as bar, progress.shown_time('tune'):
-        progress.progress_of(bar)(1, 2)
+    with progress.progress_bar('tune') as moved, progress.shown_time('tune'):
+        moved(1, 2)
         time.sleep(0.3)
-        bar.refresh()
+        progress.Bar.shown[0].refresh()
     shown = stream.getvalue()
     assert 'running for' not in shown and 'tune  50 %' in shown and 'left' in shown
 
 
 def test_time_of_a_bar_goes_on_without_steps(monkeypatch):
     stream = terminal(monkeypatch)
-    with progress.shown_time('fit'), progress.percent_bar('fit'):
+    with progress.shown_time('fit'), progress.progress_bar('fit'):
         time.sleep(1.3)
     assert '00:01' in stream.getvalue()
 
 
 def test_a_terminal_of_unknown_size_shows_the_bar():
     """Such as a serial console, or one that a program opens."""
-    code = 'from gearbox_monitor.cli import progress; progress.percent_bar("tune").close()'
+    code = 'from gearbox_monitor.cli import progress; progress.count_bar("tune", 100).close()'
     ours, theirs = os.openpty()
     assert tuple(os.get_terminal_size(theirs)) == (0, 0)
     subprocess.run([sys.executable, '-c', code], stderr=theirs, check=True)
@@ -91,8 +91,8 @@ def test_a_pipe_gets_lines_with_share_and_rest(monkeypatch, capsys):
     monkeypatch.setattr(progress, 'EVERY', 0.05)
     with progress.shown_time('fit'):
         time.sleep(0.12)
-        with progress.percent_bar('fit') as bar:
-            progress.progress_of(bar)(1, 4)
+        with progress.progress_bar('fit') as moved:
+            moved(1, 4)
             time.sleep(0.12)
     first, *_, last = capsys.readouterr().err.splitlines()
     assert first == 'fit: running for 0 s'
@@ -105,14 +105,14 @@ def test_a_pipe_gets_lines_with_share_and_rest(monkeypatch, capsys):
 def test_lines_are_about_the_bar_that_is_open():
     """Two in sequence, of which the first is deleted late, and one within another."""
     for _ in range(2):
-        with progress.percent_bar('fit') as bar:
+        with progress.count_bar('fit', 100) as bar:
             bar.update(40)
             assert [b.state()[:4] for b in progress.Bar.shown] == ['40 %']
-    with progress.percent_bar('fit') as outer, progress.percent_bar('part'):
+    with progress.count_bar('fit', 100) as outer, progress.count_bar('part', 100):
         outer.update(30)
     assert progress.Bar.shown == []
-    with progress.percent_bar('fit') as outer:
-        with progress.percent_bar('part'):
+    with progress.count_bar('fit', 100) as outer:
+        with progress.count_bar('part', 100):
             pass
         assert len(progress.Bar.shown) == 1 and progress.Bar.shown[0] is outer
 

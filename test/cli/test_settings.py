@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
+from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.resources import config_path

@@ -15,7 +15,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
+from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.monitoring import checks
 from gearbox_monitor.plant.drive import DriveModel

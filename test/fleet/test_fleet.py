@@ -22,7 +22,7 @@ import pytest
 import yaml
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
+from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.bag.write import BagWriter

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearbox_monitor.bag.example import ExampleMotion
+from gearbox_monitor.bag.example_bag import ExampleMotion
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.identification.nominal import fit_nominal

@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 
-from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
+from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.files.resources import config_path

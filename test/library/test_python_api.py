@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gearbox_monitor as gm
-from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
+from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
 from gearbox_monitor.bag.robot_example import write_robot_pair
 from gearbox_monitor.identification import unit_adaptation
 from gearbox_monitor.identification.unit_adaptation import Adapted

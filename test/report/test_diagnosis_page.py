@@ -219,7 +219,6 @@ def test_binned_over_a_motion():
     x = np.linspace(0.0, 1.0, 1000)
     value = np.stack([np.where(x > 0.5, 3.0, 1.0), np.where(x > 0.5, 3.0, 1.0)], axis=1)
     found = residual_views.binned(x, value, np.linspace(0.0, 1.0, 11))
-    assert found.count.sum() == 1000
     assert found.rms == pytest.approx(np.where(np.arange(10) < 5, 1.0, 3.0))
     few = residual_views.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0),
                                  np.linspace(0.0, 10.0, 11))

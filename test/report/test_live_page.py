@@ -13,7 +13,7 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert
-from gearbox_monitor.report.live_page import live_frame, LivePage, LiveSummary
+from gearbox_monitor.report.live_page import live_frame, live_summary, LivePage
 from gearbox_monitor.ros import event_server
 from gearbox_monitor.ros.event_server import EventServer
 
@@ -40,7 +40,7 @@ def test_an_error_is_not_hidden_by_a_notice_of_wear():
         worn.add_status(float(k), 'model', 2, 'the drive is not the model', {})
         silent.add_status(float(k), 'input', 2, 'no data for 30 s', {})
     assert worn.worst()[1] == 'friction'
-    summary = LiveSummary.of([worn, silent], 'estimator', 4.0)
+    summary = live_summary([worn, silent], 'estimator', 4.0)
     assert summary.kind == 'error' and summary.headline.startswith('wrist: input: no data')
     worn.add_status(5.0, 'input', 2, 'no data for 30 s', {})
     assert worn.worst()[:2] == (2, 'input')

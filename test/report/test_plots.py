@@ -28,7 +28,7 @@ def example(n):
 @pytest.mark.filterwarnings('error')
 def test_overview_is_drawn(run, tmp_path):
     figure = plots.overview(run)
-    plots.save(figure, tmp_path / 'run.png', dpi=50)
+    figure.savefig(tmp_path / 'run.png', dpi=50)
     assert (tmp_path / 'run.png').read_bytes()[:4] == b'\x89PNG'
 
 

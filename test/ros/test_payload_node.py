@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor import load_robot  # noqa: E402
 from gearbox_monitor.files.resources import config_path  # noqa: E402
-from gearbox_monitor.library.payload import payload_tracker  # noqa: E402
+from gearbox_monitor.library.payload_track import payload_tracker  # noqa: E402
 from gearbox_monitor.ros.convert import stamp_of, to_time  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -28,7 +28,7 @@ from script import run_script
 from tqdm import tqdm
 
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
-from gearbox_monitor.bag.example import ExampleMotion, write_example_bag
+from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.fleet.executors import DaskExecutor, PoolExecutor, SerialExecutor

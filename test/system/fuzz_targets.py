@@ -20,7 +20,7 @@ from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.bag.importer.mapping import mapping_from_dict
 from gearbox_monitor.bag.player import EstimatePlayer
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recover import recover
+from gearbox_monitor.bag.recovery import recover
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError

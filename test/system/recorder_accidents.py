@@ -17,7 +17,7 @@ import numpy as np
 
 from gearbox_monitor.bag.mcap_file import McapFile
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recover import recover
+from gearbox_monitor.bag.recovery import recover
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.monitoring.checks.outcome import Level
 

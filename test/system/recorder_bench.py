@@ -11,7 +11,7 @@ import numpy as np
 from witness import stamp_ns, Witness
 
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recover import recover
+from gearbox_monitor.bag.recovery import recover
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
 

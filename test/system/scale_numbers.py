@@ -13,7 +13,7 @@ from fleet import FleetRuns
 import numpy as np
 from tqdm import tqdm
 
-from gearbox_monitor.bag.example import ExampleMotion, NOISE, write_example_bag
+from gearbox_monitor.bag.example_bag import ExampleMotion, NOISE, write_example_bag
 from gearbox_monitor.fleet.executors import SerialExecutor
 from gearbox_monitor.fleet.paths import find_bags
 from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows, Simulator

@@ -56,7 +56,7 @@ def _put(data: Any, parts: Sequence[str], value: Any, setting: str) -> None:
 
 
 def header_references(data: Any, prefix: str = '') -> dict[str, tuple[str, float]]:
-    """Return {dotted key: (name in the header, scale)} of the references in `data`."""
+    """Return {dotted key behind `prefix`: (name in the header, scale)} of references in `data`."""
     references: dict[str, tuple[str, float]] = {}
     if isinstance(data, dict):
         for key, value in data.items():

@@ -7,7 +7,7 @@ The mapping file: which columns or fields of a foreign recording are which signa
 A value of a signal is ``sign ((raw - zero) scale + offset)`` in its unit, which converts it to SI.
 Keys outside this vocabulary raise an error.
 """
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
@@ -17,7 +17,7 @@ import yaml
 from gearbox_monitor.bag.importer.header import (
     header_references, header_values, with_header, with_settings)
 from gearbox_monitor.bag.importer.unit_table import axis_of, TIME, TURN, unit_factor
-from gearbox_monitor.errors import InputError, Problems, unknown
+from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
 
@@ -257,7 +257,7 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
         raise InputError(f'{source}: {error}') from None
     # The numbers are checked once they were read; until then any will do.
     data = with_header(data, references, {name: 1.0 for name, _ in references.values()}, '')
-    _require_keys(data, 'mapping', source, _KEYS)
+    expect_keys(data, 'mapping', source, _KEYS, whole=True)
     if 'joints' in data and 'signals' in data:
         raise InputError(f'{source}: joints: beside signals, expected one of the two')
     needed = 'joints' if 'joints' in data else 'signals'
@@ -267,13 +267,13 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
                              f'{", ".join(FORMATS)}' if key == 'format' else
                              f'{source}: {key}: missing, expected keys and values')
     kind = data['format']
-    _choice(kind, 'format', source, FORMATS)
+    expect_choice(kind, 'format', source, FORMATS)
     for name in ('text', 'json'):
         if name in data and name != kind:
             raise InputError(f'{source}: {name}: a block for another format, expected only '
                              f'blocks for format {kind}')
     values: dict[str, Any] = {'format': kind, 'description': str(data.get('description', ''))}
-    values['kind'] = _choice(data.get('kind', 'rotary'), 'kind', source, KINDS)
+    values['kind'] = expect_choice(data.get('kind', 'rotary'), 'kind', source, KINDS)
     problems = Problems()
     with problems:
         values['gear_ratio'] = _number(data.get('gear_ratio', 1.0), 'gear_ratio', source,
@@ -286,7 +286,7 @@ def mapping_from_dict(data: Any, source: str, yaml_text: str | None = None) -> I
             values['text'] = _text(data['text'], source)
     if 'json' in data:
         with problems:
-            _require_keys(data['json'], 'json', source, ('entries',))
+            expect_keys(data['json'], 'json', source, ('entries',))
             entries = _string(data['json'].get('entries'), 'json.entries', source)
             values['json'] = JsonFormat(entries[:-2] if entries.endswith('[]') else entries)
     with problems:
@@ -326,13 +326,13 @@ def _blocks(data: Mapping[str, Any], key: str, source: str, problems: Problems) 
     content = data[key]
     if key == 'signals':
         with problems:
-            _require_keys(content, 'signals', source, SIGNALS)
+            expect_keys(content, 'signals', source, SIGNALS)
         return {name: block for name, block in content.items() if name in SIGNALS} \
             if isinstance(content, dict) else {}
     blocks = {}
     for joint, signals in content.items() if isinstance(content, dict) else ():
         with problems:
-            _require_keys(signals, f'joints.{joint}', source, JOINT_SIGNALS)
+            expect_keys(signals, f'joints.{joint}', source, JOINT_SIGNALS)
             blocks.update({f'{joint}:{name}': block for name, block in signals.items()})
     if not blocks:
         problems.found.append(f'{source}: joints: {str(content)[:40]!r}, expected signals by '
@@ -343,7 +343,7 @@ def _blocks(data: Mapping[str, Any], key: str, source: str, problems: Problems) 
 def _second_file(data: Mapping[str, Any], source: str) -> SecondFile:
     """Return the SecondFile of the mapping `data`, whose axis and gear ratio are those of it."""
     block = data['second_file']
-    _require_keys(block, 'second_file', source, ('path', 'lag', *_KEYS[:-1]))
+    expect_keys(block, 'second_file', source, ('path', 'lag', *_KEYS[:-1]))
     path = _string(block.get('path'), 'second_file.path', source)
     lag = block.get('lag')
     if lag != 'estimated':
@@ -360,7 +360,7 @@ def _second_file(data: Mapping[str, Any], source: str) -> SecondFile:
 
 
 def _text(block: Any, source: str) -> TextFormat:
-    _require_keys(block, 'text', source, [f.name for f in fields(TextFormat)])
+    expect_keys(block, 'text', source, [f.name for f in fields(TextFormat)])
     text = TextFormat(**block)
     for name in ('delimiter', 'comment', 'encoding', 'decimal'):
         _string(getattr(text, name), f'text.{name}', source)
@@ -370,11 +370,11 @@ def _text(block: Any, source: str) -> TextFormat:
                          f"of rows up to {MAX_HEADER} or 'comment'")
     if isinstance(text.skip, bool) or not isinstance(text.skip, int) or text.skip < 0:
         raise InputError(f'{source}: text.skip: {text.skip!r}, expected a number of lines')
-    _choice(text.rows, 'text.rows', source, ('auto', 'samples', 'signals'))
+    expect_choice(text.rows, 'text.rows', source, ('auto', 'samples', 'signals'))
     if text.delimiter != 'whitespace' and len(text.delimiter) != 1:
         raise InputError(f'{source}: text.delimiter: {text.delimiter!r}, expected one character '
                          "or 'whitespace'")
-    _choice(text.decimal, 'text.decimal', source, ('.', ','))
+    expect_choice(text.decimal, 'text.decimal', source, ('.', ','))
     if text.decimal == text.delimiter:
         raise InputError(f'{source}: text.decimal: {text.decimal!r}, expected another character '
                          'than text.delimiter')
@@ -390,7 +390,7 @@ def _time(block: Any, source: str, kind: str, where: str = 'time') -> TimeMappin
     allowed = [f.name for f in fields(TimeMapping)]
     if where != 'time':  # of one signal: the recording begins where the common time begins
         allowed.remove('start_stamp_ns')
-    _require_keys(block, where, source, allowed)
+    expect_keys(block, where, source, allowed)
     if 'rate' in block:
         for key in ('column', 'field', 'scale', 'unit'):
             if key in block:
@@ -405,11 +405,11 @@ def _time(block: Any, source: str, kind: str, where: str = 'time') -> TimeMappin
             block['only'], (int, str))):
         raise InputError(f'{source}: {where}.only: {block["only"]!r}, expected a whole number '
                          'or a name beside segment')
-    _choice(block.get('stamps', STAMPS[0]), f'{where}.stamps', source, STAMPS)
+    expect_choice(block.get('stamps', STAMPS[0]), f'{where}.stamps', source, STAMPS)
     _number(block.get('scale', 1.0), f'{where}.scale', source, positive=True)
-    _choice(block.get('unit', 's'), f'{where}.unit', source, (*TIME, 'iso8601'))
-    _choice(block.get('repeated', 'error'), f'{where}.repeated', source, REPEATED)
-    _choice(block.get('unordered', 'error'), f'{where}.unordered', source, UNORDERED)
+    expect_choice(block.get('unit', 's'), f'{where}.unit', source, (*TIME, 'iso8601'))
+    expect_choice(block.get('repeated', 'error'), f'{where}.repeated', source, REPEATED)
+    expect_choice(block.get('unordered', 'error'), f'{where}.unordered', source, UNORDERED)
     start = block.get('start_stamp_ns', FIRST_STAMP_NS)
     if start != 'recorded' and (isinstance(start, bool) or not isinstance(start, int)
                                 or start <= 0):
@@ -425,7 +425,7 @@ def _signal(name: str, block: Any, source: str, kind: str, axis: str) -> SignalM
                'unit', 'time']
     allowed += ['counts_per_rev'] if quantity != 'effort' and axis == 'rotary' else []
     allowed += ['torque_constant'] if motor_effort else []
-    _require_keys(block, where, source, allowed)
+    expect_keys(block, where, source, allowed)
     _place(block, where, source, kind)
     for key in ('scale', 'counts_per_rev', 'torque_constant'):
         if key in block:
@@ -438,10 +438,10 @@ def _signal(name: str, block: Any, source: str, kind: str, axis: str) -> SignalM
     bits = block.get('bits', 16)
     if isinstance(bits, bool) or not isinstance(bits, int) or not 2 <= bits <= 52:
         raise InputError(f'{source}: {where}.bits: {bits!r}, expected an integer from 2 to 52')
-    _choice(block.get('coding', CODINGS[0]), f'{where}.coding', source, CODINGS)
+    expect_choice(block.get('coding', CODINGS[0]), f'{where}.coding', source, CODINGS)
     if 'coding' in block and 'bits' not in block:
         raise InputError(f'{source}: {where}.bits: missing, expected the bits of this coding')
-    _choice(block.get('missing', 'error'), f'{where}.missing', source, ('error', 'nan'))
+    expect_choice(block.get('missing', 'error'), f'{where}.missing', source, ('error', 'nan'))
     values = {**block, 'unit_scale': _unit_scale(block, where, source, (quantity, axis))}
     if 'time' in block:
         values['time'] = _time(block['time'], source, kind, f'{where}.time')
@@ -497,22 +497,6 @@ def _column(column: Any, where: str, source: str, has_names: bool) -> None:
     if isinstance(column, bool) or not (by_name or (isinstance(column, int) and column >= 1)):
         raise InputError(f'{source}: {where}: {column!r}, expected a number from 1'
                          + (' or a name of the header row' if has_names else ''))
-
-
-def _require_keys(data: Any, name: str, source: str, allowed: Collection[str]) -> None:
-    if not isinstance(data, dict):
-        raise InputError(f'{source}: {name}: {data!r}, expected keys and values')
-    prefix = '' if name == 'mapping' else name + '.'
-    strange = [key for key in data if key not in allowed]
-    if strange:
-        raise InputError(*(f'{source}: {prefix}{key}: unknown key, {unknown(key, allowed)}'
-                           for key in strange))
-
-
-def _choice(value: Any, name: str, source: str, choices: Collection[str]) -> Any:
-    if value not in choices:
-        raise InputError(f'{source}: {name}: {value!r}, expected one of {", ".join(choices)}')
-    return value
 
 
 def _string(value: Any, name: str, source: str) -> str:

@@ -246,9 +246,10 @@ def _values_of(kind: str, message: Any) -> tuple[tuple[str, ...], dict[str, list
 
 def restamped(path: str | Path, part: JointMessages, stamps: str) -> tuple[Integers, list[str]]:
     """
-    Return the stamps of messages as `stamps` asks, one of STAMPS, and notices.
+    Return the stamps of the messages `part` of a bag as `stamps` asks, and notices.
 
-    Raises Undecided where all header stamps are 0 and nothing is asked.
+    path: of the bag, for messages. stamps: one of STAMPS. Raises Undecided where all header
+    stamps are 0 and nothing is asked.
     """
     if stamps == 'received':
         return part.log_ns, ['time: the times of receipt stand in for the header stamps']

@@ -62,7 +62,7 @@ def robot_recording(joints: Sequence[str], stamp_ns: Integers, values: Mapping[s
 
 
 def write_in_order(writer: BagWriter, topics: Sequence[Topic]) -> None:
-    """Write the messages of all `topics` by their stamps, of equal ones in the order given."""
+    """Let `writer` write the messages of all `topics` by their stamps, then in the given order."""
     for stamp, _, topic, message in heapq.merge(*(
             [(stamp, k, topic, message) for stamp, message in zip(stamps.tolist(), messages)]
             for k, (topic, stamps, messages) in enumerate(topics))):

@@ -90,7 +90,11 @@ class Motion:
         return velocity
 
     def explained(self, values: Array, is_position: bool = False) -> float:
-        """Return the share of the variance of `values` that the motion explains."""
+        """
+        Return the share of the variance of `values` that the motion explains.
+
+        is_position: whether they are positions themselves, so that none is among the regressors.
+        """
         valid = np.isfinite(values)
         if valid.sum() < 10 or np.ptp(values[valid]) == 0.0:
             return 0.0

@@ -29,7 +29,7 @@ class RowKey:
         return list(self._of(next(iter(self.rows)), series))
 
     def by_joint(self, series: Sequence[Series]) -> list[tuple[str, Series]]:
-        """Return (joint, column in its rows) of all joints; the place says whose rows."""
+        """Return (joint, column of `series` in its rows) of all joints; the place says whose."""
         return [(joint, replace(column, place={**column.place, 'only': self.rows[joint][0]}))
                 for joint in self.rows for column in self._of(joint, series)]
 

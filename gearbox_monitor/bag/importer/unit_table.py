@@ -86,7 +86,7 @@ def scaled_unit(text: str, of_label: bool = False) -> tuple[float, str]:
 
 
 def unit_of_label(label: str) -> str:
-    """Return the unit that a name of a column states, 'q [deg]' or 'q_deg'; '' if none."""
+    """Return the unit that the `label` of a column states, 'q [deg]' or 'q_deg'; '' if none."""
     bracketed = re.search(r'[\[(<{]([^\[\](){}<>]+)[\])>}]\s*$', label)
     if bracketed:
         unit = bracketed[1].strip()

@@ -106,7 +106,11 @@ def limits_reached(m: JointMotion) -> list[float]:
 
 
 def limit_column(needs: str, twins: tuple[str, ...] = ()) -> BalanceColumn:
-    """Return the BalanceColumn of a limit of the torque: what the effort has beyond it."""
+    """
+    Return the BalanceColumn of a limit of the torque: what the effort has beyond it.
+
+    needs, twins: of BalanceColumn.
+    """
     return BalanceColumn(
         lambda m, u: (m.effort - np.clip(m.effort, -u, u))[:, None],
         lambda b, u: {'umax': u}, setting='umax', grid=limits_reached, low=lambda m: 0.85,

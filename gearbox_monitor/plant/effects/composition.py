@@ -312,7 +312,13 @@ def step_damper(r: float, e: Array, x1: float, x3: float, m: Any) -> float:
 
 @jit_part
 def late_fade(h: float, e: Array) -> Any:
-    """Return h / T of the servo's delay T, and exp(p h / T): real, imaginary part; real pole."""
+    """
+    Return h / T of the servo's delay T, and exp(p h / T): real, imaginary part; real pole.
+
+    Args:
+        h: length of a step, s.
+        e: packed effects.
+    """
     if e[SERVO_LATE] == 0.0:
         return 0.0, 0.0, 0.0, 0.0
     spans = h / e[SERVO_LATE]

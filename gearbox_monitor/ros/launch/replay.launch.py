@@ -9,35 +9,22 @@ Play a bag to a live estimator, in the time of the bag.
 To get the estimates of a bag quickly, without ROS, use: gearbox_monitor replay BAG.
 """
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown, TimerAction
-from launch.substitutions import LaunchConfiguration
+from launch.actions import OpaqueFunction, Shutdown, TimerAction
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
 
-# Time for the estimator to process the last samples of the bag.
+from gearbox_monitor.ros.launch_parts import (
+    declared, FILTER, LOG_LEVEL, package_node, stated, typed)
+
 LINGER = 1.5  # s
-ARGUMENTS = [
-    DeclareLaunchArgument('bag', description='bag directory or .mcap file to play'),
-    DeclareLaunchArgument('rate', default_value='1.0',
-                          description='times as fast as recorded'),
-    DeclareLaunchArgument('loop', default_value='false', choices=['true', 'false'],
-                          description='start again at the end'),
-    DeclareLaunchArgument('namespace', default_value='',
-                          description='namespace of the estimator: that of the recorded topics'),
-    DeclareLaunchArgument('use_sim_time', default_value='true', choices=['true', 'false'],
-                          description='take the time from /clock, which the player publishes'),
-    DeclareLaunchArgument(
-        'params_file', default_value='',
-        description='YAML parameter file with the block estimator, in a namespace '
-                    '/NAMESPACE/estimator or /**; empty: the defaults'),
-    DeclareLaunchArgument('model', default_value='',
-                          description="model file of the drive; empty: the parameter file's, else "
-                                      'the packaged drive.yaml'),
-    DeclareLaunchArgument('filter', default_value='',
-                          description="name of the filter; empty: the parameter file's, else ekf"),
-    DeclareLaunchArgument('log_level', default_value='info',
-                          description='debug, info, warn, error or fatal'),
-]
+ARGUMENTS = declared(
+    ('bag', None, 'bag directory or .mcap file to play'),
+    ('rate', '1.0', 'times as fast as recorded'), ('loop', False, 'start again at the end'),
+    ('namespace', '', 'namespace of the estimator: that of the recorded topics'),
+    ('use_sim_time', True, 'take the time from /clock, which the player publishes'),
+    ('params_file', '', 'YAML parameter file with the block estimator, in a namespace '
+     '/NAMESPACE/estimator or /**; empty: the defaults'),
+    ('model', '', "model file of the drive; empty: the parameter file's, else the packaged "
+     'drive.yaml'), FILTER, LOG_LEVEL)
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -46,21 +33,15 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def _nodes(context: LaunchContext) -> list[Node]:
-    value = {a.name: LaunchConfiguration(a.name).perform(context) for a in ARGUMENTS}
+    value = stated(context, ARGUMENTS)
     settings = {'use_sim_time': value['use_sim_time'] == 'true',
                 'model': value['model'], 'filter': value['filter']}
-    overrides = {key: ParameterValue(setting, value_type=type(setting))
-                 for key, setting in settings.items() if setting != ''}
-    parameters = [value['params_file']] if value['params_file'] else []
-    level = ['--log-level', value['log_level']]
-    estimator = Node(
-        package='gearbox_monitor', executable='estimator_node', name='estimator',
-        namespace=value['namespace'], output='screen', emulate_tty=True,
-        parameters=[*parameters, overrides], ros_arguments=level,
+    estimator = package_node(
+        'estimator', value, [value['params_file'], typed(settings)], value['namespace'],
         on_exit=Shutdown(reason='the estimator has ended'))
     player = Node(
         package='gearbox_monitor', executable='gearbox_monitor', output='screen',
-        emulate_tty=True, ros_arguments=level,
+        emulate_tty=True, ros_arguments=['--log-level', value['log_level']],
         arguments=['play', value['bag'], '--rate', value['rate'],
                    *(['--loop'] if value['loop'] == 'true' else [])],
         on_exit=TimerAction(period=LINGER, actions=[Shutdown(reason='the bag has ended')]))

@@ -17,37 +17,23 @@ import re
 from typing import Any, NamedTuple
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
+from launch.actions import OpaqueFunction
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.interfaces.signals import SNAPSHOT
 from gearbox_monitor.parameters import RecorderParameters
+from gearbox_monitor.ros.launch_parts import (
+    BAG, declared, ENCLAVE, LOG_LEVEL, package_node, stated, typed)
 
-ARGUMENTS = [
-    DeclareLaunchArgument(
-        'params_file', description='YAML parameter file with a block estimator, or a block '
-                                   '/NAMESPACE/estimator for each robot or gearbox, see '
-                                   'config/robot.yaml of this package'),
-    DeclareLaunchArgument(
-        'joint_states', default_value='',
-        description='topic that all gearboxes take their joints from, like /joint_states of a '
-                    'joint_state_broadcaster; empty: joint_states in the namespace of each'),
-    DeclareLaunchArgument('record', default_value='true', choices=['true', 'false'],
-                          description='record the topics of all gearboxes into one bag'),
-    DeclareLaunchArgument('bag', default_value='',
-                          description='bag directory to create; empty: gearbox_DATE-TIME here'),
-    DeclareLaunchArgument('use_sim_time', default_value='false', choices=['true', 'false'],
-                          description='take the time from /clock'),
-    DeclareLaunchArgument('enclave', default_value='',
-                          description='security enclave above those of the nodes, like '
-                                      '/gearbox_monitor, see docs/security.md; empty: none'),
-    DeclareLaunchArgument('log_level', default_value='info',
-                          description='debug, info, warn, error or fatal'),
-]
+ARGUMENTS = declared(
+    ('params_file', None, 'YAML parameter file with a block estimator, or a block '
+     '/NAMESPACE/estimator for each robot or gearbox, see config/robot.yaml of this package'),
+    ('joint_states', '', 'topic that all gearboxes take their joints from, like /joint_states of '
+     'a joint_state_broadcaster; empty: joint_states in the namespace of each'),
+    ('record', True, 'record the topics of all gearboxes into one bag'), BAG,
+    ('use_sim_time', False, 'take the time from /clock'), ENCLAVE, LOG_LEVEL)
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -97,27 +83,22 @@ def topics(blocks: Iterable[Block]) -> list[str]:
 
 
 def _nodes(context: LaunchContext) -> list[Node]:
-    value = {a.name: LaunchConfiguration(a.name).perform(context) for a in ARGUMENTS}
+    value = stated(context, ARGUMENTS)
     clock = {'use_sim_time': value['use_sim_time'] == 'true'}
 
-    def node(name: str, namespace: str, settings: Sequence[dict[str, Any]],
+    def _node(name: str, namespace: str, settings: dict[str, Any],
              remappings: Sequence[tuple[str, str]] = ()) -> Node:
-        path = f'{value["enclave"]}{namespace.rstrip("/")}/{name}'
-        enclave = ['--enclave', path] if value['enclave'] else []
-        return Node(
-            package='gearbox_monitor', executable=f'{name}_node', name=name, namespace=namespace,
-            parameters=[*settings, value['params_file']], remappings=remappings, output='screen',
-            emulate_tty=True, ros_arguments=['--log-level', value['log_level'], *enclave])
+        path = f'{value["enclave"]}{namespace.rstrip("/")}/{name}' if value['enclave'] else ''
+        return package_node(name, value, [settings, value['params_file']], namespace, path,
+                            remappings=remappings)
 
     blocks = node_blocks(value['params_file'])
     shared = value['joint_states']
-    nodes = [node(name, namespace, [clock] if name == 'estimator' else [],
+    nodes = [_node(name, namespace, clock if name == 'estimator' else {},
                   [('joint_states', shared)] if shared and name == 'estimator' else [])
              for namespace, name, _ in blocks]
     if value['record'] == 'true':
         names = [*([shared] if shared else []), *topics(blocks)]
-        settings = {**clock, 'topics': [*dict.fromkeys(names)]}
-        if value['bag']:
-            settings['output'] = ParameterValue(value['bag'], value_type=str)
-        nodes.append(node('recorder', '/', [settings]))
+        nodes.append(_node('recorder', '/', {
+            **clock, 'topics': [*dict.fromkeys(names)], **typed({'output': value['bag']})}))
     return nodes

@@ -48,7 +48,15 @@ class PayloadTrack(Drawn):
 
 def payload_tracker(robot: Robot, link: str = '', knowledge: Knowledge | None = None,
                     empty: bool = False) -> PayloadTracker:
-    """Return the PayloadTracker of a `robot` of `load_robot`; the others as it takes them."""
+    """
+    Return the PayloadTracker of a robot.
+
+    Args:
+        robot: of `load_robot`.
+        link: that carries, '' for the last one.
+        knowledge: what references taught, None for none.
+        empty: nothing is held at the beginning.
+    """
     return PayloadTracker(robot_model(robot.file, robot.values, False), link, knowledge, empty)
 
 
@@ -100,11 +108,11 @@ def track_payload(log: str | Path, robot: Robot, *,
         raise InputError(f'{path}: {stamps[-1] / SECOND if total else 0.0:.3g} s without an '
                          'estimate, expected 3 s or more with positions and torques of all joints')
 
-    def column(name: str) -> Array:
+    def _column(name: str) -> Array:
         return np.array([getattr(e, name) for e in estimates], float)
-    since = column('since_ns') / SECOND
+    since = _column('since_ns') / SECOND
     return PayloadTrack(
-        path.name, tracker.link, tuple(joints), column('stamp_ns') / SECOND, column('mass'),
-        column('mass_std'), column('centre'), column('centre_std'),
-        np.where(since > 0.0, since, np.nan), column('external'), column('external_std'),
+        path.name, tracker.link, tuple(joints), _column('stamp_ns') / SECOND, _column('mass'),
+        _column('mass_std'), _column('centre'), _column('centre_std'),
+        np.where(since > 0.0, since, np.nan), _column('external'), _column('external_std'),
         tuple(raw.notes))

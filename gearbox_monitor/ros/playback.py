@@ -8,7 +8,6 @@ from pathlib import Path
 import sys
 import time
 
-from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
@@ -19,7 +18,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.ros.message_definition import import_message
 from gearbox_monitor.ros.qos import advertise
-from gearbox_monitor.ros.runtime import spin_node
+from gearbox_monitor.ros.runtime import spin_node, steady_timer
 
 SECOND = 1_000_000_000
 BLOCK_TIME = 0.02      # s between two checks for signals and services
@@ -95,8 +94,7 @@ class PlayNode(Node):
         self._next: tuple[str, int, int, bytes] | None = None
         self._created = time.monotonic()
         self._matched: float | None = None
-        self._timer = self.create_timer(
-            1e-3, self._work, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = steady_timer(self, 1e-3, self._work)
 
     def _may_begin(self) -> bool:
         """Return whether somebody listens, or nobody has come in time."""

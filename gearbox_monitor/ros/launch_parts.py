@@ -1,0 +1,57 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the launch files share: how they declare arguments, and start nodes of the package."""
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from launch import LaunchContext
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+BAG = ('bag', '', 'bag directory to create; empty: gearbox_DATE-TIME here')
+FILTER = ('filter', '', "name of the filter; empty: the parameter file's, else ekf")
+ENCLAVE = ('enclave', '', 'security enclave above those of the nodes, like /gearbox_monitor, see '
+           'docs/security.md; empty: none')
+LOG_LEVEL = ('log_level', 'info', 'debug, info, warn, error or fatal')
+
+
+def declared(*rows: tuple[str, str | bool | None, str]) -> list[DeclareLaunchArgument]:
+    """Return the arguments of `rows`: name, default, description; None: it must be stated."""
+    return [DeclareLaunchArgument(
+        name, default_value=str(usual).lower() if isinstance(usual, bool) else usual,
+        choices=['true', 'false'] if isinstance(usual, bool) else None, description=description)
+        for name, usual, description in rows]
+
+
+def stated(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]) -> dict[str, str]:
+    """Return {name: value} of the `arguments` in a `context`."""
+    return {a.name: LaunchConfiguration(a.name).perform(context) for a in arguments}
+
+
+def typed(settings: Mapping[str, str | bool]) -> dict[str, ParameterValue]:
+    """Return the `settings` {parameter: value, '' to leave it} as parameters of a Node."""
+    return {key: ParameterValue(setting, value_type=type(setting))
+            for key, setting in settings.items() if setting != ''}
+
+
+def package_node(name: str, value: Mapping[str, str], parameters: Sequence[Any], namespace: str,
+                 enclave: str = '', **options: Any) -> Node:
+    """
+    Return a node of the package.
+
+    Args:
+        name: of the node.
+        value: {name: value} of the launch arguments.
+        parameters: files and mappings; empty ones count nothing.
+        namespace: that it stands in.
+        enclave: its security enclave, '' for none.
+        options: further ones of Node.
+    """
+    return Node(
+        package='gearbox_monitor', executable=f'{name}_node', name=name, namespace=namespace,
+        output='screen', emulate_tty=True, parameters=list(filter(None, parameters)),
+        ros_arguments=['--log-level', value['log_level'],
+                       *(['--enclave', enclave] if enclave else [])], **options)
