@@ -51,10 +51,10 @@ def scales_of(laws: Sequence[Candidate], free: Sequence[Candidate], knowledge: K
         knowledge: of references, None without one.
         joints: of the robot.
     """
-    names = max(len({c.name for c in laws}), 1)
+    names, lawless = (max(len({c.name for c in field}), 1) for field in (laws, free))
     if knowledge is None:
-        return ContestScales({}, np.ones(joints), names, max(len(free), 1))
-    return ContestScales(dict(knowledge.scatter), knowledge.dispersion, names, max(len(free), 1))
+        return ContestScales({}, np.ones(joints), names, lawless)
+    return ContestScales(dict(knowledge.scatter), knowledge.dispersion, names, lawless)
 
 
 @dataclass(frozen=True, eq=False)

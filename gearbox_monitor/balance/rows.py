@@ -107,23 +107,23 @@ class Rows:
         return {j: self.tested(j, series[:, j].T) for j in range(count)}
 
     @cached_property
+    def inertia(self) -> Array:
+        """Matrices [S, J, J] of the inertia that each joint has of each, in mid-segment."""
+        chain, middle = self.robot.chain, self.tests.starts + self.tests.value.shape[0] // 2
+        q = self.motion.q[middle]
+        out = np.zeros((len(q), *(len(self.joints),) * 2)) + np.diag(chain.armature)
+        for k in range(len(self.joints)):
+            for r in chain.regressors(q, np.broadcast_to(np.eye(len(self.joints))[k], q.shape)):
+                out[:, r.joint, k] += r.p @ chain.theta[r.link]
+        return out
+
+    @cached_property
     def zero(self) -> tuple[Mapping[int, Array], ...]:
         """Of each joint the rows {joint: [R, 1]} of a reading that is 1 rad (1 m) too large."""
-        chain, still, step = self.robot.chain, np.zeros_like(self.motion.v), 1e-4
-        weight = np.zeros_like(self.motion.q)
-        for r in chain.regressors(self.motion.q, still):
-            weight[:, r.joint] += r.g @ chain.theta[r.link]
-        out = []
-        for j in range(len(self.joints)):
-            q, shifted = self.motion.q.copy(), np.zeros_like(weight)
-            q[:, j] -= step
-            for r in chain.regressors(q, still):
-                shifted[:, r.joint] += r.g @ chain.theta[r.link]
-            change = (shifted - weight) / step
-            size = np.abs(change).max(axis=0)
-            out.append({k: self.tested(k, change[:, k, None]) for k in range(len(size))
-                        if size[k] > 1e-9})
-        return tuple(out)
+        slopes = -self.robot.chain.weight_slopes(self.motion.q)
+        size = np.abs(slopes).max(axis=0)
+        return tuple({k: self.tested(k, slopes[:, k, j, None]) for k in range(len(size))
+                      if size[k, j] > 1e-9} for j in range(len(size)))
 
 
 def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] = (),

@@ -135,7 +135,8 @@ def judged(r):
                               f'named {findings[0][0]}' + (
                                   '' if findings[0][1] == truth[0][1] else ' elsewhere'))
     kind = 'two' if len(truth) == 2 else 'one'
-    hit = [any(same(t[0], f) and f[1] == t[1] for f in findings) for t in truth]
+    hit = [any(same(t[0], f) and f[1] == t[1] or '@'.join(t) in f[5] for f in findings)
+           for t in truth]
     if all(hit):
         exact = all(any(t[0] == f[0] and f[1] == t[1] for f in findings) for t in truth)
         return f'{kind}: ' + ('right' if exact else 'confusable') + (
