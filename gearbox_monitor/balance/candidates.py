@@ -14,7 +14,7 @@ from gearbox_monitor.balance.robot_effects import (
     BASE, centre_of, LINK, PAYLOAD, ROBOT_EFFECTS, RobotEffect)
 from gearbox_monitor.balance.rows import Rows
 from gearbox_monitor.balance.settings import SETTINGS
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import (
     BalanceColumn, COMMAND, JointMotion, SETPOINT, TORQUE)
@@ -65,8 +65,12 @@ class Candidate:
     @property
     def size(self) -> int:
         """Number of parameters; a coefficient without any torque is none."""
-        acts = np.any([np.abs(x).max(axis=0) > LEAST for x in self.columns.values()], axis=0)
-        return int(acts.sum()) + self.extra
+        return int(self.acting.sum()) + self.extra
+
+    @property
+    def acting(self) -> Flags:
+        """Which coefficients [k] have any torque."""
+        return np.any([np.abs(x).max(axis=0) > LEAST for x in self.columns.values()], axis=0)
 
     @property
     def searched(self) -> bool:

@@ -193,7 +193,11 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
     def rank(e: Contender) -> tuple[bool, float]:
         pays = e.worth >= evidence.settings.margin
         return pays, e.likeness if pays else e.worth
-    return sorted(entries, key=rank, reverse=True)
+    entries.sort(key=rank, reverse=True)
+    # What explains the same by fewer coefficients is first: of a first link some have no torque.
+    same = [e for e in entries if rank(entries[0])[1] - rank(e)[1] < LEAST_GAIN
+            and rank(e)[0] == rank(entries[0])[0]]
+    return sorted(same, key=lambda e: e.candidate.width) + entries[len(same):]
 
 
 def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,

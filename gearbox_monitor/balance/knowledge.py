@@ -26,7 +26,7 @@ from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_RIPPLE
 from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
 from gearbox_monitor.plant.effects.motor_side import COGGING
 
-VERSION = 3
+VERSION = 4
 MOST_PARTS = 12
 CALMED = 0.9  # the shapes have made parts alike where their over-dispersion falls to this
 MOST_PASSES = 4

@@ -271,7 +271,8 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
         spread = s.armature_learnt * torque / 20.0 if robot.learnt else 0.0
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
-        delays[j] = rows.tested(j, moved(m.t, m.model, 0.0))[:, 0]
+        # What drives the joint is late, and no model of it knows a load that is not in the file.
+        delays[j] = rows.tested(j, moved(m.t, m.model if rows.setpoint else m.effort, 0.0))[:, 0]
         columns.append(NuisanceColumn(f'lag {name}', {j: delays[j]}, s.lag_joint))
         slow = m.sign * np.exp(-(m.v / s.creep) ** 2)
         if not robot.learnt:

@@ -371,9 +371,9 @@ def _deviations(c: Candidate, b: Array, covariance: Array, determined: bool
     for name, slope in slopes.items():
         deviation = math.sqrt(max(float(slope @ covariance @ slope), 0.0))
         place = name in ('cx', 'cy', 'cz') and deviation > WIDE_PLACE
-        fixed = not slope.any()
-        lost = place or (c.searched and slope[-1] != 0.0 and deviation > (c.span or c.setting))
-        out[name] = 0.0 if fixed else deviation if determined and not lost else None
+        far = c.searched and slope[-1] != 0.0 and deviation > (c.span or c.setting)
+        lost = place or far or bool(slope[:c.width][~c.acting].any()) or not determined
+        out[name] = 0.0 if not slope.any() else None if lost else deviation
     return out
 
 

@@ -81,7 +81,7 @@ def test_local_cosines_are_orthonormal():
 
 
 def test_rate_is_tested_by_parts():
-    """At 50 Hz, too, where differences along the mask's ramps were 3 % of the largest row."""
+    """At 50 Hz, too, where differences along the mask's ramps were 5 % of the largest row."""
     m = motion(rate=50.0)
     tests = local_cosines(m, 10.0, SETTINGS)
     x, rate = np.sin(3 * m.t)[:, None], 3 * np.cos(3 * m.t)[:, None]
