@@ -17,6 +17,7 @@ from gearbox_monitor.balance.candidates import Candidate
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects.actuator import SATURATION
 from gearbox_monitor.plant.effects.motor_side import STRIBECK
 
 PER_NAME = 2          # settings of one effect among the finalists
@@ -239,7 +240,8 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
             fit = evidence.fit((*base, c), fit.weights, 3)
         return fit
     middle, span = float(c.setting), c.span
-    reach = 1.6 if c.effect == STRIBECK.id else 1.2   # beyond, the next of the grid is nearer
+    # Beyond, the next of the grid is nearer.
+    reach = 1.6 if c.effect in (STRIBECK.id, SATURATION.id) else 1.2
     for factor in STEPS:
         for direction in (1.0, -1.0):
             while True:

@@ -21,6 +21,7 @@ STEP, CONTROL = 1e-3, 2
 JOINT_KINDS = ('motor_coulomb', 'motor_viscous', 'quadratic_friction', 'stribeck', 'torque_offset',
                'load_friction', 'motor_inertia', 'torque_gain', 'actuator_delay', 'gravity',
                'cogging', 'saturation', 'end_spring')
+ROTARY = ('gravity', 'cogging')
 LINK_KINDS = ('payload', 'payload', 'base_tilt')
 OUTSIDE = ('bursts', 'hysteresis', 'friction_jump', 'swinging')
 
@@ -39,6 +40,7 @@ class Case:
     real: dict = field(default_factory=dict)
     rate: float = 100.0
     uneven: bool = False
+    slides: tuple = ()
     encoder: float = 2e-4
     noise: float = 0.01
 
@@ -123,6 +125,7 @@ def make(seed, pair=False, change=None, rate=None):
     joints = [model.joint(i).name for i in range(model.njnt)]
     order = [int(np.flatnonzero([j == x for x in joints])[0]) for j in joints]
     case = Case(seed, kind, base.format(body), joints, links, sizes[order])
+    case.slides = tuple(model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE)
     case.rate = float(rate or rng.choice([50, 100, 100, 200, 500]))
     case.uneven = bool(rng.random() < .4)
     case.encoder = float(10 ** rng.uniform(-4.3, -3.3))
@@ -155,6 +158,8 @@ def _change(rng, kind, case):
     """Return a change of this kind at a random place, with its size."""
     n, u = len(case.joints), rng.uniform
     j = int(rng.integers(n))
+    if kind in ROTARY and case.slides[j]:    # of a slide they are no effects
+        j = 0
     size = case.sizes[j]
     e = {'kind': kind, 'joint': j}
     if kind == 'payload':

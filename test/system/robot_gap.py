@@ -52,11 +52,13 @@ def gain_of_truth(verdict, case, oracle):
     t, torques = oracle
     begin, truths = rows.motion.t + case.begin, []
     for e, torque in zip(case.truth, torques):
-        # Inertial torque from the same smoothed motion: the true one would know its error.
+        # Inertia, speed and a servo's damping from the same smoothed motion: the true one would
+        # know its error.
         b = {'payload': lambda e: np.r_[e['m'], e['m'] * np.array(e['c'])],
              'base_tilt': lambda e: -9.81 * np.sin(e['angle']) * np.array(
                  [-np.cos(e['phase']), -np.sin(e['phase'])]),
-             'motor_inertia': lambda e: np.array([e['size']])}.get(e['kind'])
+             'motor_inertia': lambda e: np.array([e['size']]),
+             'motor_viscous': lambda e: np.array([e['size']])}.get(e['kind'])
         columns = {}
         if b is None:
             columns = {j: rows.tested(j, np.interp(begin, t, x)[:, None])

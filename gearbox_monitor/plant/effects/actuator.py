@@ -90,15 +90,22 @@ def limits_below_peak(s: Scales) -> Starts:
             for f in (0.97, 0.85, 0.65, 0.4)]
 
 
+MOST_OVER, STEP_DOWN = 30.0, 1.4  # the usual command over the limit; between levels
+
+
 def limits_reached(m: JointMotion) -> list[float]:
     """
     Return levels (N m) that the effort of a JointMotion `m` exceeds by far more than its noise.
 
-    A level inside the noise would rectify it: the column then explains noise by noise.
+    A level inside the noise would rectify it: the column then explains noise by noise. From
+    setpoints a level below most of the effort would leave nothing to explain.
     """
     size, levels = np.abs(m.effort), []
     shares = (0.45, 0.6, 0.75, 0.82, 0.88, 0.92, 0.95, 0.97, 0.985)
-    for level in np.quantile(size, shares).tolist():
+    usual = np.quantile(size, shares).tolist()
+    # A drive that is at its limit most of the time, in steps that a refinement reaches.
+    count = 0 if m.kp else round(math.log(MOST_OVER) / math.log(STEP_DOWN))
+    for level in (*(usual[0] / STEP_DOWN ** k for k in range(count, 0, -1)), *usual):
         excess = size[size > level] - level
         if len(excess) and math.sqrt(float(np.mean(excess ** 2))) > 3.0 * m.noise:
             levels.append(level)
