@@ -142,13 +142,13 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
     highest = min(settings.highest_servo if setpoint else settings.highest,
                   settings.highest_share * log.rate)
     rows = tested(motion, local_cosines(motion, highest, settings), robot, shapes, mean,
-                  setpoint=setpoint, settings=settings)
-    return replace(rows, name=log.name, measured=log.measured, rate=log.rate)
+                  setpoint=setpoint, measured=log.measured, settings=settings)
+    return replace(rows, name=log.name, rate=log.rate)
 
 
 def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
            shapes: Sequence[tuple[int, str]] = (), mean: Mapping[str, float] | None = None, *,
-           setpoint: bool = False, settings: Settings = SETTINGS) -> Rows:
+           setpoint: bool = False, measured: bool = False, settings: Settings = SETTINGS) -> Rows:
     """
     Return the Rows of a motion.
 
@@ -159,6 +159,7 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
         shapes: (joint, name) of shapes that a reference needed.
         mean: {label: coefficient} that a reference taught, for the torque of the model.
         setpoint: whether the input of the motion is a setpoint.
+        measured: whether it is a torque behind the drive.
         settings: limits.
     """
     chain = robot.chain
@@ -203,7 +204,7 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
         float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
         robot.learnt, *np.zeros((3, n))) for j in range(count)]
     rows = Rows('', robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
-                setpoint=setpoint, settings=settings)
+                measured=measured, setpoint=setpoint, settings=settings)
     if robot.learnt and mean:
         acceleration = _rate(motion, motion.v)
         joints = [_taught(replace(m, model=m.model + more[:, j]), name, shapes, mean, j,
@@ -271,8 +272,9 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
         spread = s.armature_learnt * torque / 20.0 if robot.learnt else 0.0
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
-        # What drives the joint is late, and no model of it knows a load that is not in the file.
-        delays[j] = rows.tested(j, moved(m.t, m.model if rows.setpoint else m.effort, 0.0))[:, 0]
+        # A command is late itself; no model of it knows a load that is not in the file.
+        late = m.model if rows.setpoint or rows.measured else m.effort
+        delays[j] = rows.tested(j, moved(m.t, late, 0.0))[:, 0]
         columns.append(NuisanceColumn(f'lag {name}', {j: delays[j]}, s.lag_joint))
         slow = m.sign * np.exp(-(m.v / s.creep) ** 2)
         if not robot.learnt:
