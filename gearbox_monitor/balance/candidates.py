@@ -4,6 +4,7 @@
 """Candidates: every effect at every place as columns, and functions without a law beside them."""
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 import math
 from typing import Any
 
@@ -67,7 +68,7 @@ class Candidate:
         """Number of parameters; a coefficient without any torque is none."""
         return int(self.acting.sum()) + self.extra
 
-    @property
+    @cached_property
     def acting(self) -> Flags:
         """Which coefficients [k] have any torque."""
         return np.any([np.abs(x).max(axis=0) > LEAST for x in self.columns.values()], axis=0)
