@@ -72,7 +72,8 @@ class Rows:
 
     target [J, R]: effort less model. inertial {(link, joint): [R, 10]}. model [J, R]: of the file.
     joints: JointMotion of each joint. nuisance: columns. strange [S, J]: share of each segment in
-    which no reference was.
+    which no reference was. scale [J]: gain of the model over that of the servo, None for 1: the
+    balance of setpoints is divided by the gain, and so is a torque that several joints share.
     """
 
     name: str
@@ -90,6 +91,11 @@ class Rows:
     rate: float = 100.0
     settings: Settings = field(default=SETTINGS)
     strange: Array | None = None
+    scale: Array | None = None
+
+    def scaled(self, joint: int, rows: Array) -> Array:
+        """Return `rows` of a torque of the bodies at `joint` in the scale of its servo."""
+        return rows if self.scale is None else rows * self.scale[joint]
 
     def tested(self, joint: int, series: Array, momentum: bool = False) -> Array:
         """Return the rows [R, k] of `series` [N, k] at `joint`, with `momentum` of its rate."""
@@ -104,7 +110,7 @@ class Rows:
         for axis in range(2):
             for r in self.robot.chain.regressors(self.motion.q, still, np.eye(3)[axis]):
                 series[axis, r.joint] += r.g @ theta[r.link]
-        return {j: self.tested(j, series[:, j].T) for j in range(count)}
+        return {j: self.scaled(j, self.tested(j, series[:, j].T)) for j in range(count)}
 
     @cached_property
     def inertia(self) -> Array:
@@ -122,8 +128,8 @@ class Rows:
         """Of each joint the rows {joint: [R, 1]} of a reading that is 1 rad (1 m) too large."""
         slopes = -self.robot.chain.weight_slopes(self.motion.q)
         size = np.abs(slopes).max(axis=0)
-        return tuple({k: self.tested(k, slopes[:, k, j, None]) for k in range(len(size))
-                      if size[k, j] > 1e-9} for j in range(len(size)))
+        return tuple({k: self.scaled(k, self.tested(k, slopes[:, k, j, None]))
+                      for k in range(len(size)) if size[k, j] > 1e-9} for j in range(len(size)))
 
 
 def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] = (),
@@ -211,6 +217,20 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
                           acceleration[:, j])
                   for j, (m, name) in enumerate(zip(joints, chain.joints))]
         rows = replace(rows, joints=tuple(joints))
+    return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
+
+
+def in_scale(rows: Rows, scale: Array, shapes: Sequence[tuple[int, str]] = ()) -> Rows:
+    """
+    Return `rows` with the bodies' torques in the scale of each joint's servo.
+
+    Args:
+        rows: of setpoints, in the scale of the model.
+        scale: gain of the model over that of the servo [J].
+        shapes: (joint, name) of shapes that a reference needed.
+    """
+    rows = replace(rows, scale=scale, inertial={(link, j): x * scale[j]
+                                                for (link, j), x in rows.inertial.items()})
     return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
 
 

@@ -16,9 +16,10 @@ from gearbox_monitor.balance.contest import (
     tempered)
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge, scattered
-from gearbox_monitor.balance.robot_effects import BASE, COUPLING, PAYLOAD, ROBOT_EFFECTS
+from gearbox_monitor.balance.robot_effects import (
+    BASE, BASE_TILT, COUPLING, JOINT_ZERO, LINK_INERTIA, PAYLOAD, ROBOT_EFFECTS)
 from gearbox_monitor.balance.robot_log import RobotLog
-from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
+from gearbox_monitor.balance.rows import in_scale, RobotModel, Rows, rows_of
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.visits import unvisited_shares, with_unvisited
 from gearbox_monitor.identification.findings import Finding, kind_of, Remainder
@@ -36,6 +37,7 @@ WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not de
 AHEAD = 4          # laws of a joint that are tried with a second one
 LARGER = 1.5       # bursts of healthy references that were as large are none
 OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
+OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the true scale
 LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
@@ -94,6 +96,10 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     shapes = knowledge.shapes if knowledge else ()
     mean = knowledge.mean if knowledge else None
     recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
+    if recordings[0].setpoint:
+        first = RobotEvidence(recordings, knowledge.prior if knowledge else None)
+        scale = np.maximum(_servo_scales(first, first.fit())[0], LEAST_SCALE)
+        recordings = [in_scale(rows, scale, shapes) for rows in recordings]
     if knowledge is None:
         evidence = RobotEvidence(recordings)
     else:
@@ -319,7 +325,8 @@ def _of_servo(evidence: RobotEvidence, fit: RobotFit, c: Candidate, b: Array, sp
     Return coefficients and covariance in the scale of the servo's true gain, where it has one.
 
     The balance of setpoints is divided by the gain, so that gains that are free do not allow the
-    solution 0 = 0: torques come out in the scale of the model's gain, the true one is a nuisance.
+    solution 0 = 0: torques of one joint come out in the scale of the model's gain, the true one is
+    a nuisance. Those of bodies, which several joints share, have columns in the servo's scale.
     """
     if not evidence.recordings[0].setpoint or c.effect in OF_SETPOINT:
         return b, spread
@@ -332,7 +339,7 @@ def _of_servo(evidence: RobotEvidence, fit: RobotFit, c: Candidate, b: Array, sp
     if c.searched:
         torque[:] = c.effect != SERVO_LIMIT.id
         torque[-1] = not torque[-1]
-    by = np.where(torque, gain, 1.0)
+    by = np.where(torque & (c.effect not in OF_BODIES), gain, 1.0)
     b = b / by
     change = np.where(torque, b / gain, 0.0)
     return b, spread / np.outer(by, by) + unsure * np.outer(change, change)

@@ -298,6 +298,22 @@ def test_gains_of_a_servo_may_be_wrong(factor, tolerance, servo_offset):
     assert len(verdict.cautions) == (count if factor == 0.5 else 0)
 
 
+@pytest.mark.system
+def test_wrong_masses_and_wrong_gains_are_one_model():
+    """A torque that two joints share stood in the scale of the model at both: `unknown`."""
+    assert robot_gap.case_of(77013, setpoint=True)['how'] == 'none: right'
+
+
+def test_a_limit_far_below_the_usual_command_is_tried():
+    """A drive that is at its limit most of the time, and no level from setpoints."""
+    m = healthy_evidence()[0].recordings[0].joints[0]
+    usual = float(np.median(np.abs(m.effort)))
+    levels = np.array(limits_reached(m))
+    assert levels[0] < 0.1 * usual
+    assert (levels[1:][levels[1:] < usual] / levels[:-1][levels[1:] < usual]).max() < 1.6
+    assert limits_reached(replace(m, kp=1.0))[0] > 0.5 * usual
+
+
 @pytest.mark.parametrize('seed, pair, kinds, how', [
     (7, False, [], 'none: right'), (10, False, ['motor_viscous'], 'one: right'),
     (10, False, ['payload'], 'one: right'), (3, False, ['friction_jump'], 'outside: right'),

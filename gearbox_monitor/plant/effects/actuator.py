@@ -8,6 +8,7 @@ import numpy as np
 
 from gearbox_monitor.kernels.elementary import sine
 from gearbox_monitor.kernels.jit import jit_part
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import (
     BalanceColumn, COMMAND, JointMotion, moved, one, TORQUE, wave as wave_values, waves)
 from gearbox_monitor.plant.effects.effect import (
@@ -100,16 +101,20 @@ def limits_reached(m: JointMotion) -> list[float]:
     A level inside the noise would rectify it: the column then explains noise by noise. From
     setpoints a level below most of the effort would leave nothing to explain.
     """
-    size, levels = np.abs(m.effort), []
+    size = np.abs(m.effort)
     shares = (0.45, 0.6, 0.75, 0.82, 0.88, 0.92, 0.95, 0.97, 0.985)
     usual = np.quantile(size, shares).tolist()
-    # A drive that is at its limit most of the time, in steps that a refinement reaches.
+
+    def beyond(level: float) -> Array:
+        """Return what the effort has beyond `level`, where it has."""
+        return size[size > level] - level
+    levels = [level for level in usual if len(beyond(level))
+              and math.sqrt(float(np.mean(beyond(level) ** 2))) > 3.0 * m.noise]
+    # A drive that is at its limit most of the time, in steps that a refinement reaches: of a
+    # command that is nearly constant, nothing would be left.
     count = 0 if m.kp else round(math.log(MOST_OVER) / math.log(STEP_DOWN))
-    for level in (*(usual[0] / STEP_DOWN ** k for k in range(count, 0, -1)), *usual):
-        excess = size[size > level] - level
-        if len(excess) and math.sqrt(float(np.mean(excess ** 2))) > 3.0 * m.noise:
-            levels.append(level)
-    return levels
+    lower = [usual[0] / STEP_DOWN ** k for k in range(count, 0, -1)]
+    return [x for x in lower if float(np.std(beyond(x))) > 3.0 * m.noise] + levels
 
 
 def limit_column(needs: str, twins: tuple[str, ...] = ()) -> BalanceColumn:
