@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def robot(arms: int) -> Chain:
     """Return a robot of `arms` arms on one base."""
-    links = []
+    links: list[Link] = []
     for arm in range(arms):
         for i in range(JOINTS):
             links.append(Link(

@@ -55,7 +55,7 @@ def burstiness(evidence: RobotEvidence,
     for j, a in enumerate(evidence.at):
         energy = np.bincount(a.segment, a.spread(fit.weights[j]) * fit.residual[j] ** 2,
                              evidence.segments)
-        energy /= _usual(evidence, fit.weights[j], j)
+        energy = energy / _usual(evidence, fit.weights[j], j)
         covered, usable = _usable(evidence, j)
         use = np.flatnonzero(usable)
         times.append([])

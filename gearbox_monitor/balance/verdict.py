@@ -289,7 +289,8 @@ def _spreads(evidence: RobotEvidence, fit: RobotFit) -> list[Array]:
 
     The setting is one more coefficient of the model that is linear about it.
     """
-    slopes, places = [], {}
+    slopes: list[Candidate] = []
+    places: dict[int, int] = {}
     for i, c in enumerate(fit.chosen):
         if c.searched and not c.free:
             places[i] = len(fit.values) + len(slopes)
