@@ -19,6 +19,25 @@ def _usable(evidence: RobotEvidence, joint: int) -> tuple[Array, Flags]:
     return covered, (covered > COVERED) & (strange <= 1.0 - evidence.settings.visited)
 
 
+def _usual(evidence: RobotEvidence, weights: Array, joint: int) -> Array:
+    """
+    Return the energy [S] that noise leaves in each segment, over its mean.
+
+    What the noise of the positions is of the variance 1 / `weights` [C] of each cell of `joint`
+    follows the square of the inertia, which the posture changes.
+    """
+    a = evidence.at[joint]
+    size = np.concatenate([((rows.inertia[:, joint] * rows.motion.sigma_q) ** 2).sum(axis=1)
+                           for rows in evidence.recordings])
+    frequency = np.concatenate([rows.tests.frequency for rows in evidence.recordings])[a.order]
+    noise = (2.0 * np.pi * frequency) ** 4 * size[a.segment]
+    mean = np.array([noise[cell].mean() for cell in a.cells])
+    share = np.minimum(mean * weights, 1.0)
+    usual = a.spread(1.0 - share) + a.spread(share / np.maximum(mean, 1e-300)) * noise
+    return np.bincount(a.segment, usual, evidence.segments) / np.maximum(
+        np.bincount(a.segment, minlength=evidence.segments), 1)
+
+
 def burstiness(evidence: RobotEvidence,
                fit: RobotFit) -> tuple[Array, list[list[tuple[str, float, float]]]]:
     """
@@ -36,6 +55,7 @@ def burstiness(evidence: RobotEvidence,
     for j, a in enumerate(evidence.at):
         energy = np.bincount(a.segment, a.spread(fit.weights[j]) * fit.residual[j] ** 2,
                              evidence.segments)
+        energy = energy / _usual(evidence, fit.weights[j], j)
         covered, usable = _usable(evidence, j)
         use = np.flatnonzero(usable)
         times.append([])

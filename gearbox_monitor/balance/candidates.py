@@ -4,6 +4,7 @@
 """Candidates: every effect at every place as columns, and functions without a law beside them."""
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 import math
 from typing import Any
 
@@ -14,7 +15,7 @@ from gearbox_monitor.balance.robot_effects import (
     BASE, centre_of, LINK, PAYLOAD, ROBOT_EFFECTS, RobotEffect)
 from gearbox_monitor.balance.rows import Rows
 from gearbox_monitor.balance.settings import SETTINGS
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import (
     BalanceColumn, COMMAND, JointMotion, SETPOINT, TORQUE)
@@ -22,6 +23,7 @@ from gearbox_monitor.plant.effects.balance_column import (
 HYSTERESIS = (0.1, 0.3, 1.0)  # widths, of the deviation of the angle
 SWINGS = tuple(0.5 * 1.3 ** k for k in range(8))  # Hz
 SWING_DAMPING = 0.05
+LEAST = 1e-9  # of a row: smaller is rounding
 
 Columns = Mapping[int, Array]  # {joint: [R, k]} of all recordings, one behind the other
 
@@ -63,8 +65,18 @@ class Candidate:
 
     @property
     def size(self) -> int:
-        """Number of parameters."""
-        return self.width + self.extra
+        """Number of parameters; a coefficient without any torque is none."""
+        return int(self.acting.sum()) + self.extra
+
+    @cached_property
+    def acting(self) -> Flags:
+        """Which coefficients [k] have any torque."""
+        return np.any([np.abs(x).max(axis=0) > LEAST for x in self.columns.values()], axis=0)
+
+    @property
+    def searched(self) -> bool:
+        """Whether the setting is a number that was searched."""
+        return self.again is not None and self.next_setting is None
 
     @property
     def place(self) -> str:
@@ -103,7 +115,7 @@ def library(recordings: Sequence[Rows], effects: Sequence[str] | None = None) ->
     for effect in ROBOT_EFFECTS:
         if effect.column is None and (effects is None or effect.id in effects):
             out += _of_robot(effect, recordings)
-    return [c for c in out if any(np.abs(x).max() > 1e-9 for x in c.columns.values())]
+    return [c for c in out if any(np.abs(x).max() > LEAST for x in c.columns.values())]
 
 
 def visible_in(column: BalanceColumn, rows: Rows) -> bool:
@@ -248,6 +260,9 @@ def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
                          over='past speeds', setting=frequency, extra=1,
                          again=lambda f: swinging(j, f))
     past = stops(np.concatenate([rows.motion.q for rows in recordings]), HYSTERESIS)
+    angles = [splines(whole(lambda m: m.q, k), 6) for k in range(len(joints))]
+    speeds = [np.stack([whole(lambda m: m.v, k), whole(lambda m: m.sign, k)], axis=1)
+              for k in range(len(joints))]
     for j in range(len(joints)):
         q, v, load, sign, t = (whole(get, j) for get in (
             lambda m: m.q, lambda m: m.v, lambda m: m.load, lambda m: m.sign, lambda m: m.t))
@@ -261,7 +276,6 @@ def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
         out += [swinging(j, f) for f in SWINGS]
         for k, other in enumerate(joints):
             if k != j:
-                add(j, f'angle of {other}', splines(whole(lambda m: m.q, k), 6))
-                add(j, f'speed of {other}', np.stack(
-                    [whole(lambda m: m.v, k), whole(lambda m: m.sign, k)], axis=1))
+                add(j, f'angle of {other}', angles[k])
+                add(j, f'speed of {other}', speeds[k])
     return out

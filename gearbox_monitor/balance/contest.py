@@ -17,6 +17,7 @@ from gearbox_monitor.balance.candidates import Candidate
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects.actuator import SATURATION
 from gearbox_monitor.plant.effects.motor_side import STRIBECK
 
 PER_NAME = 2          # settings of one effect among the finalists
@@ -51,10 +52,10 @@ def scales_of(laws: Sequence[Candidate], free: Sequence[Candidate], knowledge: K
         knowledge: of references, None without one.
         joints: of the robot.
     """
-    names = max(len({c.name for c in laws}), 1)
+    names, lawless = (max(len({c.name for c in field}), 1) for field in (laws, free))
     if knowledge is None:
-        return ContestScales({}, np.ones(joints), names, max(len(free), 1))
-    return ContestScales(dict(knowledge.scatter), knowledge.dispersion, names, max(len(free), 1))
+        return ContestScales({}, np.ones(joints), names, lawless)
+    return ContestScales(dict(knowledge.scatter), knowledge.dispersion, names, lawless)
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +194,11 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
     def rank(e: Contender) -> tuple[bool, float]:
         pays = e.worth >= evidence.settings.margin
         return pays, e.likeness if pays else e.worth
-    return sorted(entries, key=rank, reverse=True)
+    entries.sort(key=rank, reverse=True)
+    # What explains the same by fewer coefficients is first: of a first link some have no torque.
+    same = [e for e in entries if rank(entries[0])[1] - rank(e)[1] < LEAST_GAIN
+            and rank(e)[0] == rank(entries[0])[0]]
+    return sorted(same, key=lambda e: e.candidate.width) + entries[len(same):]
 
 
 def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
@@ -235,7 +240,8 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
             fit = evidence.fit((*base, c), fit.weights, 3)
         return fit
     middle, span = float(c.setting), c.span
-    reach = 1.6 if c.effect == STRIBECK.id else 1.2   # beyond, the next of the grid is nearer
+    # Beyond, the next of the grid is nearer.
+    reach = 1.6 if c.effect in (STRIBECK.id, SATURATION.id) else 1.2
     for factor in STEPS:
         for direction in (1.0, -1.0):
             while True:

@@ -25,6 +25,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 
 WEAK = 1e-7      # prior precision of a candidate's coefficient, in units of its column
 SINGULAR = 1e-13  # of a candidate's own Schur complement, relative
+ROUNDED = 1.0 + 1e-11  # of a diagonal: columns that nearly agree leave it not below zero
 CANCELLED = 1e-4  # below it the difference of two sums is not accurate
 
 
@@ -249,7 +250,7 @@ class RobotEvidence:
                 total = np.tensordot(w, gram, 1)
                 matrix[own[:, None], own] += total[:-1, :-1]
                 right[own] += total[:-1, -1]
-            matrix[np.arange(size), np.arange(size)] *= 1.0 + 1e-11
+            matrix[np.arange(size), np.arange(size)] *= ROUNDED
             factor = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
             solution = scipy.linalg.cho_solve(factor, right, check_finite=False)
             squares = []
@@ -402,6 +403,7 @@ class RobotEvidence:
             total = np.tensordot(w / phi, a.gram, 1)
             precision[a.index[:, None], a.index] += total[:-1, :-1]
             right[a.index] += total[:-1, -1]
+        precision[np.diag_indices(len(d))] *= ROUNDED
         factor = scipy.linalg.cho_factor(precision, lower=True)
         return Prior(self.labels, (self.mean + scipy.linalg.cho_solve(factor, right)) * d,
                      scipy.linalg.cho_solve(factor, np.eye(len(d))) * np.outer(d, d))

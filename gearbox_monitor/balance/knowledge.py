@@ -23,9 +23,10 @@ from gearbox_monitor.balance.shapes import dictionary, shape_of
 from gearbox_monitor.balance.visits import Visits, visits_of
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_RIPPLE
+from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
 from gearbox_monitor.plant.effects.motor_side import COGGING
 
-VERSION = 3
+VERSION = 4
 MOST_PARTS = 12
 CALMED = 0.9  # the shapes have made parts alike where their over-dispersion falls to this
 MOST_PASSES = 4
@@ -98,7 +99,7 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     evidence = RobotEvidence(recordings)
     fit = evidence.fit()
     candidates = [c for c in library(recordings) + free_functions(recordings)
-                  if c.effect not in (SATURATION.id, COGGING.id, TORQUE_RIPPLE.id)]
+                  if c.effect not in (SATURATION.id, SERVO_LIMIT.id, COGGING.id, TORQUE_RIPPLE.id)]
     scatter, dispersion, parts = scattered(evidence, fit, candidates)
     progress(settings.rounds + 1, settings.rounds + 1)
     joints = range(evidence.joints)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 
 from gearbox_monitor.balance.motion import RobotMotion
 from gearbox_monitor.balance.settings import Settings
@@ -106,5 +107,7 @@ def _masks(motion: RobotMotion, settings: Settings) -> tuple[Array, Array]:
     for section in motion.sections:
         for j in range(motion.v.shape[1]):
             mask[section, j] = motion_mask(np.abs(motion.v[section, j]) < slow[j], width)
-        slope[section] = np.gradient(mask[section], motion.step, axis=0)
+        # By parts only with the derivative itself: a difference is short of a ramp of 3 samples.
+        t = motion.t[section]
+        slope[section] = scipy.interpolate.CubicSpline(t, mask[section])(t, 1)
     return mask, slope

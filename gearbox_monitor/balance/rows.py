@@ -72,7 +72,8 @@ class Rows:
 
     target [J, R]: effort less model. inertial {(link, joint): [R, 10]}. model [J, R]: of the file.
     joints: JointMotion of each joint. nuisance: columns. strange [S, J]: share of each segment in
-    which no reference was.
+    which no reference was. scale [J]: gain of the model over that of the servo, None for 1: the
+    balance of setpoints is divided by the gain, and so is a torque that several joints share.
     """
 
     name: str
@@ -90,6 +91,11 @@ class Rows:
     rate: float = 100.0
     settings: Settings = field(default=SETTINGS)
     strange: Array | None = None
+    scale: Array | None = None
+
+    def scaled(self, joint: int, rows: Array) -> Array:
+        """Return `rows` of a torque of the bodies at `joint` in the scale of its servo."""
+        return rows if self.scale is None else rows * self.scale[joint]
 
     def tested(self, joint: int, series: Array, momentum: bool = False) -> Array:
         """Return the rows [R, k] of `series` [N, k] at `joint`, with `momentum` of its rate."""
@@ -104,26 +110,26 @@ class Rows:
         for axis in range(2):
             for r in self.robot.chain.regressors(self.motion.q, still, np.eye(3)[axis]):
                 series[axis, r.joint] += r.g @ theta[r.link]
-        return {j: self.tested(j, series[:, j].T) for j in range(count)}
+        return {j: self.scaled(j, self.tested(j, series[:, j].T)) for j in range(count)}
+
+    @cached_property
+    def inertia(self) -> Array:
+        """Matrices [S, J, J] of the inertia that each joint has of each, in mid-segment."""
+        chain, middle = self.robot.chain, self.tests.starts + self.tests.value.shape[0] // 2
+        q = self.motion.q[middle]
+        out = np.zeros((len(q), *(len(self.joints),) * 2)) + np.diag(chain.armature)
+        for k in range(len(self.joints)):
+            for r in chain.regressors(q, np.broadcast_to(np.eye(len(self.joints))[k], q.shape)):
+                out[:, r.joint, k] += r.p @ chain.theta[r.link]
+        return out
 
     @cached_property
     def zero(self) -> tuple[Mapping[int, Array], ...]:
         """Of each joint the rows {joint: [R, 1]} of a reading that is 1 rad (1 m) too large."""
-        chain, still, step = self.robot.chain, np.zeros_like(self.motion.v), 1e-4
-        weight = np.zeros_like(self.motion.q)
-        for r in chain.regressors(self.motion.q, still):
-            weight[:, r.joint] += r.g @ chain.theta[r.link]
-        out = []
-        for j in range(len(self.joints)):
-            q, shifted = self.motion.q.copy(), np.zeros_like(weight)
-            q[:, j] -= step
-            for r in chain.regressors(q, still):
-                shifted[:, r.joint] += r.g @ chain.theta[r.link]
-            change = (shifted - weight) / step
-            size = np.abs(change).max(axis=0)
-            out.append({k: self.tested(k, change[:, k, None]) for k in range(len(size))
-                        if size[k] > 1e-9})
-        return tuple(out)
+        slopes = -self.robot.chain.weight_slopes(self.motion.q)
+        size = np.abs(slopes).max(axis=0)
+        return tuple({k: self.scaled(k, self.tested(k, slopes[:, k, j, None]))
+                      for k in range(len(size)) if size[k, j] > 1e-9} for j in range(len(size)))
 
 
 def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] = (),
@@ -142,13 +148,13 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
     highest = min(settings.highest_servo if setpoint else settings.highest,
                   settings.highest_share * log.rate)
     rows = tested(motion, local_cosines(motion, highest, settings), robot, shapes, mean,
-                  setpoint=setpoint, settings=settings)
-    return replace(rows, name=log.name, measured=log.measured, rate=log.rate)
+                  setpoint=setpoint, measured=log.measured, settings=settings)
+    return replace(rows, name=log.name, rate=log.rate)
 
 
 def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
            shapes: Sequence[tuple[int, str]] = (), mean: Mapping[str, float] | None = None, *,
-           setpoint: bool = False, settings: Settings = SETTINGS) -> Rows:
+           setpoint: bool = False, measured: bool = False, settings: Settings = SETTINGS) -> Rows:
     """
     Return the Rows of a motion.
 
@@ -159,6 +165,7 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
         shapes: (joint, name) of shapes that a reference needed.
         mean: {label: coefficient} that a reference taught, for the torque of the model.
         setpoint: whether the input of the motion is a setpoint.
+        measured: whether it is a torque behind the drive.
         settings: limits.
     """
     chain = robot.chain
@@ -203,13 +210,27 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
         float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
         robot.learnt, *np.zeros((3, n))) for j in range(count)]
     rows = Rows('', robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
-                setpoint=setpoint, settings=settings)
+                measured=measured, setpoint=setpoint, settings=settings)
     if robot.learnt and mean:
         acceleration = _rate(motion, motion.v)
         joints = [_taught(replace(m, model=m.model + more[:, j]), name, shapes, mean, j,
                           acceleration[:, j])
                   for j, (m, name) in enumerate(zip(joints, chain.joints))]
         rows = replace(rows, joints=tuple(joints))
+    return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
+
+
+def in_scale(rows: Rows, scale: Array, shapes: Sequence[tuple[int, str]] = ()) -> Rows:
+    """
+    Return `rows` with the bodies' torques in the scale of each joint's servo.
+
+    Args:
+        rows: of setpoints, in the scale of the model.
+        scale: gain of the model over that of the servo [J].
+        shapes: (joint, name) of shapes that a reference needed.
+    """
+    rows = replace(rows, scale=scale, inertial={(link, j): x * scale[j]
+                                                for (link, j), x in rows.inertial.items()})
     return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
 
 
@@ -271,7 +292,9 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
         spread = s.armature_learnt * torque / 20.0 if robot.learnt else 0.0
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
-        delays[j] = rows.tested(j, moved(m.t, m.model, 0.0))[:, 0]
+        # A command is late itself; no model of it knows a load that is not in the file.
+        late = m.model if rows.setpoint or rows.measured else m.effort
+        delays[j] = rows.tested(j, moved(m.t, late, 0.0))[:, 0]
         columns.append(NuisanceColumn(f'lag {name}', {j: delays[j]}, s.lag_joint))
         slow = m.sign * np.exp(-(m.v / s.creep) ** 2)
         if not robot.learnt:

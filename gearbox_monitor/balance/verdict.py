@@ -16,9 +16,10 @@ from gearbox_monitor.balance.contest import (
     tempered)
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge, scattered
-from gearbox_monitor.balance.robot_effects import BASE, COUPLING, PAYLOAD, ROBOT_EFFECTS
+from gearbox_monitor.balance.robot_effects import (
+    BASE, BASE_TILT, COUPLING, JOINT_ZERO, LINK_INERTIA, PAYLOAD, ROBOT_EFFECTS)
 from gearbox_monitor.balance.robot_log import RobotLog
-from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
+from gearbox_monitor.balance.rows import in_scale, RobotModel, Rows, rows_of
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.visits import unvisited_shares, with_unvisited
 from gearbox_monitor.identification.findings import Finding, kind_of, Remainder
@@ -31,10 +32,12 @@ from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_CO
 
 TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
 TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined
+SETTING_STEP = 1e-3  # of a setting, over which the slope of its torque is taken
 WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not determined
 AHEAD = 4          # laws of a joint that are tried with a second one
 LARGER = 1.5       # bursts of healthy references that were as large are none
 OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
+OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the true scale
 LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
@@ -93,6 +96,10 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     shapes = knowledge.shapes if knowledge else ()
     mean = knowledge.mean if knowledge else None
     recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
+    if recordings[0].setpoint:
+        first = RobotEvidence(recordings, knowledge.prior if knowledge else None)
+        scale = np.maximum(_servo_scales(first, first.fit())[0], LEAST_SCALE)
+        recordings = [in_scale(rows, scale, shapes) for rows in recordings]
     if knowledge is None:
         evidence = RobotEvidence(recordings)
     else:
@@ -251,21 +258,21 @@ def _shares(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
 def _findings(evidence: RobotEvidence, search: RobotSearch) -> tuple[Finding, ...]:
     """Return the laws that a search has taken as findings, worthiest first."""
     fit, scales = search.fit, search.scales
-    covariance = evidence.sandwich(fit) if fit.chosen else np.zeros((0, 0))
+    spreads = _spreads(evidence, fit)
     out = []
     for i, (c, step, share) in enumerate(zip(fit.chosen, search.steps, _shares(evidence, fit))):
         if c.free or c.values is None:
             continue
-        own = fit.of(i)
-        b, spread = fit.values[own], covariance[own, own]
-        phi = over_dispersion(evidence, c, scales, fit)
+        b = fit.values[fit.of(i)]
+        spread = spreads[i] * max(over_dispersion(evidence, c, scales, fit), 1.0)
         scatter = scales.scatter.get(key_of(c))
-        spread = spread * max(phi, 1.0)
         if scatter is not None and len(scatter) == len(b):
-            spread = spread + np.diag(scatter ** 2)
+            spread[:len(b), :len(b)] += np.diag(scatter ** 2)
         determined = _determined(evidence, c, spread)
+        if c.searched:
+            b = np.append(b, c.setting)
         b, spread = _of_servo(evidence, fit, c, b, spread)
-        values = dict(c.values(b))
+        values = _values(c, b)
         deviations = _deviations(c, b, spread, determined)
         values, deviations = _with_totals(evidence, c, values, deviations)
         out.append(Finding(
@@ -276,13 +283,51 @@ def _findings(evidence: RobotEvidence, search: RobotSearch) -> tuple[Finding, ..
     return _joined(out)
 
 
+def _spreads(evidence: RobotEvidence, fit: RobotFit) -> list[Array]:
+    """
+    Return the covariance of the coefficients of each candidate, a searched setting behind them.
+
+    The setting is one more coefficient of the model that is linear about it.
+    """
+    slopes: list[Candidate] = []
+    places: dict[int, int] = {}
+    for i, c in enumerate(fit.chosen):
+        if c.searched and not c.free:
+            places[i] = len(fit.values) + len(slopes)
+            slopes.append(_slope(c, fit.values[fit.of(i)]))
+    whole = evidence.fit((*fit.chosen, *slopes), fit.weights, 2) if slopes else fit
+    covariance = evidence.sandwich(whole)
+    own = [np.r_[fit.of(i), [places[i]] if i in places else []].astype(int)
+           for i in range(len(fit.chosen))]
+    return [covariance[np.ix_(k, k)] for k in own]
+
+
+def _slope(c: Candidate, b: Array) -> Candidate:
+    """Return the slope of the torque of `c` with the coefficients `b` over its setting."""
+    assert c.again is not None
+    step = SETTING_STEP * (c.span or abs(c.setting))
+    less, more = c.again(c.setting - step), c.again(c.setting + step)
+    return Candidate('slope', {j: (more.columns[j] - x) @ b[:, None] / (2.0 * step)
+                               for j, x in less.columns.items()})
+
+
+def _values(c: Candidate, b: Array) -> dict[str, float]:
+    """Return the values of coefficients `b` of `c`, behind which a searched setting stands."""
+    if c.searched:
+        assert c.again is not None
+        c, b = c.again(float(b[-1])), b[:-1]
+    assert c.values is not None
+    return dict(c.values(b))
+
+
 def _of_servo(evidence: RobotEvidence, fit: RobotFit, c: Candidate, b: Array, spread: Array
               ) -> tuple[Array, Array]:
     """
     Return coefficients and covariance in the scale of the servo's true gain, where it has one.
 
     The balance of setpoints is divided by the gain, so that gains that are free do not allow the
-    solution 0 = 0: torques come out in the scale of the model's gain, the true one is a nuisance.
+    solution 0 = 0: torques of one joint come out in the scale of the model's gain, the true one is
+    a nuisance. Those of bodies, which several joints share, have columns in the servo's scale.
     """
     if not evidence.recordings[0].setpoint or c.effect in OF_SETPOINT:
         return b, spread
@@ -290,8 +335,15 @@ def _of_servo(evidence: RobotEvidence, fit: RobotFit, c: Candidate, b: Array, sp
     own, shares = list(c.columns), np.array(list(informed(evidence, c, fit).values()))
     gain = max(float(shares @ scale[own]), LEAST_SCALE)
     unsure = float(shares @ covariance[np.ix_(own, own)] @ shares)
-    b = b / gain
-    return b, (spread + unsure * np.outer(b, b)) / gain ** 2
+    # A limit is a torque, its coefficient a number; other settings are speeds, angles, times.
+    torque = np.ones(len(b), bool)
+    if c.searched:
+        torque[:] = c.effect != SERVO_LIMIT.id
+        torque[-1] = not torque[-1]
+    by = np.where(torque & (c.effect not in OF_BODIES), gain, 1.0)
+    b = b / by
+    change = np.where(torque, b / gain, 0.0)
+    return b, spread / np.outer(by, by) + unsure * np.outer(change, change)
 
 
 def _servo_scales(evidence: RobotEvidence, fit: RobotFit) -> tuple[Array, Array]:
@@ -315,21 +367,21 @@ def _determined(evidence: RobotEvidence, c: Candidate, covariance: Array) -> boo
 def _deviations(c: Candidate, b: Array, covariance: Array, determined: bool
                 ) -> dict[str, float | None]:
     """Return the deviation of each value, by the derivatives of values(b)."""
-    assert c.values is not None
-    base = c.values(b)
+    base = _values(c, b)
     step = 1e-4 * np.maximum(np.abs(b), np.sqrt(np.diag(covariance))) + 1e-12
     slopes: dict[str, Array] = {name: np.zeros(len(b)) for name in base}
     for i in range(len(b)):
         moved = b.copy()
         moved[i] += step[i]
-        for name, value in c.values(moved).items():
+        for name, value in _values(c, moved).items():
             slopes[name][i] = (value - base[name]) / step[i]
     out: dict[str, float | None] = {}
     for name, slope in slopes.items():
         deviation = math.sqrt(max(float(slope @ covariance @ slope), 0.0))
         place = name in ('cx', 'cy', 'cz') and deviation > WIDE_PLACE
-        fixed = not slope.any()
-        out[name] = 0.0 if fixed else deviation if determined and not place else None
+        far = c.searched and slope[-1] != 0.0 and deviation > (c.span or c.setting)
+        lost = place or far or bool(slope[:c.width][~c.acting].any()) or not determined
+        out[name] = 0.0 if not slope.any() else None if lost else deviation
     return out
 
 

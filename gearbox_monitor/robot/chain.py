@@ -153,6 +153,36 @@ class Chain:
                 yield Regressor(index, joint, _kinetic(w, s, spin, speed),
                                 _kinetic(turned, moved, spin, speed), weight)
 
+    def weight_slopes(self, q: Array) -> Array:
+        """
+        Return the slopes [N, J, J] of the weights at the joints by the positions, N m/rad.
+
+        A turn of a joint turns gravity against all that it moves; slopes are symmetric.
+
+        Args:
+            q: positions [N, J], rad or m.
+        """
+        turns, places, axes, anchors = self._poses(q - self.zero)
+        count, theta = len(self.links), self.theta
+        masses = [float(mass) for mass in theta[:, 0]]
+        moments = [mass * place + turn @ own
+                   for mass, place, turn, own in zip(masses, places, turns, theta[:, 1:4])]
+        for index in reversed(range(count)):
+            parent = self.links[index].parent
+            if parent >= 0:
+                masses[parent] += masses[index]
+                moments[parent] = moments[parent] + moments[index]
+        pulls = [masses[k] * axes[k] if link.slides else
+                 _cross(axes[k], moments[k] - masses[k] * anchors[k])
+                 for k, link in enumerate(self.links)]
+        out = np.zeros((len(q), count, count))
+        for k, movers in enumerate(self.movers):
+            for j in movers:
+                if not self.links[j].slides:
+                    turned = _cross(np.broadcast_to(self.gravity, axes[j].shape), axes[j])
+                    out[:, k, j] = out[:, j, k] = -np.einsum('ni,ni->n', turned, pulls[k])
+        return out
+
     def _poses(self, q: Array) -> tuple[list[Array], list[Array], list[Array], list[Array]]:
         """Return rotation, origin, axis and anchor of each link in the base's frame."""
         turns: list[Array] = []

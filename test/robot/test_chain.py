@@ -45,6 +45,17 @@ def test_balance_is_that_of_mujoco(seed):
                                rtol=1e-6, atol=1e-7)
 
 
+@pytest.mark.parametrize('seed', range(5))
+def test_slopes_of_weights_are_those_of_a_difference(seed):
+    chain = chain_of_compiled(mujoco.MjModel.from_xml_string(make(seed).xml), Path('robot.xml'))
+    q, h, rest = np.random.default_rng(seed).normal(size=len(chain.links)), 1e-5, np.zeros(
+        len(chain.links))
+    for j, step in enumerate(h * np.eye(len(q))):
+        slope = (effort(chain, q + step, rest, rest) - effort(chain, q - step, rest, rest)) / (
+            2.0 * h)
+        np.testing.assert_allclose(chain.weight_slopes(q[None])[0, :, j], slope, atol=1e-7)
+
+
 def test_urdf_balance_is_that_of_the_newton_euler_kernels():
     text = config_path('arm6.urdf').read_text(encoding='utf-8')
     description = parse(text, 'arm6.urdf')

@@ -8,8 +8,7 @@ Serial arms, legs, SCARA arms with a prismatic axis and a torso with two arms; 2
 plant has MuJoCo's own integrator and solver of friction (real sticking), an encoder, stamps and
 torque readings with noise. In pairs the real robot has friction that no file knows (Stribeck,
 load, angle, ripple, power laws), and other masses and rotors than the file. `oracle` is the torque
-the change takes at every sample, from MuJoCo's inverse dynamics: what a judge who knows the truth
-would look for.
+a change takes at every sample: what a judge who knows the truth would look for.
 """
 from dataclasses import dataclass, field
 
@@ -22,6 +21,7 @@ STEP, CONTROL = 1e-3, 2
 JOINT_KINDS = ('motor_coulomb', 'motor_viscous', 'quadratic_friction', 'stribeck', 'torque_offset',
                'load_friction', 'motor_inertia', 'torque_gain', 'actuator_delay', 'gravity',
                'cogging', 'saturation', 'end_spring')
+ROTARY = ('gravity', 'cogging')
 LINK_KINDS = ('payload', 'payload', 'base_tilt')
 OUTSIDE = ('bursts', 'hysteresis', 'friction_jump', 'swinging')
 
@@ -40,6 +40,7 @@ class Case:
     real: dict = field(default_factory=dict)
     rate: float = 100.0
     uneven: bool = False
+    slides: tuple = ()
     encoder: float = 2e-4
     noise: float = 0.01
 
@@ -124,6 +125,7 @@ def make(seed, pair=False, change=None, rate=None):
     joints = [model.joint(i).name for i in range(model.njnt)]
     order = [int(np.flatnonzero([j == x for x in joints])[0]) for j in joints]
     case = Case(seed, kind, base.format(body), joints, links, sizes[order])
+    case.slides = tuple(model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE)
     case.rate = float(rate or rng.choice([50, 100, 100, 200, 500]))
     case.uneven = bool(rng.random() < .4)
     case.encoder = float(10 ** rng.uniform(-4.3, -3.3))
@@ -156,6 +158,8 @@ def _change(rng, kind, case):
     """Return a change of this kind at a random place, with its size."""
     n, u = len(case.joints), rng.uniform
     j = int(rng.integers(n))
+    if kind in ROTARY and case.slides[j]:    # of a slide they are no effects
+        j = 0
     size = case.sizes[j]
     e = {'kind': kind, 'joint': j}
     if kind == 'payload':
@@ -239,7 +243,7 @@ def random_path(rng, n, seconds, slides):
 def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushed=lambda t: 0.0,
         path=None):
     """
-    Return (RobotLog, oracle [N, J] at its first section's grid times, t) of one recording.
+    Return (RobotLog, (t [N], oracle [E, N, J] of each change), (kp, kd)) of one recording.
 
     pushed: external torque [J] at a time; path: t, q, v at each STEP.
     A change with a `start` acts from then on.
@@ -249,7 +253,7 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushe
     model, plain = _truth(case, changes)
     nominal = mujoco.MjModel.from_xml_string(case.xml)
     nominal.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
-    data, file_state, sd = (mujoco.MjData(m) for m in (model, nominal, plain))
+    data, file_state = (mujoco.MjData(m) for m in (model, nominal))
     n = model.nv
     slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
     t, r, rd = path or random_path(rng, n, seconds + 1, slides)
@@ -269,7 +273,8 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushe
     servo = (1 + rng.uniform(-.15, .15, n)) * setpoint + (not setpoint)
     loss0, peak = model.dof_frictionloss.copy(), np.zeros(n)
     steps = len(t)
-    log_q, log_u, oracle = np.empty((steps, n)), np.empty((steps, n)), np.zeros((steps, n))
+    log_q, log_u = np.empty((steps, n)), np.empty((steps, n))
+    oracle = np.zeros((len(changes), steps, n))
     queue, u, load, memory = [np.zeros(n)] * 40, np.zeros(n), np.zeros(n), np.zeros(n)
     bursts = [(rng.uniform(2, seconds - 1), rng.uniform(.1, .4), rng.choice([-1, 1]))
               for _ in range(8)]
@@ -290,7 +295,7 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushe
         log_q[k], log_u[k] = q, u
         if k < 3000:
             peak = np.maximum(peak, np.abs(u))
-        act, loss, extra, seen = u.copy(), loss0 * day, np.zeros(n), np.zeros(n)
+        act, loss, extra = u.copy(), loss0 * day, np.zeros(n)
         s = np.tanh(v / .02)
         if case.real['friction'] is not None:
             for i, f in enumerate(case.real['friction']):
@@ -299,36 +304,36 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushe
                             + f['power'] * np.sqrt(abs(v[i])))
                 loss[i] += f['load'] * abs(load[i]) * day[i]
                 extra[i] -= f['ripple'] * loss0[i] * np.sin(f['order'] * q[i] + f['phase'])
-        for e in changes:
+        for e, own in zip(changes, oracle[:, k]):
             kind, j, x = e['kind'], e.get('joint'), e.get('size')
             if kind == 'motor_coulomb':
                 x = max(x, -.7 * loss0[j])
                 loss[j] += x
-                seen[j] += x * s[j]
+                own[j] += x * s[j]
             elif kind == 'stribeck':
                 loss[j] += x * np.exp(-(v[j] / e['vs']) ** 2)
-                seen[j] += x * np.exp(-(v[j] / e['vs']) ** 2) * s[j]
+                own[j] += x * np.exp(-(v[j] / e['vs']) ** 2) * s[j]
             elif kind == 'load_friction':
                 loss[j] += x * abs(load[j])
-                seen[j] += x * abs(load[j]) * s[j]
+                own[j] += x * abs(load[j]) * s[j]
             elif kind == 'friction_jump':
                 on = t[k] > seconds / 2
                 loss[j] += x * on
-                seen[j] += x * on * s[j]
+                own[j] += x * on * s[j]
             elif kind in ('torque_offset',):
                 act[j] += x
-                seen[j] -= x
+                own[j] -= x
             elif kind == 'torque_gain':
                 act[j] *= 1 + x
-                seen[j] -= x * u[j]
+                own[j] -= x * u[j]
             elif kind == 'actuator_delay':
                 late = queue[-1 - int(round(x / STEP / CONTROL))][j]
                 act[j] = late
-                seen[j] += u[j] - late
+                own[j] += u[j] - late
             elif kind == 'saturation':
                 top = limit[j] * peak[j] if k >= 3000 else np.inf
                 act[j] = np.clip(act[j], -top, top)
-                seen[j] += u[j] - act[j]
+                own[j] += u[j] - act[j]
             else:
                 torque = 0.0
                 if kind == 'motor_viscous':
@@ -353,26 +358,12 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushe
                     swing += STEP * np.array([swing[1], pull])
                     torque = np.clip(x * (swing[0] + q[j]), -3 * x, 3 * x)
                 extra[j] -= torque
-                seen[j] += torque
+                own[j] += torque
         acting = model if t[k] >= start else plain
         acting.dof_frictionloss[:] = np.maximum(loss, 1e-4)
         data.qfrc_applied[:] = extra + act + pushed(t[k])
         mujoco.mj_step(acting, data)
         load = act + extra - model.dof_frictionloss * s - model.dof_damping.ravel()[:n] * v
-        bodies = any(e['kind'] in ('payload', 'motor_inertia', 'base_tilt') for e in changes)
-        if bodies and k % 5 == 0:
-            both = []
-            for m, d in ((model, file_state), (plain, sd)):
-                d.qpos[:], d.qvel[:], d.qacc[:] = q, v, data.qacc
-                mujoco.mj_fwdPosition(m, d)
-                mujoco.mj_fwdVelocity(m, d)
-                ma = np.zeros(n)
-                mujoco.mj_mulM(m, d, ma, data.qacc)
-                both.append(ma + d.qfrc_bias)
-            inertial = both[0] - both[1]
-        if bodies:
-            seen = seen + inertial
-        oracle[k] = seen
     period = 1 / case.rate
     when = np.arange(.5, seconds - .1, period)
     if case.uneven:

@@ -8,6 +8,7 @@ import numpy as np
 
 from gearbox_monitor.kernels.elementary import sine
 from gearbox_monitor.kernels.jit import jit_part
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import (
     BalanceColumn, COMMAND, JointMotion, moved, one, TORQUE, wave as wave_values, waves)
 from gearbox_monitor.plant.effects.effect import (
@@ -73,7 +74,7 @@ ACTUATOR_DELAY = Effect(
     meaning='torque follows the command with a dead time', torque_only=True,
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
     column=BalanceColumn(
-        lambda m, late: moved(m.t, m.model, late), one('T'), setting='T',
+        lambda m, late: moved(m.t, m.effort, late), one('T'), setting='T',
         grid=lambda m: (0.005, 0.015), fixed_point=True, low=lambda m: 0.0, high=3.0 * MAX_DELAY,
         needs=COMMAND, twins=('actuator_lag', 'motor_encoder_delay')))
 
@@ -90,19 +91,30 @@ def limits_below_peak(s: Scales) -> Starts:
             for f in (0.97, 0.85, 0.65, 0.4)]
 
 
+MOST_OVER, STEP_DOWN = 30.0, 1.4  # the usual command over the limit; between levels
+
+
 def limits_reached(m: JointMotion) -> list[float]:
     """
     Return levels (N m) that the effort of a JointMotion `m` exceeds by far more than its noise.
 
-    A level inside the noise would rectify it: the column then explains noise by noise.
+    A level inside the noise would rectify it: the column then explains noise by noise. From
+    setpoints a level below most of the effort would leave nothing to explain.
     """
-    size, levels = np.abs(m.effort), []
+    size = np.abs(m.effort)
     shares = (0.45, 0.6, 0.75, 0.82, 0.88, 0.92, 0.95, 0.97, 0.985)
-    for level in np.quantile(size, shares).tolist():
-        excess = size[size > level] - level
-        if len(excess) and math.sqrt(float(np.mean(excess ** 2))) > 3.0 * m.noise:
-            levels.append(level)
-    return levels
+    usual = np.quantile(size, shares).tolist()
+
+    def beyond(level: float) -> Array:
+        """Return what the effort has beyond `level`, where it has."""
+        return size[size > level] - level
+    levels = [level for level in usual if len(beyond(level))
+              and math.sqrt(float(np.mean(beyond(level) ** 2))) > 3.0 * m.noise]
+    # A drive that is at its limit most of the time, in steps that a refinement reaches: of a
+    # command that is nearly constant, nothing would be left.
+    count = 0 if m.kp else round(math.log(MOST_OVER) / math.log(STEP_DOWN))
+    lower = [usual[0] / STEP_DOWN ** k for k in range(count, 0, -1)]
+    return [x for x in lower if float(np.std(beyond(x))) > 3.0 * m.noise] + levels
 
 
 def limit_column(needs: str, twins: tuple[str, ...] = ()) -> BalanceColumn:
