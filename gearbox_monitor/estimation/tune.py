@@ -177,9 +177,9 @@ def _searched(model: DriveModel, parameters: EstimatorParameters, recordings: Se
     """
     Return the result of a search from a `guess`; the other arguments are as of tune.
 
-    The likelihood averages friction, as the filter for a smoother does. What it leaves open goes
-    by the filter as it is: of a mixture, whose random walk determines the others, the noise of
-    the deviation from the curve.
+    The likelihood averages friction, as the filter for a smoother does. The filter as it is finds
+    the rest: of a mixture, whose random walk determines the others, the noise of the deviation
+    from the curve.
     """
     base = parameters.replace(**SEARCH)
     if reference is not None:

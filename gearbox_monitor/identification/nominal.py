@@ -404,7 +404,7 @@ def _covariance(evidence: Evidence, fit: InnovationFit, long: _LongRuns | None) 
     Return the covariance [P, P] of the coordinates, from the derivatives of the innovations.
 
     A model that is wrong leaves innovations that are not white: their scores are summed in blocks,
-    whose scatter counts (Liang and Zeger, 1986). What it leaves of a long run is one number.
+    whose scatter counts (Liang and Zeger, 1986). The residual of a long run is one number.
 
     Args:
         evidence: the recordings.

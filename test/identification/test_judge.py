@@ -330,8 +330,10 @@ def test_windows_side_by_side_do_not_touch_each_other(place):
     signal = np.random.default_rng(1).normal(size=(count, estimator.basis.shape[1]))
     together = estimator.residual(signal, run.point.states)
     order = np.array([2, 0, 2])
-    np.testing.assert_array_equal(
-        estimator.residual(signal[order], run.point.states[order], order), together[order])
+    # Lanes of another number may round otherwise.
+    np.testing.assert_allclose(
+        estimator.residual(signal[order], run.point.states[order], order), together[order],
+        rtol=1e-9, atol=1e-9)
 
 
 def test_a_window_in_which_nothing_moves_has_no_pulse():
