@@ -53,9 +53,9 @@ def burstiness(evidence: RobotEvidence,
     where = [(rows.name, float(t), float(t) + seconds) for rows in evidence.recordings
              for t in rows.motion.t[rows.tests.starts]]
     for j, a in enumerate(evidence.at):
-        energy = np.bincount(a.segment, a.spread(fit.weights[j]) * fit.residual[j] ** 2,
-                             evidence.segments)
-        energy = energy / _usual(evidence, fit.weights[j], j)
+        energy = np.bincount(
+            a.segment, a.spread(fit.weights[j]) * fit.residual[j] ** 2, evidence.segments
+            ) / _usual(evidence, fit.weights[j], j)
         covered, usable = _usable(evidence, j)
         use = np.flatnonzero(usable)
         times.append([])

@@ -293,8 +293,8 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
         # A command is late itself; no model of it knows a load that is not in the file.
-        late = m.model if rows.setpoint or rows.measured else m.effort
-        delays[j] = rows.tested(j, moved(m.t, late, 0.0))[:, 0]
+        acting = m.model if rows.setpoint or rows.measured else m.effort
+        delays[j] = rows.tested(j, moved(m.t, acting, 0.0))[:, 0]
         columns.append(NuisanceColumn(f'lag {name}', {j: delays[j]}, s.lag_joint))
         slow = m.sign * np.exp(-(m.v / s.creep) ** 2)
         if not robot.learnt:

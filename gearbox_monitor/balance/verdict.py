@@ -306,9 +306,9 @@ def _slope(c: Candidate, b: Array) -> Candidate:
     """Return the slope of the torque of `c` with the coefficients `b` over its setting."""
     assert c.again is not None
     step = SETTING_STEP * (c.span or abs(c.setting))
-    less, more = c.again(c.setting - step), c.again(c.setting + step)
-    return Candidate('slope', {j: (more.columns[j] - x) @ b[:, None] / (2.0 * step)
-                               for j, x in less.columns.items()})
+    lower, upper = c.again(c.setting - step), c.again(c.setting + step)
+    return Candidate('slope', {j: (upper.columns[j] - x) @ b[:, None] / (2.0 * step)
+                               for j, x in lower.columns.items()})
 
 
 def _values(c: Candidate, b: Array) -> dict[str, float]:
@@ -449,10 +449,10 @@ def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowled
                 tuple(name for name, *_ in times[j]) if several else (),
                 {'burstiness': round(float(size[j]), 2)}))
     if knowledge is not None:
-        more = energy_over(evidence, fit, knowledge.variance) / knowledge.dispersion
+        excess = energy_over(evidence, fit, knowledge.variance) / knowledge.dispersion
         out += [Remainder('arm_side', 'effort', rms_in_motion(evidence, j, fit.residual[j]), None,
-                          chain.joints[j], figures={'excess': round(float(more[j]), 2)})
-                for j in np.argsort(-more) if more[j] > settings.excess
+                          chain.joints[j], figures={'excess': round(float(excess[j]), 2)})
+                for j in np.argsort(-excess) if excess[j] > settings.excess
                 and all(r.joint != chain.joints[j] for r in out)]
     return tuple(out)
 

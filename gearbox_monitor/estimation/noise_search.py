@@ -289,15 +289,15 @@ def search(evaluate: Evaluate, guess: dict[str, float],
     def posterior(x: Array, coarse: bool) -> tuple[Array, Slopes]:
         """Return `x` within its REACH, and the slopes there with those of the prior."""
         x = np.clip(x, -REACH, REACH)
-        found = evaluate(values(x), coarse)
-        result.evaluations += found.runs
-        result.failed += found.failed
+        slopes = evaluate(values(x), coarse)
+        result.evaluations += slopes.runs
+        result.failed += slopes.failed
         if progress:
             progress(1.0 - 1.0 / (1.0 + 0.05 * result.evaluations))
-        criterion = found.criterion if math.isfinite(found.criterion) else DIVERGED
+        criterion = slopes.criterion if math.isfinite(slopes.criterion) else DIVERGED
         return x, Slopes(criterion - 0.5 * float(x @ ridge @ x),
-                         np.nan_to_num(found.gradient) - ridge @ x,
-                         np.nan_to_num(found.information) + ridge)
+                         np.nan_to_num(slopes.gradient) - ridge @ x,
+                         np.nan_to_num(slopes.information) + ridge)
 
     def step_from(x: Array, here: Slopes, coarse: bool,
                   damping: float) -> tuple[tuple[Array, Slopes], float] | None:
@@ -313,24 +313,24 @@ def search(evaluate: Evaluate, guess: dict[str, float],
         gained = GAIN
         while gained >= GAIN <= 0.5 * here.gradient @ np.linalg.solve(
                 here.information, here.gradient):
-            found = step_from(x, here, coarse, damping)
-            if found is None:
+            step = step_from(x, here, coarse, damping)
+            if step is None:
                 break
-            gained = found[0][1].criterion - here.criterion
-            (x, here), damping = found
+            gained = step[0][1].criterion - here.criterion
+            (x, here), damping = step
         return x, here
 
     starts = [np.array([sign * math.log(10.0) * ((name in TORQUE_NAMES) - (name in SPEED_NAMES))
                         for name in names]) for sign in (0.0, 1.0, -1.0)]
     ends = [ascend(start, True) for start in starts]
-    best, highest = max(ends, key=lambda end: end[1].criterion)
+    top, highest = max(ends, key=lambda end: end[1].criterion)
     agreeing = [x for x, here in ends if here.criterion > highest.criterion - AGREE]
     result.starts, result.agreeing_starts = len(starts), len(agreeing)
-    x, here = ascend(best, False)
+    x, here = ascend(top, False)
     deviations = np.sqrt(np.diag(np.linalg.inv(here.information)))
     sharp = deviations < SHARP
     if sharp.any():
-        distances = np.abs(np.array(agreeing) - best)[:, sharp]
+        distances = np.abs(np.array(agreeing) - top)[:, sharp]
         result.spread = float(np.expm1(distances.max()))
     result.parameters, result.value = values(x), here.criterion
     if likelihood:

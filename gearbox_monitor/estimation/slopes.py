@@ -140,14 +140,14 @@ class LikelihoodSlopes:
             run(at, at + 1)
             at += 1
         later = at + int(np.argmax(np.append(settled(stamps[at - 1:])[1:], True)))
-        before, after = run(at, later), run(later, len(codes))
+        settled_sums, sums_at_end = run(at, later), run(later, len(codes))
         diverged = int(state.counts[DIVERGED])
         logliks = rows[later:, E_LOGLIK][codes[later:] == ESTIMATE]
         value = float(logliks.sum()) if len(logliks) else -math.inf
         # theta is the logarithm of a variance
         gradient, information = (
             scale * (sums if diverged else sums - first)
-            for scale, sums, first in zip((2.0, 4.0), after, before))
+            for scale, sums, first in zip((2.0, 4.0), sums_at_end, settled_sums))
         return Slopes(value - DIVERGENCE_COST * diverged, gradient, information, 1, bool(diverged))
 
 
@@ -231,8 +231,8 @@ def differenced(evaluate: Callable[[Mapping[str, float]], Trial],
     middle = evaluate(values)
     sides = [(around(name, 1.0), around(name, -1.0)) for name in values]
     features = np.array([np.nan_to_num(
-        (more.features - less.features) / (2.0 * DIFFERENCE) * middle.weights).ravel()
-        for more, less in sides])
-    gradient = [(more.criterion - less.criterion) / (2.0 * DIFFERENCE) for more, less in sides]
+        (upper.features - lower.features) / (2.0 * DIFFERENCE) * middle.weights).ravel()
+        for upper, lower in sides])
+    gradient = [(upper.criterion - lower.criterion) / (2.0 * DIFFERENCE) for upper, lower in sides]
     return Slopes(middle.criterion, np.array(gradient), features @ features.T, 1 + 2 * len(sides),
                   middle.diverged + sum(one.diverged for pair in sides for one in pair))

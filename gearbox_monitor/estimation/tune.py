@@ -104,8 +104,8 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
     noise = motion.standstill_noise
     if noise is None and reference is not None:
         noise = motion.noise  # the error of tau_K depends on Q / R only: one must be fixed
-    before = _scores(model, parameters, recordings)
-    start = _criterion(before)
+    first = _scores(model, parameters, recordings)
+    start = _criterion(first)
 
     def searched() -> tuple[Tuned, dict[str, float], list[Score]]:
         """Return the result of a search, its values and their scores."""
@@ -117,24 +117,24 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
         values = _rounded({**fixed, **result.parameters})
         return result, values, _scores(model, parameters.replace(**values), recordings)
 
-    result, values, after = searched()
-    if reference is None and noise is not None and _criterion(after) < start:
+    result, values, last = searched()
+    if reference is None and noise is not None and _criterion(last) < start:
         # Noise at rest is not that in motion, as of an encoder without noise on its lattice.
         noise = None
-        result, values, after = searched()
+        result, values, last = searched()
     if progress:
         progress(1.0)
-    most_likely = _criterion(after)
+    most_likely = _criterion(last)
     unchanged = reference is None and most_likely < start
     tuned_values: dict[str, Any] = values
     if unchanged:
-        tuned_values, after = {name: getattr(parameters, name) for name in values}, before
+        tuned_values, last = {name: getattr(parameters, name) for name in values}, first
     elif smoother:
         if 'q_std_tau_k' in values:
             tuned_values['q_std_tau_k'] = float(f'{values["q_std_tau_k"] / SMOOTHER_FACTOR:.6g}')
         if parameters.filter == 'ekf':
             tuned_values['friction_linearisation'] = SEARCH['friction_linearisation']
-        after = _scores(model, parameters.replace(**tuned_values), recordings)
+        last = _scores(model, parameters.replace(**tuned_values), recordings)
     data: dict[str, Any] = {
         'filter': parameters.filter, 'tau_k_model': parameters.tau_k_model,
         'parameters': tuned_values, 'relative_error': result.error,
@@ -148,10 +148,10 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
         data['unidentifiable'] = OPEN_WITHOUT_REFERENCE
     data['white_limit'] = WHITE_LIMIT
     data['before_parameters'] = {name: getattr(parameters, name) for name in tuned_values}
-    data['before'], data['after'] = asdict(before[0]), asdict(after[0])
-    data['nis_band'] = _nis_band(after[0], motion)
-    data['autocorrelation'] = [math.sqrt(q / (LAGS * max(after[0].estimates, 1)))
-                               for q in after[0].ljung_box]
+    data['before'], data['after'] = asdict(first[0]), asdict(last[0])
+    data['nis_band'] = _nis_band(last[0], motion)
+    data['autocorrelation'] = [math.sqrt(q / (LAGS * max(last[0].estimates, 1)))
+                               for q in last[0].ljung_box]
     if data['after']['diverged'] and not unchanged:
         estimator = Estimator(model, parameters.replace(**tuned_values, smoother_lag=0.0))
         estimator.run(samples)
@@ -288,8 +288,8 @@ def _likelihood(model: DriveModel, base: EstimatorParameters, recordings: Sequen
     def evaluate(trial: Mapping[str, float], coarse: bool) -> Slopes:
         """Return the slopes at the `trial`; `coarse`: on one short part."""
         values = _clipped(trial)
-        found = [slopes(values) for slopes in ([coarse_part] if coarse else fine_parts)]
-        return Slopes(*(sum(column[1:], column[0]) for column in zip(*found)))
+        parts = [slopes(values) for slopes in ([coarse_part] if coarse else fine_parts)]
+        return Slopes(*(sum(column[1:], column[0]) for column in zip(*parts)))
 
     return evaluate
 

@@ -329,7 +329,7 @@ def _long_runs(evidence: Evidence, fit: InnovationFit, seconds: float) -> _LongR
 
 
 def _decided(fit: InnovationFit, regression: TorqueRegression | None, torque: float,
-             left: Callable[[Array], float]) -> tuple[Array, str]:
+             residual: Callable[[Array], float]) -> tuple[Array, str]:
     """
     Return (coordinates [P] that stand, 'search' or 'regression').
 
@@ -340,14 +340,14 @@ def _decided(fit: InnovationFit, regression: TorqueRegression | None, torque: fl
         fit: of the search.
         regression: of the torque, None without.
         torque: standard deviation of the torque, N m.
-        left: what coordinates leave of readings that decide.
+        residual: what coordinates leave of readings that decide.
 
     Raises:
         Undecided: neither is a solution.
     """
-    by_file, by_search, by_regression = left(fit.candidate.start()), left(fit.z), math.inf
+    by_file, by_search, by_regression = residual(fit.candidate.start()), residual(fit.z), math.inf
     if regression is not None and regression.after < min(regression.before, LEFT * torque):
-        by_regression = left(regression.z)
+        by_regression = residual(regression.z)
     if by_search <= THRESHOLDS.no_worse * min(by_file, by_regression):
         return fit.z, 'search'
     if regression is not None and math.isfinite(by_regression):

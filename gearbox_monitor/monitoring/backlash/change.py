@@ -422,9 +422,11 @@ class Tracker:
                     smallest, test.sign * results[GAP][1].size), math.nan)
             smallest = smallest - PRIORS[column].crosstalk * self._moves(column, results, scores)
             with np.errstate(invalid='ignore'):
-                found = np.flatnonzero((score > threshold) & (smallest >= notice))
-            if len(found):  # the likeliest: the score of a long stretch rests on more windows
-                k = int(found[np.argmax((scanned.up if test.sign > 0 else scanned.down)[found])])
+                significant = np.flatnonzero((score > threshold) & (smallest >= notice))
+            if len(significant):
+                # The likeliest: the score of a long stretch rests on more windows.
+                gain = scanned.up if test.sign > 0 else scanned.down
+                k = int(significant[np.argmax(gain[significant])])
                 detected.append((float(score[k]) - threshold, k))
         if detected:
             _, k = max(detected)
@@ -630,12 +632,12 @@ class Tracker:
         estimate, scanned = results[FRICTION]
         if self.wear[FRICTION].steps:
             age = wear.ages(feature.steps[:1], self.stamp_ns, self.settings.window * 1e9)[0]
-            now, before = np.expm1(estimate.fit.wear(np.array([0.0, age + LIMITS.horizon])))
+            growth, earlier = np.expm1(estimate.fit.wear(np.array([0.0, age + LIMITS.horizon])))
         else:
             k = int(np.searchsorted(self.data.stamps[:-1], feature.steps[-1], 'right'))
-            now, before = np.expm1(np.nan_to_num(scanned.size[k])), 0.0
+            growth, earlier = np.expm1(np.nan_to_num(scanned.size[k])), 0.0
         share = results[VISCOUS_SHARE][0]
-        return bool(abs(share.value) - share.std - abs(now - before)
+        return bool(abs(share.value) - share.std - abs(growth - earlier)
                     < self.settings.notice(VISCOUS_SHARE))
 
     def _over(self, column: int, change: Change | None) -> bool:
