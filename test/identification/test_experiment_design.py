@@ -53,6 +53,7 @@ def test_limits_hold_in_simulation(found):
     assert [m.least for m in found] == sorted((m.least for m in found), reverse=True)
 
 
+@pytest.mark.system
 def test_the_suggestion_separates_what_slow_motion_does_not(found):
     t = np.arange(12000) * DT
     before, _ = separations(MODEL, {'actuator_lag': {'T': LAG['T']}}, slow(t), SIGMA, [PAIR])
