@@ -25,7 +25,7 @@ from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.windows import (
-    free_runs, misfit_of, SECONDS, segment_of, SETTLING, WindowRuns)
+    free_runs, misfit_of, SECONDS, segment_of, WindowRuns)
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MEMORIES
@@ -174,7 +174,7 @@ def with_starts_of(runs: Sequence[WindowRuns],
 
 
 def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
-              settling: float = SETTLING, seconds: float = SECONDS) -> WindowRuns:
+              seconds: float = SECONDS) -> WindowRuns:
     """
     Return free runs of `model` over the windows of a recording; no value of it moves.
 
@@ -182,12 +182,11 @@ def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
         recording: recording of the drive.
         model: model of the drive.
         sigma: noise of the encoders [2], rad.
-        settling: s at the beginning that no window reads where the torque drives the model.
         seconds: length of the windows, s; longer ones begin in the smoothed states as they are.
     """
     plain = replace(model, tolerance=0.0, process_torque_time=0.0,
                     controller=model.controller and replace(model.controller, tolerance=0.0))
-    segment = segment_of(recording, plain, sigma, settling=settling, seconds=seconds)
+    segment = segment_of(recording, plain, sigma, seconds=seconds)
     put_in = recording.motor is not None
     # No state of a window holds the zero of the encoders, which nobody knows.
     candidate = Starts(plain, [recording]).none() if put_in else CandidateModel(plain, (), ())

@@ -195,7 +195,8 @@ def _step(likelihood: Likelihood, fit: FilteredFit, damping: float,
     candidate, count = fit.candidate, len(fit.z)
     read = fit.run.read.ravel()
     residual = fit.run.residual.ravel()
-    means, spreads = _noise_columns(likelihood, fit)
+    means, spreads = (_noise_columns(likelihood, fit) if free_noise
+                      else np.zeros((2, len(residual), 2)))
     J = np.concatenate([coordinate_columns(likelihood, fit), means], axis=1)
     pull, weight = candidate.prior(fit.z)
     H = J.T @ J

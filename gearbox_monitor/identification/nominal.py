@@ -49,7 +49,6 @@ ITERATIONS = 40
 READINGS = 2       # of the torque between the stamps of a slow log
 LEFT = 0.5         # of the torque, that a regression leaves at most
 FIXED = 1e-9       # rad and rad/s: deviation of states in which long runs begin
-LARGEST = 700.0    # logarithm of a number
 LEAST = 1.01       # times the least torque noise: a fit that reaches it needs none
 BLOCKS = 4         # for each value, at least, whose scores scatter
 
@@ -195,7 +194,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
         fit = fitted(long.likelihood, replace(fit, torque=long.torque), ITERATIONS,
                      free_noise=False)
     z, method = _decided(fit, regression, evidence.torque,
-                         lambda z: _left_by(evidence, long, candidate.model(z)))
+                         lambda z: _log_residual(evidence, long, candidate.model(z)))
     fitted_model = candidate.model(z)
     report(1.5, 2, 'free runs')
     runs = [closed_model.open_loop(r, fitted_model, evidence.sigma, seconds=seconds or SECONDS)
@@ -206,7 +205,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
     # No state of a window holds the zero of the encoders where the motor's motion is put in.
     base = replace(plain, zero_tolerance=model.zero_tolerance) if evidence.balances else plain
     gap_before = None if seconds else misfit_of([
-        closed_model.open_loop(r, base, evidence.sigma, 0.0) for r in recordings])
+        closed_model.open_loop(r, base, evidence.sigma) for r in recordings])
     validation = None if validate is None else closed_model.validate(
         validate, base, fitted_model, evidence.sigma)
     if model.controller is None:  # filters have a torque constant, but no gain
@@ -313,7 +312,7 @@ class _LongRuns:
 
 def _long_runs(evidence: Evidence, fit: InnovationFit, seconds: float) -> _LongRuns:
     """Return the _LongRuns of so many `seconds`, which begin in the smoothed states of `fit`."""
-    parts, model, readings = [], replace(evidence.model, process_torque_time=0.0), 0
+    parts, model, length = [], replace(evidence.model, process_torque_time=0.0), 0
     for recording in evidence.recordings:
         whole = InnovationLikelihood(recording, evidence.model, evidence.sigma,
                                      halves(recording.segments))
@@ -322,44 +321,49 @@ def _long_runs(evidence: Evidence, fit: InnovationFit, seconds: float) -> _LongR
         part = InnovationLikelihood(recording, model, evidence.sigma, [
             slice(begin, begin + windows.length) for begin in windows.first.tolist()])
         parts.append(part.begun(smooth[windows.first, :4], np.full(4, FIXED)))
-        readings = max(readings, windows.length * len(recording.channels))
+        length = max(length, windows.length)
     likelihood = JointLikelihood(parts)
     # White torque moves an inertia by the power 3/2 of the time; the least is that of 1 s.
-    return _LongRuns(likelihood, likelihood.least_noise * (SECONDS / seconds) ** 1.5, readings)
+    share = (SECONDS / (length * evidence.recordings[0].dt)) ** 1.5
+    return _LongRuns(likelihood, likelihood.least_noise * share,
+                     length * max(len(r.channels) for r in evidence.recordings))
 
 
 def _decided(fit: InnovationFit, regression: TorqueRegression | None, torque: float,
-             residual: Callable[[Array], float]) -> tuple[Array, str]:
+             log_residual: Callable[[Array], float]) -> tuple[Array, str]:
     """
     Return (coordinates [P] that stand, 'search' or 'regression').
 
-    The search stands unless the model file or the regression leaves less. A regression stands that
-    leaves less of the torque than the model file.
+    The search stands unless the residual of the model file or of the regression is smaller. A
+    regression stands whose residual torque is smaller than that of the model file.
 
     Args:
         fit: of the search.
         regression: of the torque, None without.
         torque: standard deviation of the torque, N m.
-        residual: what coordinates leave of readings that decide.
+        log_residual: of coordinates, in the readings that decide; see _log_residual.
 
     Raises:
         Undecided: neither is a solution.
     """
-    by_file, by_search, by_regression = residual(fit.candidate.start()), residual(fit.z), math.inf
+    of_file, of_search, of_regression = (
+        log_residual(fit.candidate.start()), log_residual(fit.z), math.inf)
     if regression is not None and regression.after < min(regression.before, LEFT * torque):
-        by_regression = residual(regression.z)
-    if by_search <= THRESHOLDS.no_worse * min(by_file, by_regression):
+        of_regression = log_residual(regression.z)
+    if math.isfinite(of_search) and of_search <= math.log(THRESHOLDS.no_worse) + min(
+            of_file, of_regression):
         return fit.z, 'search'
-    if regression is not None and math.isfinite(by_regression):
+    if regression is not None and math.isfinite(of_regression):
         return regression.z, 'regression'
-    raise Undecided(f'the fit leaves {by_search / by_file:.4g} times what the model file leaves: '
-                    'no solution; expected a model of this drive (see check), or fewer values to '
-                    'fit (--free)')
+    raise Undecided('the model file explains the recordings better than the fit: no solution; '
+                    'expected a model of this drive (see check), or fewer values to fit (--free)')
 
 
-def _left_by(evidence: Evidence, long: _LongRuns | None, model: DriveModel) -> float:
+def _log_residual(evidence: Evidence, long: _LongRuns | None, model: DriveModel) -> float:
     """
-    Return how much a model leaves: geometric mean of innovations in their standard deviations.
+    Return the logarithm of the residual of a model: geometric mean of its innovations.
+
+    Infinite or NaN where the model diverges.
 
     Args:
         evidence: the recordings: what was not fitted of them counts, where anything was not.
@@ -372,7 +376,7 @@ def _left_by(evidence: Evidence, long: _LongRuns | None, model: DriveModel) -> f
         judge, fine = evidence.unseen or evidence.fine, evidence.fine
         plain = CandidateModel(model, (), ())
         torque = fitted(fine, InnovationFit(plain, plain.start(), fine.first_noise)).torque
-    return math.exp(min(0.5 * judge.run(model, torque).deviance / judge.readings, LARGEST))
+    return float(0.5 * judge.run(model, torque).deviance / judge.readings)
 
 
 def _coordinate(name: str, scale: float | None) -> Coordinate:

@@ -82,6 +82,34 @@ def test_torque_that_no_model_explains_is_not_put_into_the_values(tmp_path, caps
         assert abs(fitted['value'] - value) < 4.0 * fitted['error'] < 0.3 * value, name
 
 
+def test_long_runs_weigh_what_drifts():
+    """Two recordings of another length; the model lacks that friction differs by direction."""
+    rigid = replace(TRUE, torque_offset=0.0, transmission=Transmission('rigid'),
+                    position_gain=2.0)
+    true = replace(rigid, effects=({'id': 'viscous_asymmetry', 'Cva': 0.04},))
+    stated = replace(rigid, viscous_friction=0.15, coulomb_friction=0.2)
+    recordings = []
+    for seconds in (4.0, 6.0):
+        t = np.arange(round(seconds / 2e-3)) * 2e-3
+        u = 1.5 * np.sin(3.0 * t) + np.sin(8.0 * t)
+        y = simulate(true, u, 2e-3).x[:, :2]
+        y = y + 1e-3 * np.random.default_rng(6).standard_normal(y.shape)
+        recordings.append(load_recording({'t': t, 'torque': u, 'motor': y[:, 0]}, stated,
+                                         name='run').uniform()[0])
+    fits = [nominal.fit_nominal(recordings, stated, ['m1', 'Cv', 'Cc'], seconds=seconds)
+            for seconds in (None, np.inf)]
+    assert fits[0].gap_before > fits[0].gap_after and fits[1].gap_before is None
+
+    def error(model):
+        """Return the rms error of free runs of a `model` from rest, rad."""
+        return np.sqrt(np.mean([np.mean((simulate(model, r.u, r.dt).x[:, 0] - r.y[:, 0]) ** 2)
+                                for r in recordings]))
+    short, long = (fit.model for fit in fits)
+    assert error(long) < error(short)
+    for factor in (0.99, 1.01):  # no free run comes closer
+        assert error(long) < error(long.with_(viscous_friction=factor * long.viscous_friction))
+
+
 @pytest.mark.system
 def test_a_weight_has_a_size_and_a_phase(tmp_path, capsys):
     rigid = replace(TRUE, torque_offset=0.0, transmission=Transmission('rigid'))

@@ -212,3 +212,14 @@ def test_the_true_effect_is_proposed_and_fitted_from_nothing_and_the_noise_vanis
     run = likelihood.run(candidate.model(fit.z), fit.torque)
     assert run.residual[run.trace.slope != 0.0].var() == pytest.approx(
         1.0, abs=3.0 * np.sqrt(2.0 / likelihood.readings))
+
+
+def test_noise_that_is_not_free_stays_below_all_bounds_while_values_move():
+    recording = recorded(replace(BLUNT, viscous_friction=0.15), 1.0, seed=3)
+    likelihood = likelihood_of(recording, BLUNT)
+    candidate = Starts(BLUNT, [recording]).candidates('motor_viscous')[0]
+    torque = 1e-3 * likelihood.least_noise
+    fit = fitted(likelihood, evaluated(likelihood, candidate, candidate.start(), torque),
+                 free_noise=False)
+    np.testing.assert_array_equal(fit.torque, torque)
+    assert candidate.values(fit.z)[1][0]['Cv'] == pytest.approx(0.15, rel=0.02)

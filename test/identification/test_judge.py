@@ -309,6 +309,15 @@ def test_a_frozen_encoder_ends_in_a_verdict():
     json.dumps(data, allow_nan=False)
 
 
+@pytest.mark.parametrize('remains, name', [(False, 'motor_coulomb'), (True, None)])
+def test_an_effect_beside_a_remainder_explains_no_recording_alone(monkeypatch, remains, name):
+    """Else both together would be explained though each is not."""
+    evidence = evidence_of(record([], 4))
+    monkeypatch.setattr(diagnose, 'decided', lambda *_: SimpleNamespace(
+        ids=('motor_coulomb',), remains=remains))
+    assert diagnose._alone(evidence.recordings[0], evidence, ['motor_coulomb']) == name
+
+
 def test_windows_that_lack_something_say_where():
     evidence = evidence_of(record([], 8))
     run, = adequacy_of(evidence, without(evidence)).runs

@@ -190,7 +190,7 @@ def test_balances_decide_between_search_and_regression(tmp_path):
     def decided(z, beside):
         """Return the coordinates that stand of a search that ended at `z`, and whose they are."""
         fit = InnovationFit(candidate, z, evidence.fine.first_noise)
-        return nominal._decided(fit, beside, evidence.torque, lambda z: nominal._left_by(
+        return nominal._decided(fit, beside, evidence.torque, lambda z: nominal._log_residual(
             evidence, None, candidate.model(z)))
     for z, method in ((regression.z, 'search'), (candidate.start(), 'regression')):
         at, said = decided(z, regression)
