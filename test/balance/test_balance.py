@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
+import warnings
 
 import numpy as np
 import pytest
@@ -312,6 +313,17 @@ def test_a_limit_far_below_the_usual_command_is_tried():
     assert levels[0] < 0.1 * usual
     assert (levels[1:][levels[1:] < usual] / levels[:-1][levels[1:] < usual]).max() < 1.6
     assert limits_reached(replace(m, kp=1.0))[0] > 0.5 * usual
+
+
+def test_a_joint_that_idles_has_no_limit_near_zero():
+    """A limit of 5e-324 N m was named, and a command of zero was a warning of numpy."""
+    m = healthy_evidence()[0].recordings[0].joints[0]
+    idle = np.arange(len(m.effort)) < 0.7 * len(m.effort)
+    levels = limits_reached(replace(m, effort=np.where(idle, 0.0, m.effort)))
+    assert levels and min(levels) > m.noise
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        assert limits_reached(replace(m, effort=0.0 * m.effort)) == []
 
 
 @pytest.mark.parametrize('seed, pair, kinds, how', [
