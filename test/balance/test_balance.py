@@ -16,7 +16,7 @@ from scipy.signal import butter, sosfreqz
 
 from gearbox_monitor.balance.bursts import burstiness
 from gearbox_monitor.balance.candidates import Candidate, free_functions, stops, swing
-from gearbox_monitor.balance.contest import _allowed
+from gearbox_monitor.balance.contest import _allowed, contest, scales_of
 from gearbox_monitor.balance.evidence import RobotEvidence
 from gearbox_monitor.balance.local_cosines import local_cosines
 from gearbox_monitor.balance.motion import highest_kept, RobotMotion
@@ -313,6 +313,19 @@ def test_a_limit_far_below_the_usual_command_is_tried():
     assert levels[0] < 0.1 * usual
     assert (levels[1:][levels[1:] < usual] / levels[:-1][levels[1:] < usual]).max() < 1.6
     assert limits_reached(replace(m, kp=1.0))[0] > 0.5 * usual
+
+
+def test_of_two_that_explain_the_same_the_one_of_fewer_coefficients_is_first():
+    """A payload of a first link, of which a single coefficient has a torque, and gravity."""
+    evidence, fit = healthy_evidence()
+    x = np.cos(evidence.recordings[0].joints[0].q)[:, None]
+    rows = evidence.recordings[0].tested(0, x)
+    wide = Candidate('wide', {0: np.hstack([rows, 0.0 * rows])}, link='link')
+    narrow = Candidate('narrow', {0: rows}, joint='joint')
+    assert wide.size == narrow.size == 1
+    scales = scales_of([wide, narrow], [], None, evidence.joints)
+    for laws in ([wide, narrow], [narrow, wide]):
+        assert [e.candidate for e in contest(evidence, fit, laws, scales, 6)] == [narrow, wide]
 
 
 def test_a_joint_that_idles_has_no_limit_near_zero():
