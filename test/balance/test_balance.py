@@ -15,7 +15,7 @@ import robot_gap
 from scipy.signal import butter, sosfreqz
 
 from gearbox_monitor.balance.bursts import burstiness
-from gearbox_monitor.balance.candidates import Candidate, free_functions, stops, swing
+from gearbox_monitor.balance.candidates import Candidate, free_functions, library, stops, swing
 from gearbox_monitor.balance.contest import _allowed, contest, scales_of
 from gearbox_monitor.balance.evidence import RobotEvidence
 from gearbox_monitor.balance.local_cosines import local_cosines
@@ -23,7 +23,7 @@ from gearbox_monitor.balance.motion import highest_kept, RobotMotion
 from gearbox_monitor.balance.robot_effects import compact
 from gearbox_monitor.balance.rows import RobotModel, rows_of
 from gearbox_monitor.balance.settings import SETTINGS
-from gearbox_monitor.balance.verdict import _joined, diagnose
+from gearbox_monitor.balance.verdict import _deviations, _joined, _spreads, diagnose
 from gearbox_monitor.balance.visits import visits_of, with_unvisited
 from gearbox_monitor.export.robot_model import chain_of_compiled
 from gearbox_monitor.identification.findings import Finding
@@ -313,6 +313,26 @@ def test_a_limit_far_below_the_usual_command_is_tried():
     assert levels[0] < 0.1 * usual
     assert (levels[1:][levels[1:] < usual] / levels[:-1][levels[1:] < usual]).max() < 1.6
     assert limits_reached(replace(m, kp=1.0))[0] > 0.5 * usual
+
+
+def test_a_setting_that_is_searched_has_the_deviation_of_its_likelihood():
+    """A speed of Stribeck friction stood as certain."""
+    rows = healthy_evidence()[0].recordings[0]
+    law = next(c for c in library([rows], ['stribeck']) if c.setting == 0.2)
+    ((joint, column),) = law.columns.items()
+    target = rows.target.copy()
+    target[joint] += column[:, 0]
+    evidence = RobotEvidence([replace(rows, target=target)])
+    fit = evidence.fit((law,))
+    covariance = _spreads(evidence, fit)[0]
+    std = np.sqrt(covariance[1, 1])
+    lower, middle, upper = (evidence.fit((law.again(0.2 + k * std),), fit.weights, 4).deviance
+                            for k in (-1.0, 0.0, 1.0))
+    # That of segments is not below that of the likelihood, by its curvature and minimum.
+    curvature = lower - 2.0 * middle + upper
+    assert curvature > 0.9 * 2.0 and abs(lower - upper) < 2.0 * 3.0 * curvature and std < 0.1
+    stated = _deviations(law, np.array([1.0, 0.2]), covariance, True)
+    assert stated == pytest.approx({'Cs': np.sqrt(covariance[0, 0]), 'vs': std}, rel=1e-3)
 
 
 def test_of_two_that_explain_the_same_the_one_of_fewer_coefficients_is_first():
