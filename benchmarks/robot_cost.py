@@ -25,13 +25,14 @@ from gearbox_monitor.balance.robot_experiment import model_torque
 from gearbox_monitor.balance.robot_log import checked_log, RawLog, RobotLog
 from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.balance.verdict import diagnose
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.robot.chain import Chain, inertial, Link
 from gearbox_monitor.robot.dynamics import GRAVITY
 
 JOINTS = 6                          # of an arm
 TORQUE_NOISE, ENCODER = 0.02, 1e-4  # N m, rad
 CHANGE = 1.0                        # N m of Coulomb friction
-# CPU s: learning and a comparison; MB. Of one arm, and of more.
+# CPU s of learning and of a comparison, MB: of one arm, and of several.
 BARS = {True: (10.0, 3.0, 500.0), False: (60.0, 60.0, 2000.0)}
 
 
@@ -97,9 +98,12 @@ def measured(arms: int, seconds: float, rate: float) -> dict[str, Any]:
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
+    require_whole('--arms', min(args.arms))
+    for option, value in (('--seconds', args.seconds), ('--rate', args.rate)):
+        if not 0.0 < value < np.inf:
+            raise InputError(f'{option}: {value:g}, expected > 0')
     bars, rows = BarTable(), []
     for arms in args.arms:
-        require_whole('--arms', arms)
         row = measured(arms, args.seconds, args.rate)
         rows.append(row)
         learning, comparing, memory = BARS[arms == 1]

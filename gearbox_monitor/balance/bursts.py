@@ -23,8 +23,8 @@ def _usual(evidence: RobotEvidence, weights: Array, joint: int) -> Array:
     """
     Return the energy [S] that noise leaves in each segment, over its mean.
 
-    What the noise of the positions is of the variance 1 / `weights` [C] of each cell of `joint`
-    follows the square of the inertia, which the posture changes.
+    The part of the variance 1 / `weights` [C] of each cell of `joint` that comes from the noise of
+    the positions follows the square of the inertia, which the posture changes.
     """
     a = evidence.at[joint]
     size = np.concatenate([((rows.inertia[:, joint] * rows.motion.sigma_q) ** 2).sum(axis=1)

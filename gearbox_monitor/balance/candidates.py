@@ -252,7 +252,7 @@ def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
                                  free=True, over=over))
 
     def swinging(j: int, frequency: float) -> Candidate:
-        # What lies between two sections is no motion: a mass would swing from its leap.
+        # Between two sections nothing moved: their leap would set the mass swinging.
         series = [np.concatenate([swing(rows.joints[j].q[s], rows.motion.step, frequency)
                                   for s in rows.motion.sections]) for rows in recordings]
         parts = [rows.tested(j, x) for rows, x in zip(recordings, series)]

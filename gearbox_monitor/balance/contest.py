@@ -196,9 +196,9 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
         return pays, e.likeness if pays else e.worth
     entries.sort(key=rank, reverse=True)
     # What explains the same by fewer coefficients is first: of a first link some have no torque.
-    same = [e for e in entries if rank(entries[0])[1] - rank(e)[1] < LEAST_GAIN
-            and rank(e)[0] == rank(entries[0])[0]]
-    return sorted(same, key=lambda e: e.candidate.width) + entries[len(same):]
+    pays, largest = rank(entries[0])
+    same = sum(rank(e) > (pays, largest - LEAST_GAIN) for e in entries)
+    return sorted(entries[:same], key=lambda e: e.candidate.width) + entries[same:]
 
 
 def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
@@ -240,7 +240,7 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
             fit = evidence.fit((*base, c), fit.weights, 3)
         return fit
     middle, span = float(c.setting), c.span
-    # Beyond, the next of the grid is nearer.
+    # Beyond, the next of the grid is nearer; speeds and limits lie further apart.
     reach = 1.6 if c.effect in (STRIBECK.id, SATURATION.id) else 1.2
     for factor in STEPS:
         for direction in (1.0, -1.0):

@@ -107,7 +107,7 @@ def _masks(motion: RobotMotion, settings: Settings) -> tuple[Array, Array]:
     for section in motion.sections:
         for j in range(motion.v.shape[1]):
             mask[section, j] = motion_mask(np.abs(motion.v[section, j]) < slow[j], width)
-        # By parts only with the derivative itself: a difference is short of a ramp of 3 samples.
+        # Parts need the derivative itself: along a ramp of 3 samples a difference is too small.
         t = motion.t[section]
         slope[section] = scipy.interpolate.CubicSpline(t, mask[section])(t, 1)
     return mask, slope

@@ -277,7 +277,7 @@ class PayloadTracker:
                              sigma * math.sqrt(inverse[1, 1]) / s.reach, sigma, step,
                              (slice(0, len(self._grid)),))
         knowledge = self._knowledge
-        # Of a short window the model's torque has the better slope: its lag is that of a reading.
+        # In a short window the model's torque has the better slope: take the lag as a reading's.
         rows = tested(motion, self._tests, self._robot, knowledge.shapes if knowledge else (),
                       knowledge.mean if knowledge else None, measured=True)
         if not self._held and not self._waiting:

@@ -292,7 +292,7 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
         spread = s.armature_learnt * torque / 20.0 if robot.learnt else 0.0
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
-        # A command is late itself; no model of it knows a load that is not in the file.
+        # The command itself acts late; the model's torque lacks a load that the file lacks.
         acting = m.model if rows.setpoint or rows.measured else m.effort
         delays[j] = rows.tested(j, moved(m.t, acting, 0.0))[:, 0]
         columns.append(NuisanceColumn(f'lag {name}', {j: delays[j]}, s.lag_joint))

@@ -97,8 +97,8 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     mean = knowledge.mean if knowledge else None
     recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
     if recordings[0].setpoint:
-        first = RobotEvidence(recordings, knowledge.prior if knowledge else None)
-        scale = np.maximum(_servo_scales(first, first.fit())[0], LEAST_SCALE)
+        unscaled = RobotEvidence(recordings, knowledge.prior if knowledge else None)
+        scale = np.maximum(_servo_scales(unscaled, unscaled.fit())[0], LEAST_SCALE)
         recordings = [in_scale(rows, scale, shapes) for rows in recordings]
     if knowledge is None:
         evidence = RobotEvidence(recordings)
@@ -380,8 +380,9 @@ def _deviations(c: Candidate, b: Array, covariance: Array, determined: bool
         deviation = math.sqrt(max(float(slope @ covariance @ slope), 0.0))
         place = name in ('cx', 'cy', 'cz') and deviation > WIDE_PLACE
         far = c.searched and slope[-1] != 0.0 and deviation > (c.span or c.setting)
-        lost = place or far or bool(slope[:c.width][~c.acting].any()) or not determined
-        out[name] = 0.0 if not slope.any() else None if lost else deviation
+        idle = bool(slope[:c.width][~c.acting].any())
+        known = determined and not (place or far or idle)
+        out[name] = 0.0 if not slope.any() else deviation if known else None
     return out
 
 

@@ -149,7 +149,7 @@ class AlertLimits:
     gain_prior: float = 0.05
     # Share of what was expected to which a window narrows what it identifies.
     identified: float = 0.6
-    # Deviation of the viscous share at least: no motion shows a Coulomb friction of a thousandth.
+    # Smallest deviation of the viscous share: no motion shows Coulomb friction of a thousandth.
     share_error: float = 1e-3
     # Correlation of twist and torque on each flank that tells gap and compliance apart: half of
     # the torque's variance.

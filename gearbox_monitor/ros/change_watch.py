@@ -19,8 +19,8 @@ from gearbox_monitor.files.baseline_recording import (
     BaselineRecording, check_belongs, load_recording)
 from gearbox_monitor.files.baselines import set_aside
 from gearbox_monitor.files.state_file import StateFile
-from gearbox_monitor.identification.findings import NONE
-from gearbox_monitor.monitoring.backlash.change_tests import TESTS
+from gearbox_monitor.identification.findings import kind_of, NONE
+from gearbox_monitor.monitoring.backlash.change_tests import FRICTION, TESTS
 from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -34,8 +34,7 @@ COMPARED = 8.0      # s of each recording that are compared
 # s between two diagnoses for a mismatch of the model alone: it may come and go.
 MISMATCH_INTERVAL = 600.0
 MISMATCH = 'model mismatch'
-# What temperature changes too: the wear of it is known apart from that, two recordings do not
-# tell it.
+# Temperature changes it, too: the wear model tells that from wear, two recordings do not.
 WARMTH = frozenset((MOTOR_VISCOUS.id, MOTOR_COULOMB.id))
 _CHANGES = {test.key: test.words.removesuffix(' by') for test in TESTS}
 
@@ -200,17 +199,25 @@ class ChangeWatch:
             'gearbox_serial': job.order.reference.gearbox_serial, 'alert': alert.reason,
             'since': when(alert.since_ns), 'since_ns': alert.since_ns,
             'baseline_recording_ns': job.order.reference.stamp_ns, **job.verdict}
-        if alert.reason == MISMATCH and self._warmth_alone(job.verdict):
-            self._verdict |= {'verdict': NONE, 'findings': [],
-                              'text': f'no wear, friction as temperature has it: '
-                                      f'{job.verdict["text"]}'}
+        if alert.reason == MISMATCH and self._warmth_alone(job.verdict, job.order.since_ns):
+            words = '(warm-up?)' if self._monitor.tracker.temperature is None else \
+                'as temperature has it'
+            self._verdict |= {
+                'verdict': kind_of(False, job.verdict['remainder'] is not None), 'findings': [],
+                'text': f'no wear, friction {words}: {job.verdict["text"]}'}
         return self._verdict
 
-    def _warmth_alone(self, verdict: Mapping[str, Any]) -> bool:
-        """Return whether all that a verdict names is friction, which has not worn."""
+    def _warmth_alone(self, verdict: Mapping[str, Any], since_ns: int) -> bool:
+        """
+        Return whether all that a verdict names is friction, which has not worn.
+
+        Args:
+            verdict: with its findings.
+            since_ns: first stamp of the rows it rests on; a window since then told the friction.
+        """
         tracker, effects = self._monitor.tracker, {f['effect'] for f in verdict['findings']}
-        return bool(effects) and effects <= WARMTH and tracker.compared and not (
-            tracker.stages()['friction'])
+        return (bool(effects) and effects <= WARMTH and not tracker.stages()['friction']
+                and tracker.wear[FRICTION].compared_ns >= since_ns)
 
     def _lacking(self) -> str:
         """Return why there is nothing to compare with."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
+import warnings
 
 import numpy as np
 import pytest
@@ -14,15 +15,15 @@ import robot_gap
 from scipy.signal import butter, sosfreqz
 
 from gearbox_monitor.balance.bursts import burstiness
-from gearbox_monitor.balance.candidates import Candidate, free_functions, stops, swing
-from gearbox_monitor.balance.contest import _allowed
+from gearbox_monitor.balance.candidates import Candidate, free_functions, library, stops, swing
+from gearbox_monitor.balance.contest import _allowed, contest, scales_of
 from gearbox_monitor.balance.evidence import RobotEvidence
 from gearbox_monitor.balance.local_cosines import local_cosines
 from gearbox_monitor.balance.motion import highest_kept, RobotMotion
 from gearbox_monitor.balance.robot_effects import compact
 from gearbox_monitor.balance.rows import RobotModel, rows_of
 from gearbox_monitor.balance.settings import SETTINGS
-from gearbox_monitor.balance.verdict import _joined, diagnose
+from gearbox_monitor.balance.verdict import _deviations, _joined, _spreads, diagnose
 from gearbox_monitor.balance.visits import visits_of, with_unvisited
 from gearbox_monitor.export.robot_model import chain_of_compiled
 from gearbox_monitor.identification.findings import Finding
@@ -312,6 +313,50 @@ def test_a_limit_far_below_the_usual_command_is_tried():
     assert levels[0] < 0.1 * usual
     assert (levels[1:][levels[1:] < usual] / levels[:-1][levels[1:] < usual]).max() < 1.6
     assert limits_reached(replace(m, kp=1.0))[0] > 0.5 * usual
+
+
+def test_a_setting_that_is_searched_has_the_deviation_of_its_likelihood():
+    """A speed of Stribeck friction stood as certain."""
+    rows = healthy_evidence()[0].recordings[0]
+    law = next(c for c in library([rows], ['stribeck']) if c.setting == 0.2)
+    ((joint, column),) = law.columns.items()
+    target = rows.target.copy()
+    target[joint] += column[:, 0]
+    evidence = RobotEvidence([replace(rows, target=target)])
+    fit = evidence.fit((law,))
+    covariance = _spreads(evidence, fit)[0]
+    std = np.sqrt(covariance[1, 1])
+    lower, middle, upper = (evidence.fit((law.again(0.2 + k * std),), fit.weights, 4).deviance
+                            for k in (-1.0, 0.0, 1.0))
+    # That of segments is not below that of the likelihood, by its curvature and minimum.
+    curvature = lower - 2.0 * middle + upper
+    assert curvature > 0.9 * 2.0 and abs(lower - upper) < 2.0 * 3.0 * curvature and std < 0.1
+    stated = _deviations(law, np.array([1.0, 0.2]), covariance, True)
+    assert stated == pytest.approx({'Cs': np.sqrt(covariance[0, 0]), 'vs': std}, rel=1e-3)
+
+
+def test_of_two_that_explain_the_same_the_one_of_fewer_coefficients_is_first():
+    """A payload of a first link, of which a single coefficient has a torque, and gravity."""
+    evidence, fit = healthy_evidence()
+    x = np.cos(evidence.recordings[0].joints[0].q)[:, None]
+    rows = evidence.recordings[0].tested(0, x)
+    wide = Candidate('wide', {0: np.hstack([rows, 0.0 * rows])}, link='link')
+    narrow = Candidate('narrow', {0: rows}, joint='joint')
+    assert wide.size == narrow.size == 1
+    scales = scales_of([wide, narrow], [], None, evidence.joints)
+    for laws in ([wide, narrow], [narrow, wide]):
+        assert [e.candidate for e in contest(evidence, fit, laws, scales, 6)] == [narrow, wide]
+
+
+def test_a_joint_that_idles_has_no_limit_near_zero():
+    """A limit of 5e-324 N m was named, and a command of zero was a warning of numpy."""
+    m = healthy_evidence()[0].recordings[0].joints[0]
+    idle = np.arange(len(m.effort)) < 0.7 * len(m.effort)
+    levels = limits_reached(replace(m, effort=np.where(idle, 0.0, m.effort)))
+    assert levels and min(levels) > m.noise
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        assert limits_reached(replace(m, effort=0.0 * m.effort)) == []
 
 
 @pytest.mark.parametrize('seed, pair, kinds, how', [

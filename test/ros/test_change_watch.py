@@ -9,6 +9,7 @@ import pytest
 
 from gearbox_monitor.files.baseline_recording import load_recording
 from gearbox_monitor.files.state_file import StateFile
+from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, FEATURES, FRICTION
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -17,8 +18,8 @@ from gearbox_monitor.ros.change_watch import ChangeWatch
 from gearbox_monitor.ros.recording_buffer import RecordingBuffer, SECOND, unpacked_rows
 
 T0 = 1_700_000_000 * SECOND
-NAMED = {'verdict': 'effect', 'findings': [{'effect': 'backlash_gap'}], 'model_holds': False,
-         'text': 'backlash_gap: +20 %', 'cpu_s': 12.0}
+NAMED = {'verdict': 'effect', 'findings': [{'effect': 'backlash_gap'}], 'remainder': None,
+         'model_holds': False, 'text': 'backlash_gap: +20 %', 'cpu_s': 12.0}
 NOTHING = {**NAMED, 'verdict': 'none', 'findings': [], 'text': 'nothing named',
            'model_holds': True}
 
@@ -30,7 +31,8 @@ class Gearbox:
         self.orders, self.seconds = [], 0
         self.buffer = RecordingBuffer(300.0)
         self.tracker = SimpleNamespace(stamp_ns=0, changes={}, pause=None, trusted=True,
-                                       compared=True, stages=self.stages)
+                                       compared=True, stages=self.stages, temperature=None,
+                                       wear=[SimpleNamespace(compared_ns=0) for _ in FEATURES])
         self.monitor = SimpleNamespace(
             tracker=self.tracker, model=model or DriveModel(), model_lasts=(Level.OK, 0),
             stamp_ns=0, parameters=EstimatorParameters.of({'gearbox_serial': serial,
@@ -48,8 +50,9 @@ class Gearbox:
         self.job.verdict, self.job.problem, self.job.done = verdict, problem, True
 
     def stages(self):
-        return {'backlash': {test: change.stage for test, change in self.tracker.changes.items()},
-                'friction': {}}
+        return {component: {test: change.stage for test, change in self.tracker.changes.items()
+                            if (test == 'friction') == (component == 'friction')}
+                for component in COMPONENTS}
 
     def alert(self, test='gap', stage=1, since_s=None):
         since = T0 + round((self.seconds if since_s is None else since_s) * SECOND)
@@ -68,6 +71,22 @@ class Gearbox:
                 if self.file is not None:
                     self.file.keep('state')
         return self.watch.look()
+
+
+def mismatch(compared=True):
+    """Return a Gearbox with an order for a mismatch; `compared`: friction since it came."""
+    gearbox = Gearbox(name_changes_after=30.0)
+    gearbox.run(60)
+    gearbox.monitor.model_lasts = (Level.WARN, gearbox.monitor.stamp_ns)
+    gearbox.tracker.wear[FRICTION].compared_ns = gearbox.monitor.stamp_ns - (not compared)
+    gearbox.run(31)
+    return gearbox
+
+
+def friction(effects, remainder=None):
+    """Return a verdict that names `effects`, all by the same words."""
+    return {**NAMED, 'verdict': 'incomplete' if remainder else 'effect', 'remainder': remainder,
+            'findings': [{'effect': effect} for effect in effects], 'text': 'friction: -5 %'}
 
 
 def test_an_alert_is_named_against_the_healthy_minute_by_rows_since_it_came():
@@ -142,24 +161,51 @@ def test_a_mismatch_of_the_model_is_named_when_it_lasts():
     assert len(gearbox.orders) == 1
 
 
-@pytest.mark.parametrize('alert, effects, named', [
-    (False, ['motor_viscous'], False), (False, ['motor_viscous', 'motor_coulomb'], False),
-    (False, ['motor_viscous', 'backlash_gap'], True), (True, ['motor_viscous'], True)])
-def test_friction_that_has_not_worn_is_temperature(alert, effects, named):
-    """A mismatch is compared without regard to temperature, which the wear is known apart from."""
-    gearbox = Gearbox(name_changes_after=30.0)
-    gearbox.run(60)
-    gearbox.monitor.model_lasts = (Level.WARN, gearbox.monitor.stamp_ns)
-    gearbox.run(31)
-    if alert:  # while the child runs
-        gearbox.alert('friction')
-        gearbox.tracker.stages = lambda: {'backlash': {}, 'friction': {'friction': 1}}
-    gearbox.end({**NAMED, 'findings': [{'effect': effect} for effect in effects],
-                 'text': 'friction: -5 %'})
+@pytest.mark.parametrize('effects, remainder, kind', [
+    (['motor_viscous'], None, 'none'), (['motor_viscous', 'motor_coulomb'], None, 'none'),
+    (['motor_viscous'], 'arm_side', 'unknown'),
+    (['motor_viscous', 'backlash_gap'], None, 'effect')])
+def test_friction_that_has_not_worn_is_temperature(effects, remainder, kind):
+    """Two recordings do not tell wear from temperature; the wear model does."""
+    gearbox = mismatch()
+    gearbox.tracker.temperature = 26.0
+    gearbox.end(friction(effects, remainder))
     outcome, verdict = gearbox.run(1)
-    assert (verdict['verdict'] != 'none') == named == bool(verdict['findings'])
+    assert verdict['verdict'] == kind and bool(verdict['findings']) == (kind == 'effect')
     assert verdict['text'].endswith('friction: -5 %')
-    assert alert or (outcome.level == Level.WARN) == named and 'friction: -5 %' in outcome.message
+    assert ('as temperature has it' in verdict['text']) == (kind != 'effect')
+    assert (outcome.level == Level.OK) == (kind == 'none') and 'friction: -5 %' in outcome.message
+
+
+def test_without_a_temperature_friction_that_has_not_worn_may_be_warm():
+    gearbox = mismatch()
+    gearbox.end(friction(['motor_viscous']))
+    assert gearbox.run(1)[1]['text'] == 'no wear, friction (warm-up?): friction: -5 %'
+
+
+@pytest.mark.parametrize('named_first', [True, False])
+def test_friction_that_wears_beside_a_mismatch_is_named(named_first):
+    """Its alert comes after the mismatch has been named, or while it is."""
+    gearbox = mismatch()
+    if named_first:
+        gearbox.end(friction(['motor_viscous']))
+        assert not gearbox.run(1)[1]['findings']
+    gearbox.alert('friction')
+    gearbox.run(12)
+    assert len(gearbox.orders) == 1 + named_first
+    gearbox.end(friction(['motor_viscous']))
+    verdict = gearbox.run(1)[1]
+    assert verdict['findings']
+    assert verdict['alert'] == ('friction' if named_first else 'model mismatch')
+    assert len(gearbox.orders) == 2
+
+
+def test_a_rest_before_the_verdict_takes_back_no_comparison_of_friction():
+    for compared in (True, False):
+        gearbox = mismatch(compared)
+        gearbox.tracker.compared = False  # the drive has stopped since
+        gearbox.end(friction(['motor_viscous']))
+        assert bool(gearbox.run(1)[1]['findings']) != compared
 
 
 def test_without_a_baseline_recording_it_says_so():

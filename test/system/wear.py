@@ -11,7 +11,7 @@ payload, noise, a lost encoder, a restart, a saved baseline, changed parameters.
 and at the end every feature is judged: size within 3 deviations, stage, level.
 
 With --healthy the drive stays as it is, but for temperature, and also rests; causes are named as
-in the node, which looks once per second. No alert may come, and nothing be named.
+in the node, which looks once per second. One alert may come at most, and nothing be named.
 
 usage examples:
   .venv/bin/python test/system/wear.py --seeds 0 8

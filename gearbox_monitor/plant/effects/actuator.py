@@ -91,7 +91,8 @@ def limits_below_peak(s: Scales) -> Starts:
             for f in (0.97, 0.85, 0.65, 0.4)]
 
 
-MOST_OVER, STEP_DOWN = 30.0, 1.4  # the usual command over the limit; between levels
+MOST_OVER = 30.0  # the usual command over the lowest limit that is tried
+STEP_DOWN = 1.4   # a limit over the next lower one
 
 
 def limits_reached(m: JointMotion) -> list[float]:
@@ -108,13 +109,14 @@ def limits_reached(m: JointMotion) -> list[float]:
     def beyond(level: float) -> Array:
         """Return what the effort has beyond `level`, where it has."""
         return size[size > level] - level
-    levels = [level for level in usual if len(beyond(level))
-              and math.sqrt(float(np.mean(beyond(level) ** 2))) > 3.0 * m.noise]
+    levels = [x for x in usual if x > m.noise and len(beyond(x))
+              and math.sqrt(float(np.mean(beyond(x) ** 2))) > 3.0 * m.noise]
     # A drive that is at its limit most of the time, in steps that a refinement reaches: of a
     # command that is nearly constant, nothing would be left.
     count = 0 if m.kp else round(math.log(MOST_OVER) / math.log(STEP_DOWN))
     lower = [usual[0] / STEP_DOWN ** k for k in range(count, 0, -1)]
-    return [x for x in lower if float(np.std(beyond(x))) > 3.0 * m.noise] + levels
+    return [x for x in lower
+            if x > m.noise and float(np.std(beyond(x))) > 3.0 * m.noise] + levels
 
 
 def limit_column(needs: str, twins: tuple[str, ...] = ()) -> BalanceColumn:
