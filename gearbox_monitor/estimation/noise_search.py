@@ -39,6 +39,7 @@ REACH = math.log(1e4)    # the search stays within this factor of its first gues
 AGREE = 5.0              # log-likelihood by which agreeing starts may differ
 GAIN = 0.1               # log-likelihood that is still sought
 LONGEST = 2.0            # step, in logarithms
+STEPS = 30               # of an ascent; without a summit, as of a stuck encoder, it would go on
 DAMPING = Damping(0.0, raised_from=0.01, attempts=7)
 NEAR, TRIALS = 0.5, 8    # of a rough criterion: deviations around the optimum; trials for each
 SHARP = 0.05             # a parameter is well determined below this relative error
@@ -311,8 +312,10 @@ def search(evaluate: Evaluate, guess: dict[str, float],
         """Return where the criterion is largest, as reached from `x` [n]; coarse: as above."""
         (x, here), damping = posterior(x, coarse), DAMPING.start
         gained = GAIN
-        while gained >= GAIN <= 0.5 * here.gradient @ np.linalg.solve(
-                here.information, here.gradient):
+        for _ in range(STEPS):
+            expected = 0.5 * here.gradient @ np.linalg.solve(here.information, here.gradient)
+            if not min(gained, expected) >= GAIN:
+                break
             step = step_from(x, here, coarse, damping)
             if step is None:
                 break

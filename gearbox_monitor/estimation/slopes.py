@@ -108,9 +108,9 @@ class LikelihoodSlopes:
                  samples: Samples) -> None:
         self._drive = drive_of(model.exact(), parameters)
         self._p = pack(self._drive, parameters)
-        self._slots = [SLOTS[name] for name in names]
+        self._slots = {name: SLOTS[name] for name in names}
         self._p[ADAPT_COUNT] = len(names)
-        self._p[ADAPT_AT:ADAPT_AT + len(names)] = self._slots
+        self._p[ADAPT_AT:ADAPT_AT + len(names)] = list(self._slots.values())
         self._states = markers(self._p, len(state_names(self._drive, parameters)))
         self._settings = settings_of(self._drive, parameters)._replace(lag=0)
         self._stream = Stream(*checked(samples))
@@ -121,7 +121,8 @@ class LikelihoodSlopes:
     def __call__(self, values: Mapping[str, float]) -> Slopes:
         """Return the Slopes at `values`; of what follows the last divergence, if there is one."""
         p, codes, rows = self._p.copy(), self._output.codes, self._output.estimates
-        p[self._slots] = [value ** 2 for value in values.values()]
+        for name, slot in self._slots.items():
+            p[slot] = values[name] ** 2
         p[P0 + X1], p[P0 + X2] = p[R1], p[R2]
         belief, scratch, state = loop_arrays(KIND, len(self._states), 2, self._drive)
         state.gate[STOP_AT] = NEVER

@@ -289,7 +289,8 @@ def _likelihood(model: DriveModel, base: EstimatorParameters, recordings: Sequen
         """Return the slopes at the `trial`; `coarse`: on one short part."""
         values = _clipped(trial)
         parts = [slopes(values) for slopes in ([coarse_part] if coarse else fine_parts)]
-        return Slopes(*(sum(column[1:], column[0]) for column in zip(*parts)))
+        *sums, runs, failed = zip(*parts)  # a run takes all recordings
+        return Slopes(*(sum(column[1:], column[0]) for column in sums), max(runs), max(failed))
 
     return evaluate
 

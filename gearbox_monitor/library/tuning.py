@@ -47,7 +47,7 @@ class TunedParameters(Shown, Saved):
 
     @property
     def errors(self) -> dict[str, float | None]:
-        """The relative standard error of each tuned value, None where it is not determined."""
+        """The relative standard error of each tuned value, None where the search gives none."""
         return {name: self.figures['relative_error'].get(name) for name in self.values}
 
     @property

@@ -190,6 +190,17 @@ def test_parameters_are_never_less_likely_than_those_before():
     assert data['after']['loglik'] >= data['before']['loglik']
 
 
+def test_all_recordings_count_together():
+    """Of two with different noise, R is the root mean square."""
+    start = EstimatorParameters(arm_load='none')
+    recordings = [samples_of(simulated(seed, n=5500, r=(k * R[0], k * R[1])))
+                  for seed, k in ((21, 1.0), (22, 2.0))]
+    found = tune(DRIVE, start, recordings, speeds=False)
+    assert found['noise_from'] == 'likelihood' and not found['diverged_evaluations']
+    for name, r in zip(noise_search.R_NAMES, R):
+        assert found['parameters'][name] == pytest.approx(math.sqrt(2.5) * r, rel=0.04)
+
+
 def test_static_compensation_is_the_command_less_friction():
     model = DriveModel(coulomb_friction=0.0, viscous_friction=0.3)
     estimates = Estimator(model, EstimatorParameters(arm_load='none')).run(
