@@ -314,6 +314,14 @@ def test_a_limit_far_below_the_usual_command_is_tried():
     assert limits_reached(replace(m, kp=1.0))[0] > 0.5 * usual
 
 
+@pytest.mark.filterwarnings('error')
+def test_of_a_joint_that_is_idle_each_limit_is_tried_once():
+    m = healthy_evidence()[0].recordings[0].joints[0]
+    half = limits_reached(replace(m, effort=np.where(np.arange(len(m.effort)) % 2, m.effort, 0.0)))
+    assert len(set(half)) == len(half) > 1
+    assert limits_reached(replace(m, effort=np.zeros(len(m.effort)))) == []
+
+
 @pytest.mark.parametrize('seed, pair, kinds, how', [
     (7, False, [], 'none: right'), (10, False, ['motor_viscous'], 'one: right'),
     (10, False, ['payload'], 'one: right'), (3, False, ['friction_jump'], 'outside: right'),

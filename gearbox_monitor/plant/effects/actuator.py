@@ -91,7 +91,7 @@ def limits_below_peak(s: Scales) -> Starts:
             for f in (0.97, 0.85, 0.65, 0.4)]
 
 
-MOST_OVER, STEP_DOWN = 30.0, 1.4  # the usual command over the limit; between levels
+MOST_OVER, STEP_DOWN = 30.0, 1.4  # usual command over the lowest limit; a level over the next
 
 
 def limits_reached(m: JointMotion) -> list[float]:
@@ -110,9 +110,9 @@ def limits_reached(m: JointMotion) -> list[float]:
         return size[size > level] - level
     levels = [level for level in usual if len(beyond(level))
               and math.sqrt(float(np.mean(beyond(level) ** 2))) > 3.0 * m.noise]
-    # A drive that is at its limit most of the time, in steps that a refinement reaches: of a
-    # command that is nearly constant, nothing would be left.
-    count = 0 if m.kp else round(math.log(MOST_OVER) / math.log(STEP_DOWN))
+    # Of a drive that is at its limit most of the time, in steps that a refinement reaches. What a
+    # nearly constant command has beyond them hardly varies, and explains nothing.
+    count = 0 if m.kp or not usual[0] else round(math.log(MOST_OVER) / math.log(STEP_DOWN))
     lower = [usual[0] / STEP_DOWN ** k for k in range(count, 0, -1)]
     return [x for x in lower if float(np.std(beyond(x))) > 3.0 * m.noise] + levels
 
