@@ -101,7 +101,7 @@ def run(args: Namespace) -> int:
             result.model.process_torque_time), 'validation': result.validation,
         'notes': [note for _, notes in loaded for note in notes]})
     data = {'summary': summary(data), **data}
-    show(args, data, lambda: text(data, args))
+    show(args, data, lambda: text(data, args), replaces=True)
     return 0 if all(v.determined for v in result.values) else 1
 
 
