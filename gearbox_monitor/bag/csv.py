@@ -74,14 +74,14 @@ def read_csv(path: str | Path) -> CsvColumns:
     ignored = [name or '(no name)' for name in header if name not in COLUMNS]
     notices = (f'ignored columns: {", ".join(ignored)}',) if ignored else ()
 
-    def _place_by_name(row: int, name: str) -> str:
+    def place_by_name(row: int, name: str) -> str:
         line = raw.place(row, COLUMNS[name]).split(',')[0]
         return f'{line}, column {name}'
     t = columns[COLUMNS['t']]
     u, setpoint, motor, arm = (columns.get(COLUMNS[name], np.full(len(t), np.nan))
                                for name in ('u', 'setpoint', *ENCODERS))
     return CsvColumns(t, u, setpoint, motor, arm, columns.get(COLUMNS['arm_torque']),
-                      _place_by_name, notices)
+                      place_by_name, notices)
 
 
 def _header(path: str | Path) -> tuple[list[str], str]:

@@ -54,39 +54,39 @@ def load_values(path: str | None, file: ChainFile) -> RobotValues:
     joints = file.chain.joints
     links = [link.name for link in file.chain.links]
 
-    def _number(where: str, value: Any, low: float = 0.0) -> float:
+    def number(where: str, value: Any, low: float = 0.0) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
                 math.isfinite(value) and value >= low):
             raise InputError(f'{path}: {where}: {str(value)[:40]!r}, expected a number of {low:g} '
                              'or more')
         return float(value)
 
-    def _table(key: str, names: Sequence[str], low: float = 0.0) -> dict[str, float]:
+    def table(key: str, names: Sequence[str], low: float = 0.0) -> dict[str, float]:
         value = content.get(key, {})
         if not isinstance(value, dict):
             raise InputError(f'{path}: {key}: {str(value)[:40]!r}, expected NAME: number')
         for name in value:
             if name not in names:
                 raise InputError(f'{path}: {key}: {unknown(str(name), names)}')
-        return {str(name): _number(f'{key}.{name}', v, low) for name, v in value.items()}
+        return {str(name): number(f'{key}.{name}', v, low) for name, v in value.items()}
     effort = content.get('effort', 'commanded')
     if effort not in ('measured', 'commanded'):
         raise InputError(f'{path}: effort: {effort!r}, expected measured or commanded')
     compensated = content.get('compensated', False)
     if not isinstance(compensated, bool):
         raise InputError(f'{path}: compensated: {compensated!r}, expected true or false')
-    tolerance, kp = content.get('tolerance'), _table('kp', joints)
+    tolerance, kp = content.get('tolerance'), table('kp', joints)
     all_kp = _gains(kp, file.kp, file)
     lacking = [] if not kp or all_kp is None else [
         joint for joint, gain in zip(joints, all_kp) if not gain > 0.0]
     if lacking:
         raise InputError(f'{path}: kp: none of {", ".join(lacking)}, expected one of each joint')
     return RobotValues(
-        None if tolerance is None else _number('tolerance', tolerance),
-        _number('friction_tolerance', content.get('friction_tolerance', SETTINGS.tolerance)),
-        _table('link_tolerance', links), _table('torque_constants', joints, 1e-9)
-        if 'torque_constants' in content else None, kp, _table('kd', joints),
-        _number('gain_tolerance', content.get('gain_tolerance', SETTINGS.gain_tolerance)),
+        None if tolerance is None else number('tolerance', tolerance),
+        number('friction_tolerance', content.get('friction_tolerance', SETTINGS.tolerance)),
+        table('link_tolerance', links), table('torque_constants', joints, 1e-9)
+        if 'torque_constants' in content else None, kp, table('kd', joints),
+        number('gain_tolerance', content.get('gain_tolerance', SETTINGS.gain_tolerance)),
         effort == 'measured', compensated)
 
 

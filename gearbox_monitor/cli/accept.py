@@ -150,7 +150,7 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
         data['passive'] = 2 * sum(w.passive for w in used) > len(used)
     data['crossings'] = float(np.mean([w.coverage for w in used]))
     met, missed, reasons = [], [], []
-    tests = []  # name, noun, probability that the limit holds, whether that counts, else why not
+    tests = []  # key, noun, probability that the limit is met, may it pass, why not if inseparable
     if limits['max_gap'] is not None:
         measured = gap if separable else lost_motion
         p = _below(measured, limits['max_gap']) if measured else 0.5
@@ -159,13 +159,13 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     if limits['min_stiffness'] is not None:
         p = 1.0 - _below(stiffness, limits['min_stiffness'])
         tests.append(('stiffness', 'stiffness', p, separable, INSEPARABLE))
-    for name, noun, p, counts, otherwise in tests:
-        data[f'probability_{name}'] = p
-        met.append(counts and p >= confidence)
+    for key, noun, p, may_pass, inseparable in tests:
+        data[f'probability_{key}'] = p
+        met.append(may_pass and p >= confidence)
         missed.append(separable and 1.0 - p >= confidence)
         if not met[-1] and not missed[-1]:
             reasons.append(f'the {noun} is too close to its limit for this confidence: record '
-                           'longer' if separable else otherwise)
+                           'longer' if separable else inseparable)
     verdict = ('measured' if not met else 'fail' if any(missed) else 'pass' if all(met) else
                'undecided' if separable else 'not excited')
     reason = '; '.join(reasons) or ('' if separable else INSEPARABLE)

@@ -23,7 +23,7 @@ from gearbox_monitor.library.robot import (
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 
-# Options of one joint -> (attribute, its default, why a whole robot has no use for it).
+# Options of one joint: why a whole robot has no use for each.
 OF_ONE_JOINT = {
     'model_arm_joint': 'a robot has one encoder per joint',
     'keyframe': 'the log says where all joints are',

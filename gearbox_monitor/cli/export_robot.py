@@ -22,7 +22,6 @@ from gearbox_monitor.export.xml_edit import difference, parse_xml
 from gearbox_monitor.files.plain_data import read_json
 
 ROOTS = {'mjcf': 'mujoco', 'urdf': 'robot'}
-# Options of one joint -> (attribute, its default).
 OF_ONE_JOINT = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'check', 'topic',
                 'recorded_motor', 'recorded_arm')
 

@@ -8,8 +8,8 @@ All values of the drive are fitted (or those named with --free), each within phy
 held weakly at the value of the model file, which must be right within a factor of about ten.
 Values that the recordings do not determine are listed as such and stay near their start.
 
-A regression of the torque comes first. A search by the innovations of a filter, as diagnose has
-it, begins in its values and in those of the model file. Where the search does not arrive, or is
+A regression of the torque comes first. A search by the innovations of a filter, as in diagnose,
+begins at its values and at those of the model file. Where the search does not arrive, or is
 less likely than the regression on the last 30 % of the recordings, which are not fitted, the
 values of the regression are the result, and the output says so. If neither is better than the
 model file, the command writes nothing. Torque that no model explains is fitted along and widens
@@ -57,8 +57,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--validate', metavar='BAG2',
                         help='another recording of the drive, to test the model on')
     parser.add_argument('--windows', metavar='S', type=float, default=SECONDS,
-                        help='from above 1 s on: fit free runs of this length, s; longer than the '
-                        'recording: all of it (default: %(default)g)')
+                        help='if above %(default)g: fit free runs of this length, s; longer than '
+                        'the recording: all of it (default: %(default)g)')
     parser.add_argument('--time-limit', metavar='S', type=float, default=math.inf,
                         help='give up after this many seconds (default: none)')
     parser.add_argument('--out', metavar='FILE', help='write the model file, a new one')
@@ -101,7 +101,7 @@ def run(args: Namespace) -> int:
             result.model.process_torque_time), 'validation': result.validation,
         'notes': [note for _, notes in loaded for note in notes]})
     data = {'summary': summary(data), **data}
-    show(args, data, lambda: text(data, args))
+    show(args, data, lambda: text(data, args), replaces=True)
     return 0 if all(v.determined for v in result.values) else 1
 
 

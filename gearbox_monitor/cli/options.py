@@ -73,8 +73,8 @@ def expect_new_file(path: str | Path | None) -> None:
         expect_folder_of(path)
 
 
-def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callable[[], str]
-         ) -> None:
+def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callable[[], str],
+         replaces: bool = False) -> None:
     """
     Print the result of a command, or write it, as its option --json says.
 
@@ -83,6 +83,7 @@ def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callabl
             standard output, where nothing else is printed then.
         data: the result as plain data.
         text: returns the lines for people.
+        replaces: whether the file may be one that exists.
 
     Raises:
         InputError: the file cannot be written.
@@ -93,9 +94,11 @@ def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callabl
         return
     if args.json:
         try:
-            Path(args.json).write_text(content + '\n', encoding='utf-8')
+            with open(args.json, 'w' if replaces else 'x', encoding='utf-8') as file:
+                file.write(content + '\n')
         except OSError as error:
-            raise InputError(f'{args.json}: {error.strerror}, expected a writable file') from None
+            raise InputError(f'{args.json}: {error.strerror}, expected a '
+                             f'{"" if replaces else "new, "}writable file') from None
     print(text())
 
 

@@ -120,7 +120,7 @@ def run(args: Namespace) -> int:
     data = [{'excitation': _plant(m), 'seconds': m.seconds, 'least': m.least,
              'separation': {f'{a}|{b}': v for (a, b), v in m.separation.items()},
              'reached': vars(m.reached)} for m in motions]
-    show(args, data, lambda: text(motions, args, model.axis))
+    show(args, data, lambda: text(motions, args, model.axis), replaces=True)
     return 0 if motion.least > THRESHOLDS.isolable else 1
 
 

@@ -37,8 +37,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the command with the options `args` of suggest; returns the exit code."""
     for option in stated(args, OF_ONE_DRIVE):
-        raise InputError(f'--robot: with {option.lstrip("-")}, which is of one drive, expected '
-                         'one of them')
+        raise InputError(f'--robot: with {option}, which is of one drive, expected one of them')
     if args.payload and args.effects is not None:
         raise InputError('--payload: with --effects, expected one of them')
     for path in (args.out, args.csv, args.json):

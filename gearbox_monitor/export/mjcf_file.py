@@ -555,35 +555,35 @@ def _of_drive(drive: MjcfDrive) -> list[Refusal]:
     m, motor, arm, own = drive.compiled, drive.motor, drive.arm, drive.actuator
     refusals: list[Refusal] = []
 
-    def _add(attribute: str, words: str, joint: MjcfJoint = motor) -> None:
+    def add(attribute: str, words: str, joint: MjcfJoint = motor) -> None:
         refusals.append(Refusal(joint.name, attribute, words))
     if motor.inertia + motor.armature <= 1e-12:
-        _add('inertia', f'{motor.inertia + motor.armature:.3g}: it moves nothing, expected a body '
+        add('inertia', f'{motor.inertia + motor.armature:.3g}: it moves nothing, expected a body '
             'with mass, or armature')
     law = own.law if own is not None else None
     if law is not None:
-        _of_law(drive, law, _add)
+        _of_law(drive, law, add)
     if arm is not None and arm.stiffness:
-        _add('stiffness', f'{arm.stiffness:g} on the joint of the arm, expected 0', arm)
+        add('stiffness', f'{arm.stiffness:g} on the joint of the arm, expected 0', arm)
     if arm is not None and any(not actuator_is_passive(m, i) for i in actuators_on(m, arm.index)):
-        _add('actuator', 'drives the joint of the arm, expected none there', arm)
+        add('actuator', 'drives the joint of the arm, expected none there', arm)
     if m.jnt_actgravcomp[motor.index] and m.jnt_actfrclimited[motor.index]:
-        _add('actgravcomp', 'with a limit of the actuator force, expected one of both')
+        add('actgravcomp', 'with a limit of the actuator force, expected one of both')
     for passive, _ in drive.passive:
         low, high = ORDERS
         if passive.kind == COGGING and passive.where != ARM and not (
                 low <= passive.numbers[1] <= high and passive.numbers[1] % 1.0 == 0.0):
-            _add(COGGING, f'{passive.numbers[1]:g} waves in a turn, expected a whole number of '
+            add(COGGING, f'{passive.numbers[1]:g} waves in a turn, expected a whole number of '
                 f'{low} to {high}')
         if passive.kind == COGGING and passive.where == TENDON:
-            _add(COGGING, 'on the tendon, expected none')
+            add(COGGING, 'on the tendon, expected none')
         if passive.kind == LUGRE and passive.where == ARM:
-            _add(LUGRE, 'on the joint of the arm, expected it on that of the motor', arm or motor)
+            add(LUGRE, 'on the joint of the arm, expected it on that of the motor', arm or motor)
         if passive.kind == LUGRE and passive.where == MOTOR and motor.frictionloss:
-            _add(LUGRE, f'beside frictionloss {motor.frictionloss:g}, expected one of both')
+            add(LUGRE, f'beside frictionloss {motor.frictionloss:g}, expected one of both')
     kinds = [(p.where, p.kind) for p, _ in drive.passive if p.where != ARM]
     if len(set(kinds)) < len(kinds):
-        _add('dcmotor', 'several with cogging or lugre, expected one of each')
+        add('dcmotor', 'several with cogging or lugre, expected one of each')
     return refusals
 
 

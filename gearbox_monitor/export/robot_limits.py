@@ -32,13 +32,13 @@ def _of_urdf(file: ChainFile) -> RobotLimits:
     for name in file.chain.joints:
         limit, turns = joints[name].find('limit'), joints[name].get('type') == 'continuous'
 
-        def _stated(key: str, usual: float, name: str = name, limit: Any = limit) -> float:
+        def stated(key: str, usual: float, name: str = name, limit: Any = limit) -> float:
             text = None if limit is None else limit.get(key)
             return usual if text is None else finite_number(
                 text, f'{file.path}: joint {name}: limit: {key}')
-        rows.append((-math.inf if turns else _stated('lower', -math.inf),
-                     math.inf if turns else _stated('upper', math.inf),
-                     _stated('velocity', math.inf), _stated('effort', math.inf)))
+        rows.append((-math.inf if turns else stated('lower', -math.inf),
+                     math.inf if turns else stated('upper', math.inf),
+                     stated('velocity', math.inf), stated('effort', math.inf)))
     return RobotLimits(*np.array(rows).T)
 
 
@@ -82,15 +82,15 @@ def contacts_in(file: ChainFile, rate: float) -> tuple[Callable[[Array], bool], 
     mujoco = mujoco_module()
     state, step = mujoco.MjData(m), max(1, round(rate / CHECKED))
 
-    def _touching(q: Array) -> set[tuple[int, int]]:
+    def touching(q: Array) -> set[tuple[int, int]]:
         state.qpos[:] = q
         mujoco.mj_kinematics(m, state)
         mujoco.mj_comPos(m, state)
         mujoco.mj_collision(m, state)
         return {(int(c.geom1), int(c.geom2)) for c in state.contact[:state.ncon]
                 if c.dist < 0.0}
-    always = _touching(m.qpos0)
+    always = touching(m.qpos0)
     words = ', '.join(f'{name_of(m, "geom", a)} and {name_of(m, "geom", b)}'
                       for a, b in sorted(always))
-    return (lambda q: any(_touching(x) - always for x in q[::step]),
+    return (lambda q: any(touching(x) - always for x in q[::step]),
             f'touching in the file as well, so allowed: {words}' if words else '')

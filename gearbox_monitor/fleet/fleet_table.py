@@ -237,7 +237,7 @@ class FleetTable:
 
 def window_table(windows: Sequence[Window], row: Row) -> pa.Table:
     """Return the `windows` of a bag with the `row` as a pyarrow Table of WINDOW_COLUMNS."""
-    def _value(window: Window, name: str) -> Any:
+    def value(window: Window, name: str) -> Any:
         if name in ('path', 'content', 'settings'):
             return row[name]
         if name == 'stamp':
@@ -248,7 +248,7 @@ def window_table(windows: Sequence[Window], row: Row) -> pa.Table:
             return window.reason if isinstance(window, NotExcited) else None
         figure = getattr(window, name, None)
         return None if isinstance(figure, float) and figure != figure else figure
-    return _table(WINDOW_COLUMNS, lambda name: [_value(w, name) for w in windows])
+    return _table(WINDOW_COLUMNS, lambda name: [value(w, name) for w in windows])
 
 
 def _table(columns: Mapping[str, Any], values: Callable[[str], list[Any]]) -> pa.Table:

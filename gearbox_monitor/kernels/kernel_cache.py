@@ -28,7 +28,7 @@ import numpy as np
 
 # Their functions change with their versions only, and numba replaces most of them by its own.
 FOREIGN = ('math', 'numba', 'numpy', 'builtins')
-# Compiled with another of these, a kernel is another: the last ones are how we have it compiled.
+# Compiled with another of these, a kernel is another; the last two are how the package compiles.
 SETUP = (numba.__version__, sys.implementation.cache_tag, *(
     hashlib.sha256(Path(__file__).with_name(name).read_bytes()).hexdigest()
     for name in ('jit.py', 'pipeline.py')))

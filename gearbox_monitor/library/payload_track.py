@@ -108,11 +108,11 @@ def track_payload(log: str | Path, robot: Robot, *,
         raise InputError(f'{path}: {stamps[-1] / SECOND if total else 0.0:.3g} s without an '
                          'estimate, expected 3 s or more with positions and torques of all joints')
 
-    def _column(name: str) -> Array:
+    def column(name: str) -> Array:
         return np.array([getattr(e, name) for e in estimates], float)
-    since = _column('since_ns') / SECOND
+    since = column('since_ns') / SECOND
     return PayloadTrack(
-        path.name, tracker.link, tuple(joints), _column('stamp_ns') / SECOND, _column('mass'),
-        _column('mass_std'), _column('centre'), _column('centre_std'),
-        np.where(since > 0.0, since, np.nan), _column('external'), _column('external_std'),
+        path.name, tracker.link, tuple(joints), column('stamp_ns') / SECOND, column('mass'),
+        column('mass_std'), column('centre'), column('centre_std'),
+        np.where(since > 0.0, since, np.nan), column('external'), column('external_std'),
         tuple(raw.notes))

@@ -291,10 +291,10 @@ def _table_columns(source: Any, where: str, model: DriveModel) -> CsvColumns:
     notes += [f'{name}: nan in all samples, taken as not measured' for name in ENCODERS
               if name in columns and np.isnan(values[name]).all()]
 
-    def _place(row: int, name: str) -> str:
+    def place(row: int, name: str) -> str:
         return f'row {row}, column {name}'
     return CsvColumns(t, values['u'], values['setpoint'], values['motor'], values['arm'],
-                      values['arm_torque'], _place, tuple(notes))
+                      values['arm_torque'], place, tuple(notes))
 
 
 def _times(value: Any, name: str) -> Array:
@@ -318,7 +318,7 @@ def _times(value: Any, name: str) -> Array:
 
 def _of_table(columns: CsvColumns, where: str) -> Callable[[DriveModel], Readings]:
     """Return what gives the readings of `columns` for a model; where: their file, in messages."""
-    def _read(model: DriveModel) -> Readings:
+    def read(model: DriveModel) -> Readings:
         notes = list(columns.notices)
         if model.controller is None:
             u = columns.u * model.torque_constant
@@ -338,7 +338,7 @@ def _of_table(columns: CsvColumns, where: str) -> Callable[[DriveModel], Reading
                              'model')
         return Readings(columns.t, u, np.column_stack([columns.motor, columns.arm]),
                         columns.arm_torque, columns.place, notes)
-    return _read
+    return read
 
 
 def _of_bag(path: Path, model: DriveModel, names: Mapping[str, str], topic: str
@@ -354,12 +354,12 @@ def _of_bag(path: Path, model: DriveModel, names: Mapping[str, str], topic: str
         """Return where the value of field in a row stands."""
         return f'{topic}, sample {row}, {FIELDS[field]}'
 
-    def _read(drive: DriveModel) -> Readings:
+    def read(drive: DriveModel) -> Readings:
         samples, _ = samples_of(_driving(states, drive, path), drive)
         require_samples(str(path), samples.stamp_ns, samples.y)
         return Readings(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1], place,
                         list(notes))
-    return _read
+    return read
 
 
 def _driving(states: JointStates, model: DriveModel, path: Path) -> JointStates:

@@ -106,7 +106,7 @@ def _step(s: Array, h: float, p: Array) -> None:
 
 def _loops(slot: str, term: Callable[[Effect], Loop]) -> Loop:
     """Return the function that runs the loop over the lanes of each effect in `slot`."""
-    def _joined(first: Loop, second: Loop) -> Loop:
+    def joined(first: Loop, second: Loop) -> Loop:
         def both(*arguments: Any) -> None:
             first(*arguments)
             second(*arguments)
@@ -114,66 +114,66 @@ def _loops(slot: str, term: Callable[[Effect], Loop]) -> Loop:
 
     def nothing(*arguments: Any) -> None:
         pass
-    return reduce(_joined, [term(effect) for effect in in_slot(slot)], jit_part(nothing))
+    return reduce(joined, [term(effect) for effect in in_slot(slot)], jit_part(nothing))
 
 
 def _friction(effect: Effect) -> Loop:
     equation, read, place, memory = term_of(effect, 'friction')
     row = YM + LANES * memory
 
-    def _term(s: Array, elapsed: float, p: Array, e: Array) -> None:
+    def term(s: Array, elapsed: float, p: Array, e: Array) -> None:
         if e[place] != 0.0:
             c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
             for i in range(len(s) // PARTS):
                 s[FRICTION + i] += equation(c, s[T + i] + elapsed, s[Y3 + i], s[row + i], base)
-    return jit_part(_term)
+    return jit_part(term)
 
 
 def _arm_torque(effect: Effect) -> Loop:
     equation, read, place, memory = term_of(effect, 'arm_torque')
     row = YM + LANES * memory
 
-    def _term(s: Array, elapsed: float, e: Array) -> None:
+    def term(s: Array, elapsed: float, e: Array) -> None:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
                 s[LOAD + i] += equation(c, s[T + i] + elapsed, s[Y2 + i], s[Y4 + i], s[row + i])
-    return jit_part(_term)
+    return jit_part(term)
 
 
 def _twist(effect: Effect) -> Loop:
     equation, read, place, memory = term_of(effect, 'twist')
     row = YM + LANES * memory
 
-    def _term(s: Array, e: Array) -> None:
+    def term(s: Array, e: Array) -> None:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
                 s[TWIST + i] += equation(c, s[Y1 + i], s[Y2 + i], s[row + i])
-    return jit_part(_term)
+    return jit_part(term)
 
 
 def _elastic(effect: Effect) -> Loop:
     equation, read, place, memory = term_of(effect, 'elastic')
     row = YM + LANES * memory
 
-    def _term(s: Array, p: Array, e: Array) -> None:
+    def term(s: Array, p: Array, e: Array) -> None:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
                 s[TAU_K + i] += equation(c, s[TWIST + i], s[row + i], p[HALF_GAP])
-    return jit_part(_term)
+    return jit_part(term)
 
 
 def _motor_torque(effect: Effect) -> Loop:
     equation, read, place, _ = term_of(effect, 'motor_torque')
 
-    def _term(s: Array, e: Array) -> None:
+    def term(s: Array, e: Array) -> None:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
                 s[MOTOR + i] = equation(c, s[Y1 + i], s[Y3 + i], s[MOTOR + i])
-    return jit_part(_term)
+    return jit_part(term)
 
 
 def _memory(effect: Effect) -> Loop:

@@ -508,11 +508,12 @@ def _friction_law(block: Any, source: str, axis: str) -> FrictionLaw:
     problems = Problems()
     block = _block(block, 'friction_law', source, FrictionLaw, LAWS, problems)
     kind = block.pop('kind')
+    own = _OF_LAW[kind] if kind in LAWS else tuple(block)
     for name in block:
         where = f'{source}: friction_law.{name}'
-        if kind in _OF_LAW and name not in _OF_LAW[kind]:
+        if name not in own:
             problems.found.append(f'{where}: not of the law {kind}, expected only kind'
-                                  + ''.join(f', {word}' for word in _OF_LAW[kind]))
+                                  + ''.join(f', {word}' for word in own))
         elif name == 'static':
             with problems:
                 block[name] = _number(block[name], name, f'{source}: friction_law', axis)

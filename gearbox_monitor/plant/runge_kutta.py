@@ -34,7 +34,7 @@ def integrator(derivative: Callable[..., Four], memories: Callable[..., Any],
     Returns:
         A function (t, x, m, h, inputs) -> (changes of the four states, m after the step).
     """
-    def _step(t: float, x: Four, m: Any, h: float, inputs: Any) -> tuple[Four, Any]:
+    def step(t: float, x: Four, m: Any, h: float, inputs: Any) -> tuple[Four, Any]:
         x1, x2, x3, x4 = x
         half = 0.5 * h
         a1, a2, a3, a4 = derivative(t, x, m, inputs)
@@ -56,4 +56,4 @@ def integrator(derivative: Callable[..., Four], memories: Callable[..., Any],
         change = (h * v1, h * v2, h / 6.0 * (a3 + 2.0 * b3 + 2.0 * c3 + d3),
                   h / 6.0 * (a4 + 2.0 * b4 + 2.0 * c4 + d4))
         return change, memories(m, x, v1, v2, h, inputs)
-    return jit_part(_step)
+    return jit_part(step)

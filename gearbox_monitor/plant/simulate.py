@@ -342,12 +342,12 @@ def with_plugin(added: Torques, *kernels: Any) -> tuple[Any, ...]:
 @cache
 def _sum(first: Torques, second: Torques, n: int) -> Torques:
     """Return the torques of two plug-ins together; the first has `n` parameters."""
-    def _torques(t: float, x1: float, x2: float, x3: float, x4: float, u: float, tau_k: float,
+    def torques(t: float, x1: float, x2: float, x3: float, x4: float, u: float, tau_k: float,
                 theta: Array) -> Three:
         a, b, c = first(t, x1, x2, x3, x4, u, tau_k, theta[:n])
         d, e, f = second(t, x1, x2, x3, x4, u, tau_k, theta[n:])
         return a + d, b + e, c + f
-    return jit_anew(_torques)
+    return jit_anew(torques)
 
 
 def plugin_of(model: DriveModel) -> tuple[Effect | None, Array]:

@@ -117,17 +117,17 @@ class MotionSection(Section):
         if not len(motion.t):
             return cls(title(gearbox), (), None, None)
 
-        def _label(text: str) -> str:
+        def label(text: str) -> str:
             return on_axis(text, gearbox.axis)
         limits = round_span(motion.tau_k)
         std = 2.0 * gearbox.tau_k_std
         torque = chart('Torque over time', [Panel(
-            _label('torque (N m)'), [Trace(
+            label('torque (N m)'), [Trace(
                 motion.t, motion.tau_k, 'torque' if math.isnan(std) else 'torque, ± 2 sigma',
                 'signal', band=(motion.tau_k - std, motion.tau_k + std))],
             height=420, limits=limits)],
             'time before the newest sample (s)', 't (s)', False, span=(-MOTION_SECONDS, 0.0))
-        facts = [(name, _label(f'{values[-1]:{width}} {unit}')) for name, values, width, unit in (
+        facts = [(name, label(f'{values[-1]:{width}} {unit}')) for name, values, width, unit in (
             ('torque', motion.tau_k[np.isfinite(motion.tau_k)], '.2f', 'N m'),
             ('twist', motion.twist[np.isfinite(motion.twist)], '.4f', 'rad')) if len(values)]
         plane = None
@@ -139,13 +139,13 @@ class MotionSection(Section):
                 slices.append(LoopSlice(f'{begin:g} s' if end else 'now', (NOTHING, NOTHING),
                                         [(loop.twist[rows], loop.tau_k[rows])]))
             plane = loop_plane(
-                'Torque over twist', slices, _label('twist, motor - arm (rad)'),
-                _label('torque (N m)'), limits=(round_span(loop.twist), limits))
+                'Torque over twist', slices, label('twist, motor - arm (rad)'),
+                label('torque (N m)'), limits=(round_span(loop.twist), limits))
         if gearbox.windows:
             window = gearbox.windows[-1]
-            facts.append(('backlash', width_and_std(window.gap, window.gap_std, _label('rad')))
+            facts.append(('backlash', width_and_std(window.gap, window.gap_std, label('rad')))
                          if window.separable else
-                         ('lost motion', _label(f'{window.lost_motion:.4g} rad')))
+                         ('lost motion', label(f'{window.lost_motion:.4g} rad')))
         facts.append(('samples per second', f'{gearbox.rate():.0f}'))
         return cls(title(gearbox), facts, plane, torque)
 

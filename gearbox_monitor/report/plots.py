@@ -137,7 +137,7 @@ def draw_loops(axes: Axes, curves: Sequence[Curve], title: str = 'Torque over tw
                   lw=0.7 if thin else 0.0, marker='' if thin else '.', ms=3.0,
                   alpha=1.0 if thin else 0.35, zorder=3 if thin else 2)
     label_axes(axes, title, on_axis('twist: motor - arm (rad)', axis),
-           on_axis(r'transmission torque $\tau_K$ (N m)', axis))
+               on_axis(r'transmission torque $\tau_K$ (N m)', axis))
     axes.axhline(0.0, color=GREY, lw=0.5, zorder=0)
     if curves:
         legend = axes.legend(loc='upper left', fontsize=9)
@@ -250,8 +250,8 @@ def draw_innovations(axes: Axes, innovations: Innovations, k: int) -> None:
     for sign in (-2.0, 2.0):
         axes.plot(t, sign * std, color=RED, lw=1.3, label='± 2σ stated' if sign > 0 else None)
     label_axes(axes, f'Prediction error of the {innovations.names[k]} encoder: '
-           f'{coverage:.1f} % within ± 2σ (95 % expected)', 'time (s)',
-           f'error ({innovations.unit})')
+               f'{coverage:.1f} % within ± 2σ (95 % expected)', 'time (s)',
+               f'error ({innovations.unit})')
     if len(t):
         axes.set_ylim(*(np.array([-1.0, 1.0]) * max(4.0 * np.median(std), 1e-12)))
     _legend(axes, loc='upper right', fontsize=8)

@@ -127,11 +127,11 @@ class EstimatorNode(TableNode):
     def _watch_parameters(self, settings: Sequence[GearboxSettings]) -> None:
         """Let the parameters of each gearbox change at run time."""
         for gearbox, shell in zip(settings, self._gearboxes):
-            def _apply(changes: Mapping[str, Any], prefix: str = gearbox.prefix,
+            def apply(changes: Mapping[str, Any], prefix: str = gearbox.prefix,
                       shell: MonitoredGearbox = shell) -> None:
                 shell.set_parameters({name.removeprefix(prefix): value
                                       for name, value in changes.items()})
-            on_change(self, gearbox.rows(SETTINGS), _apply)
+            on_change(self, gearbox.rows(SETTINGS), apply)
 
     def _on_clock(self, jump: TimeJump) -> None:
         """Restart if the ROS clock was set back: a simulation or a bag started again."""
@@ -156,20 +156,20 @@ class EstimatorNode(TableNode):
                act: Callable[[MonitoredGearbox], tuple[bool, str]]) -> None:
         """Offer what `act` does to one gearbox as a `service`."""
         for name, gearboxes in self._addressed(service):
-            def _answer(_: Trigger.Request, response: Trigger.Response,
+            def answer(_: Trigger.Request, response: Trigger.Response,
                        gearboxes: Sequence[MonitoredGearbox] = gearboxes) -> Trigger.Response:
                 return _answered(response, {g.name: act(g) for g in gearboxes})
-            self.create_service(Trigger, name, _answer)
+            self.create_service(Trigger, name, answer)
 
     def _offer_keeping(self) -> None:
         """Offer to keep the recordings."""
         for name, gearboxes in self._addressed(KEEP):
-            async def _answer(_: Trigger.Request, response: Trigger.Response,
+            async def answer(_: Trigger.Request, response: Trigger.Response,
                               gearboxes: Sequence[MonitoredGearbox] = gearboxes
                               ) -> Trigger.Response:
                 return _answered(response, {g.name: await g.keep_recording() for g in gearboxes})
             # It waits for the disk; in the default group everything else would wait, too.
-            self.create_service(Trigger, name, _answer, callback_group=ReentrantCallbackGroup())
+            self.create_service(Trigger, name, answer, callback_group=ReentrantCallbackGroup())
 
     def close(self) -> None:
         """Write the states; let recordings that are being written come to their end."""

@@ -81,11 +81,11 @@ def _declared(node: TableNode, name: str, common: Mapping[str, Any],
     """
     prefix = f'{name}.' if name else ''
 
-    def _declared(table: Sequence[Any]) -> dict[str, Any]:
+    def declared(table: Sequence[Any]) -> dict[str, Any]:
         values = declare(node, [replace(row, name=prefix + row.name) for row in table])
         return {key.removeprefix(prefix): value for key, value in values.items()}
 
-    parameters = EstimatorParameters.from_mapping(_declared(
+    parameters = EstimatorParameters.from_mapping(declared(
         [replace(row, default=common.get(row.name, row.default)) for row in ESTIMATOR]))
     with located(name):
         model_file = parameters.model or config_path('drive.yaml')
@@ -96,7 +96,7 @@ def _declared(node: TableNode, name: str, common: Mapping[str, Any],
                              'robot_description: all joints come in one message')
         if source and source not in robots:
             robots[source] = robot_of(node, source)
-    changed = _declared([replace(row, default=getattr(model, row.name)) for row in MODEL])
+    changed = declared([replace(row, default=getattr(model, row.name)) for row in MODEL])
     return GearboxSettings(name, parameters, model.with_(**changed), str(model_file), changed,
                            robots.get(source))
 

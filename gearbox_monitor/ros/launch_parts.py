@@ -45,8 +45,8 @@ def package_node(name: str, value: Mapping[str, str], parameters: Sequence[Any],
     Args:
         name: of the node.
         value: {name: value} of the launch arguments.
-        parameters: files and mappings; empty ones count nothing.
-        namespace: that it stands in.
+        parameters: files and mappings; empty ones are left out.
+        namespace: of the node.
         enclave: its security enclave, '' for none.
         options: further ones of Node.
     """

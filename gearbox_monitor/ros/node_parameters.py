@@ -96,7 +96,7 @@ def on_change(node: Node, table: Iterable[ParameterRow],
     """
     rows = {row.name: row for row in table}
 
-    def _callback(parameters: list[RosParameter]) -> SetParametersResult:
+    def callback(parameters: list[RosParameter]) -> SetParametersResult:
         try:
             changes = {p.name: rows[p.name].check(_plain(p.value), node.get_name())
                        for p in parameters if p.name in rows}
@@ -106,7 +106,7 @@ def on_change(node: Node, table: Iterable[ParameterRow],
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    node.add_on_set_parameters_callback(_callback)
+    node.add_on_set_parameters_callback(callback)
 
 
 def _plain(value: Any) -> Any:

@@ -178,7 +178,7 @@ class Recorder(TableNode):
 
         fixed = overridden(self, topic.name)
 
-        def _on_loss(event: Any) -> None:
+        def on_loss(event: Any) -> None:
             topic.events += event.total_count_change
 
         topic.msgtype = msgtype
@@ -189,7 +189,7 @@ class Recorder(TableNode):
                 policies=fixed, callback_group=self._group, raw=True,
                 # A QoS that the user overrides may not fit: then rclpy warns of it.
                 event_callbacks=SubscriptionEventCallbacks(
-                    message_lost=_on_loss, use_default_callbacks=bool(fixed)))
+                    message_lost=on_loss, use_default_callbacks=bool(fixed)))
         except (ImportError, NoTypeSupportImportedException) as error:
             topic.problem = f'type {msgtype} is not installed'
             self.get_logger().error(f'{topic.name}: cannot record, {topic.problem}: {error}')
@@ -312,14 +312,14 @@ class Recorder(TableNode):
 
 def _as_bag_qos(profile: QoSProfile) -> dict[str, Any]:
     """Return the rclpy QoSProfile `profile` as rosbag2 writes it."""
-    def _duration(value: Any) -> dict[str, int]:
+    def duration(value: Any) -> dict[str, int]:
         sec, nsec = divmod(value.nanoseconds, 10**9)
         return {'sec': sec, 'nsec': nsec}
 
     recorded: dict[str, Any] = qos_profile(
         profile.depth, profile.reliability.name.lower(), profile.durability.name.lower(),
-        profile.history.name.lower(), _duration(profile.deadline), _duration(profile.lifespan),
-        profile.liveliness.name.lower(), _duration(profile.liveliness_lease_duration))
+        profile.history.name.lower(), duration(profile.deadline), duration(profile.lifespan),
+        profile.liveliness.name.lower(), duration(profile.liveliness_lease_duration))
     return recorded
 
 

@@ -30,19 +30,19 @@ LEVELS = ('INFO', 'WARN', 'ERROR')  # of OK, WARN, ERROR
 
 def views() -> layout.Blueprint:
     """Return the layout: torque, twist, innovations, and what diagnostics and alerts say."""
-    def _series(name: str, *contents: str) -> layout.TimeSeriesView:
+    def series(name: str, *contents: str) -> layout.TimeSeriesView:
         return layout.TimeSeriesView(name=name, contents=list(contents))
     return layout.Blueprint(layout.Horizontal(
         layout.Vertical(
-            _series('torque of the transmission', '/transmission_state/effort/**',
+            series('torque of the transmission', '/transmission_state/effort/**',
                    '/transmission_state_smoothed/effort/**'),
-            _series('twist', '/transmission_state/position/**',
+            series('twist', '/transmission_state/position/**',
                    '/transmission_state_smoothed/position/**'),
-            _series('innovations', '/innovations/**', '/innovations_stddev/**')),
+            series('innovations', '/innovations/**', '/innovations_stddev/**')),
         layout.Vertical(
             layout.TextLogView(name='diagnostics and alerts',
                                contents=['/diagnostics/text/**', '/drift_alerts/text/**']),
-            _series('backlash', '/diagnostics/gap_rad/**', '/diagnostics/baseline_gap_rad/**'))))
+            series('backlash', '/diagnostics/gap_rad/**', '/diagnostics/baseline_gap_rad/**'))))
 
 
 class RerunNode(Node):

@@ -61,8 +61,8 @@ def test_output_leaves_nothing_of_the_time(monkeypatch):
 
 def test_bar_takes_the_place_of_the_time(monkeypatch):
     stream = terminal(monkeypatch)
-    with progress.progress_bar('tune') as moved, progress.shown_time('tune'):
-        moved(1, 2)
+    with progress.progress_bar('tune') as move, progress.shown_time('tune'):
+        move(1, 2)
         time.sleep(0.3)
         progress.Bar.shown[0].refresh()
     shown = stream.getvalue()
@@ -91,8 +91,8 @@ def test_a_pipe_gets_lines_with_share_and_rest(monkeypatch, capsys):
     monkeypatch.setattr(progress, 'EVERY', 0.05)
     with progress.shown_time('fit'):
         time.sleep(0.12)
-        with progress.progress_bar('fit') as moved:
-            moved(1, 4)
+        with progress.progress_bar('fit') as move:
+            move(1, 4)
             time.sleep(0.12)
     first, *_, last = capsys.readouterr().err.splitlines()
     assert first == 'fit: running for 0 s'

@@ -140,6 +140,7 @@ def test_sharpness_of_the_arm():
      r'timestep: missing, expected that of the simulator \(s\) with friction_law: mujoco'),
     ({'integrator': 'euler'}, 'timestep: missing, .* with integrator: euler'),
     ({'friction_law': {'kind': 'dry'}}, "friction_law.kind: 'dry', expected one of atan"),
+    ({'friction_law': {'kind': ['physx'], 'static': 2.0}}, r"kind: \['physx'\], expected one of"),
     ({'friction_law': {'kind': 'atan', 'solref': [0.02, 1]}}, 'solref: not of the law atan'),
     ({'friction_law': {'kind': 'mujoco', 'solimp': 0.9}}, 'solimp: 0.9, expected two numbers'),
     ({'friction_law': {'kind': 'physx', 'static': 0.5}}, 'static: 0.5, expected a number >= 1'),

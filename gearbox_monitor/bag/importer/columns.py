@@ -86,9 +86,9 @@ def _read_table(path: str | Path, mapping: ImportMapping, places: Places) -> Raw
         values[name] = _table_column(path, data, element, f'column {signal.column} '
                                      f'({label_of(name)})', isinstance(signal, TimeMapping))
 
-    def _place(row: int, name: str) -> str:
+    def place(row: int, name: str) -> str:
         return f'row {row + 1}, column {places[name].column} ({label_of(name)})'
-    return RawColumns(values, _place)
+    return RawColumns(values, place)
 
 
 def _table_column(path: str | Path, data: Any, element: int | None, where: str, is_time: bool
@@ -152,11 +152,11 @@ def _read_tree(path: str | Path, tree: Any, places: Places) -> RawColumns:
                              f'values, expected {lengths[first]} like {first} (or a time of its '
                              f'own: {key_of(name)}.time)')
 
-    def _place(row: int, name: str) -> str:
+    def place(row: int, name: str) -> str:
         signal = places[name]
         column = f', {signal.column}' if signal.column is not None else ''
         return f'{signal.field or ""}[{row}{column}] ({label_of(name)})'
-    return RawColumns(values, _place, tuple(notices), labels)
+    return RawColumns(values, place, tuple(notices), labels)
 
 
 def _field(path: str | Path, tree: Any, signal: Place, where: str) -> Any:
@@ -260,7 +260,7 @@ def _read_entries(path: str | Path, entries: list[Any], where: str, places: Plac
                    f'{len(entries[0])} samples): column numbers count its rows',)
         entries = [list(row) for row in zip(*entries)]
 
-    def _place(row: int, name: str) -> str:
+    def place(row: int, name: str) -> str:
         signal = places[name]
         field = f'.{signal.field}' if signal.field else ''
         column = f'[{int(signal.column) - 1}]' if signal.column is not None else ''
@@ -282,11 +282,11 @@ def _read_entries(path: str | Path, entries: list[Any], where: str, places: Plac
                     isinstance(value, int) and abs(value) > MAX_FLOAT):
                 if value is not None or not may_miss:
                     text = 'missing' if value is None else f'value {value!r}'
-                    raise InputError(f'{path}: {_place(row, name)} {text}: expected a number')
+                    raise InputError(f'{path}: {place(row, name)} {text}: expected a number')
                 value = math.nan
             numbers.append(value)
         texts = any(isinstance(value, str) for value in numbers)
         whole = all(isinstance(value, int) and abs(value) < MAX_INT for value in numbers)
         values[name] = np.array([str(v) for v in numbers]) if texts else np.array(
             numbers, np.int64 if whole else float)
-    return RawColumns(values, _place, notices)
+    return RawColumns(values, place, notices)

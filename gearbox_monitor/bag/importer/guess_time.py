@@ -195,9 +195,10 @@ def _policies(stamps: Array, starts: Flags, is_named: bool) -> dict[str, Any] | 
 
 def _unordered(stamps: Array, starts: Flags) -> float:
     """
-    Return the share of the samples that are out of order; where the time restarts most are.
+    Return the share of the samples that are out of order: most of them if the time restarts.
 
-    A late sample has later ones before it, a wild one in the future only earlier ones behind it.
+    A late sample stands behind later ones; a stamp far in the future stands before earlier ones.
+    The kind that is rarer is out of order.
     """
     t = np.append(0.0, np.cumsum(np.where(starts, 0.0, np.diff(stamps))))
     behind = t < np.maximum.accumulate(t)

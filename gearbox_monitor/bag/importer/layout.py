@@ -103,8 +103,8 @@ def recognised_layout(path: str | Path) -> Format:
     return Format(blocks, series, labelled, joints, rate, row_keys)
 
 
-def _comes_back(words: Sequence[str]) -> bool:
-    """Return whether `words` may tell rows apart: a few, that come back."""
+def _may_be_keys(words: Sequence[str]) -> bool:
+    """Return whether `words` may tell rows apart: few different ones, none empty."""
     return 1 < len(set(words)) <= MOST_KEYS and all(words)
 
 
@@ -234,7 +234,7 @@ def _column_values(cells: Sequence[str], text: TextFormat) -> AnyArray | None:
     if text.decimal == ',':
         cells = [cell.replace(',', '.') for cell in cells]
     words = [cell.strip() for cell in cells]
-    if _comes_back(words) and not any(is_number(word, text) for word in set(words)):
+    if _may_be_keys(words) and not any(is_number(word, text) for word in set(words)):
         return np.array(words)
     values = np.full(len(cells), np.nan)
     filled = 0
@@ -332,7 +332,7 @@ def _of_table(path: str | Path, kind: str) -> Iterator[Series]:
             if all(isinstance(cell, (int, float)) for cell in rows[0] or ['']):
                 yield from _of_lists(name, name, rows)
         elif pa.types.is_string(column.type) and len(column) and (
-                DATE.match(str(column[0].as_py())) or _comes_back(column.unique().to_pylist())):
+                DATE.match(str(column[0].as_py())) or _may_be_keys(column.unique().to_pylist())):
             yield Series({'column': name}, name, '', np.array([str(text) for text in
                                                                column.to_pylist()]))
 
@@ -423,13 +423,13 @@ def _at(entry: Any, parts: Sequence[str]) -> Any:
 
 
 def _matrix(value: Any) -> AnyArray | None:
-    """Return numbers, dates or names of `value` as an array, None: it holds something else."""
+    """Return numbers, dates or keys of rows in `value` as an array; None: it holds none."""
     try:
         array = np.asarray(value)
     except (TypeError, ValueError):
         return None
-    if array.dtype.kind == 'U' and array.ndim == 1 and _comes_back(array.tolist()) or (
-            array.dtype.kind == 'U' and array.size and DATE.match(str(array.flat[0]))):
+    if array.dtype.kind == 'U' and array.size and (DATE.match(str(array.flat[0])) or (
+            array.ndim == 1 and _may_be_keys(array.tolist()))):
         return array
     if array.dtype.kind not in 'iuf' or array.ndim not in (1, 2):
         return None

@@ -111,8 +111,8 @@ def limits_reached(m: JointMotion) -> list[float]:
         return size[size > level] - level
     levels = [x for x in usual if x > m.noise and len(beyond(x))
               and math.sqrt(float(np.mean(beyond(x) ** 2))) > 3.0 * m.noise]
-    # A drive that is at its limit most of the time, in steps that a refinement reaches: of a
-    # command that is nearly constant, nothing would be left.
+    # Of a drive that is at its limit most of the time, in steps that a refinement reaches. What a
+    # nearly constant command has beyond them hardly varies, and explains nothing.
     count = 0 if m.kp else round(math.log(MOST_OVER) / math.log(STEP_DOWN))
     lower = [usual[0] / STEP_DOWN ** k for k in range(count, 0, -1)]
     return [x for x in lower

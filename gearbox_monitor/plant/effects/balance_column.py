@@ -63,12 +63,12 @@ def one(name: str) -> Callable[[Array, float], Named]:
 
 def wave(name: str, sign: float = 1.0) -> Callable[[Array, float], Named]:
     """Return what makes amplitude `name`, N and phi of coefficients; `sign` of the wave."""
-    def _values(b: Array, setting: float) -> Named:
+    def values(b: Array, setting: float) -> Named:
         out = {name: math.hypot(b[0], b[1])}
         if setting:
             out['N'] = setting
         return {**out, 'phi': math.atan2(sign * b[1], sign * b[0])}
-    return _values
+    return values
 
 
 def waves(x: Array) -> Array:

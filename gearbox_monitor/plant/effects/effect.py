@@ -261,11 +261,11 @@ def of_model(parameter: Parameter, where: str, factors: tuple[float, ...] = (1.0
     Returns:
         A function of Scales.
     """
-    def _starts(scales: Scales) -> Starts:
+    def starts(scales: Scales) -> Starts:
         value = scales.values[where]
         scale = value or usual(scales)
         return [[replaced(parameter, f * value, scale, value)] for f in factors]
-    return _starts
+    return starts
 
 
 def replaced(parameter: Parameter, start: float, scale: float, value: float) -> FreeParameter:
@@ -287,9 +287,9 @@ def replaced(parameter: Parameter, start: float, scale: float, value: float) -> 
 
 def wave(size: Callable[[Scales], float]) -> Callable[[Scales], Starts]:
     """Return the `starts` of a wave: `size` gives the amplitude that matters."""
-    def _starts(scales: Scales) -> Starts:
+    def starts(scales: Scales) -> Starts:
         return [[FreeParameter('As', 0.0, size(scales)), FreeParameter('Ac', 0.0, size(scales))]]
-    return _starts
+    return starts
 
 
 def logarithmic(name: str, start: float, low: float, high: float) -> FreeParameter:

@@ -39,16 +39,16 @@ def _nodes(context: LaunchContext) -> list[Node]:
     value = stated(context, ARGUMENTS)
     remappings = [('joint_states', value['joint_states'])] if value['joint_states'] else []
 
-    def _node(name: str, settings: dict[str, str | bool], **options: Any) -> Node:
+    def node(name: str, settings: dict[str, str | bool], **options: Any) -> Node:
         enclave = f'{value["enclave"]}/{name}' if value['enclave'] else ''
         return package_node(name, value, [value['params_file'], typed(settings)],
                             value['namespace'], enclave, remappings=remappings, **options)
 
     clock = {'use_sim_time': value['use_sim_time'] == 'true'}
-    nodes = [_node('estimator', {**clock, 'model': value['model'], 'filter': value['filter']},
+    nodes = [node('estimator', {**clock, 'model': value['model'], 'filter': value['filter']},
                   on_exit=Shutdown(reason='the estimator has ended'))]
     if value['record'] == 'true':
-        nodes.append(_node('recorder', {**clock, 'output': value['bag']}))
+        nodes.append(node('recorder', {**clock, 'output': value['bag']}))
     if value['plant'] == 'true':
-        nodes.append(_node('plant', {'model': value['model']}))
+        nodes.append(node('plant', {'model': value['model']}))
     return nodes

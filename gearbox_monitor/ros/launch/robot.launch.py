@@ -86,7 +86,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
     value = stated(context, ARGUMENTS)
     clock = {'use_sim_time': value['use_sim_time'] == 'true'}
 
-    def _node(name: str, namespace: str, settings: dict[str, Any],
+    def node(name: str, namespace: str, settings: dict[str, Any],
              remappings: Sequence[tuple[str, str]] = ()) -> Node:
         path = f'{value["enclave"]}{namespace.rstrip("/")}/{name}' if value['enclave'] else ''
         return package_node(name, value, [settings, value['params_file']], namespace, path,
@@ -94,11 +94,11 @@ def _nodes(context: LaunchContext) -> list[Node]:
 
     blocks = node_blocks(value['params_file'])
     shared = value['joint_states']
-    nodes = [_node(name, namespace, clock if name == 'estimator' else {},
+    nodes = [node(name, namespace, clock if name == 'estimator' else {},
                   [('joint_states', shared)] if shared and name == 'estimator' else [])
              for namespace, name, _ in blocks]
     if value['record'] == 'true':
         names = [*([shared] if shared else []), *topics(blocks)]
-        nodes.append(_node('recorder', '/', {
+        nodes.append(node('recorder', '/', {
             **clock, 'topics': [*dict.fromkeys(names)], **typed({'output': value['bag']})}))
     return nodes

@@ -1,0 +1,49 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What commands share: where their JSON goes, and which options a user has stated."""
+from argparse import ArgumentParser, Namespace
+import json
+import math
+
+import pytest
+
+from gearbox_monitor.cli.drive_recordings import add_recording_arguments, written_options
+from gearbox_monitor.cli.options import show, stated
+from gearbox_monitor.errors import InputError
+
+DATA = {'gap': math.nan, 'rows': (1, 2)}
+PLAIN = {'gap': None, 'rows': [1, 2]}
+
+
+def test_json_is_printed_alone_or_written_beside_the_text(tmp_path, capsys):
+    file = tmp_path / 'out.json'
+    for value, told in ((True, PLAIN), ('-', PLAIN), (False, None), (str(file), None)):
+        show(Namespace(json=value), DATA, lambda: 'in words')
+        out = capsys.readouterr().out
+        assert (json.loads(out) if told else out) == (told or 'in words\n')
+    assert json.loads(file.read_text()) == PLAIN
+
+
+def test_json_takes_the_place_of_a_file_only_where_the_command_says_so(tmp_path):
+    file = tmp_path / 'page.html'
+    file.write_text('what --out of the same command has written')
+    with pytest.raises(InputError, match='page.html: File exists, expected a new, writable file'):
+        show(Namespace(json=str(file)), DATA, str)
+    assert file.read_text().startswith('what')
+    show(Namespace(json=str(file)), DATA, str, replaces=True)
+    assert json.loads(file.read_text()) == PLAIN
+
+
+def test_options_that_differ_from_their_defaults_have_their_own_names():
+    parser = ArgumentParser()
+    add_recording_arguments(parser)
+    parser.set_defaults(parser=parser)
+
+    def options(*words):
+        return parser.parse_args(['bag', '--model', 'arm.xml', *words])
+    names = ('bag', 'topic', 'motor_joint', 'arm_joint', 'keyframe')
+    assert stated(options(), names) == {'bag': ['bag']}
+    args = options('--topic', 'joint_states', '--arm-joint', 'the arm', '--keyframe', '0')
+    assert stated(args, names[1:]) == {'--recorded-arm': 'the arm', '--keyframe': '0'}
+    assert written_options(args, names[1:]) == "--recorded-arm 'the arm' --keyframe 0"
