@@ -138,7 +138,7 @@ def run(args: Namespace) -> int:
         for option in stated(args, ('keyframe', 'actuator', 'check', 'root')):
             raise InputError(f'{option}: without --into, expected it with --into FILE')
     if args.into and not args.joint:
-        raise InputError('--joint: missing, expected it with --into')
+        raise InputError('--joint: missing, --into needs it')
     file = export_model(model, args.to, args.into, joint=args.joint,
                         arm_joint=args.model_arm_joint, keyframe=args.keyframe,
                         actuator=args.actuator, root=args.root)

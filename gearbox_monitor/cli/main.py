@@ -58,7 +58,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 # What argparse says, and how all other errors say it.
 SAYINGS = (
-    (r'the following arguments are required: (.*)', r'\1: missing, expected it'),
+    (r'the following arguments are required: (.*)', r'\1: missing'),
     (r'one of the arguments (.*) is required', r'expected one of \1'),
     (r'argument ([^:]+): invalid int value: (.*)', r'\1: \2, expected a whole number'),
     (r'argument ([^:]+): invalid float value: (.*)', r'\1: \2, expected a number'),

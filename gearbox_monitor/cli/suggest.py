@@ -99,7 +99,7 @@ def run(args: Namespace) -> int:
         raise InputError(f'{option}: of a whole robot, expected --robot FILE')
     for option in ('model', 'max_torque'):
         if getattr(args, option) is None:
-            raise InputError(f'--{option.replace("_", "-")}: missing, expected it of one drive')
+            raise InputError(f'--{option.replace("_", "-")}: missing, one drive needs it')
     effects, pairs, sigma = _question(args)
     model = load_drive(args)
     expect_torque_input(model, args.model)

@@ -42,6 +42,7 @@ from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, expect_new_file, show, warn)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.noise_search import BLUNT
 from gearbox_monitor.estimation import noise_search
 from gearbox_monitor.estimation.tune import expected_seconds, tune
 from gearbox_monitor.files.parameter_file import error_words, write_parameters
@@ -123,12 +124,14 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
                  f'({data["before"]["nis"]:.2f} before).'] if gain > 0.0 else [
         f'The tuned filter has a log-likelihood of {data["after"]["loglik"]:.1f} ({gain:+.1f}).']
     units = {p.name: p.unit for p in ESTIMATOR}
-    moved = {name: abs(math.log(value / data['before_parameters'][name]))
-             for name, value in data['parameters'].items() if isinstance(value, float)
-             and value > 0.0 and (data['before_parameters'][name] or 0.0) > 0.0}
+    before, errors = data['before_parameters'], data['relative_error']
+    moved = {name: abs(math.log(value / before[name]))
+             for name, value in data['parameters'].items()
+             if isinstance(value, float) and value > 0.0 and (before[name] or 0.0) > 0.0
+             and errors.get(name, 0.0) <= BLUNT}
     name = max(moved, key=lambda n: moved[n], default=None)
     if name is not None and moved[name] > 0.0:
-        value, start = data['parameters'][name], data['before_parameters'][name]
+        value, start = data['parameters'][name], before[name]
         size = in_unit(sized(value), on_axis(units[name], axis))
         sentences.append(f'{name} changes most: {size}, not {sized(start)} '
                          f'({change(value, start)}).')

@@ -43,6 +43,7 @@ STEPS = 30               # of an ascent; without a summit, as of a stuck encoder
 DAMPING = Damping(0.0, raised_from=0.01, attempts=7)
 NEAR, TRIALS = 0.5, 8    # of a rough criterion: deviations around the optimum; trials for each
 SHARP = 0.05             # a parameter is well determined below this relative error
+BLUNT = 0.3              # ... and hardly above this one
 # Of a parameter that is searched alone: bounds over the guess, and accuracy of the logarithm.
 ALONE, ACCURACY = (1e-3, 30.0), 0.1
 DIVERGED = -1e9          # what a filter gets that cannot run at all

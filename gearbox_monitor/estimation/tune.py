@@ -355,7 +355,7 @@ def _notes(result: Tuned) -> list[str]:
     if result.failed:
         notes.append(f'the filter diverged in {result.failed} of {result.evaluations} '
                      'trials, which counted against them')
-    uncertain = [name for name, error in result.error.items() if error > 0.3]
+    uncertain = [name for name, error in result.error.items() if error > noise_search.BLUNT]
     if uncertain:
         notes.append('the recording hardly determines ' + ', '.join(uncertain))
     return notes

@@ -97,7 +97,7 @@ def export_model(model: DriveModel, to: str, into: str | Path | None = None, *,
         return _alone(model, to, joint, arm_joint)
     path = expect_path(into, 'into', 'an MJCF, URDF or SDF file')
     if joint is None:
-        raise InputError('joint: missing, expected it with into')
+        raise InputError('joint: missing, into needs it')
     if to == 'mjcf':
         values, exported = values_of(model)
         drive = read_mjcf(path, joint, arm_joint, keyframe, actuator, root)

@@ -10,8 +10,8 @@ from gearbox_monitor.cli.main import main
 
 @pytest.mark.parametrize('words, says', [
     (['diagnose', 'BAG'],
-     '--model: missing, expected it; see gearbox_monitor diagnose --help'),
-    ([], 'COMMAND: missing, expected it; see gearbox_monitor --help'),
+     '--model: missing; see gearbox_monitor diagnose --help'),
+    ([], 'COMMAND: missing; see gearbox_monitor --help'),
     (['diagnos', 'BAG'], "COMMAND: 'diagnos', did you mean 'diagnose'?"),
     (['diagnose', 'BAG', '--model', 'M', '--seed', 'x'], "--seed: 'x', expected a whole number;"),
     (['suggest', '--model', 'M', '--max-torque', 'x'], "--max-torque: 'x', expected a number;"),

@@ -211,6 +211,6 @@ def test_the_command(tmp_path, capsys, monkeypatch):
     assert main([*words, '--joint', 'elbow']) == 0
     assert '+++ b/robot.urdf' in capsys.readouterr().out
     assert main(words) == 2
-    assert '--joint: missing, expected it with --into' in capsys.readouterr().err
+    assert '--joint: missing, --into needs it' in capsys.readouterr().err
     assert main([*words, '--joint', 'elbow', '--check', 'bag']) == 2
     assert '--check: with --to urdf, expected it with --to mjcf' in capsys.readouterr().err

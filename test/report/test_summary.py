@@ -100,9 +100,11 @@ def test_a_pure_number_has_no_unit():
     fitted = {'torque_gain.g': {'value': 0.1, 'start': 0.05, 'error': 1e-3, 'unit': '-'}}
     assert fit_nominal.largest_change(fitted) == ['torque_gain.g is 0.100, not 0.0500 (+100 %).']
     likelihood = {'loglik': 1.0, 'nis': 2.0}
+    values = {'ukf_beta': 3.0, 'q_std_tau_k': 1e-4}
     assert 'ukf_beta changes most: 3.00, not 2.00 (+50 %).' in tune.summary({
-        'kept': False, 'before': likelihood, 'after': likelihood, 'parameters': {'ukf_beta': 3.0},
-        'before_parameters': {'ukf_beta': 2.0}})
+        'kept': False, 'before': likelihood, 'after': likelihood, 'parameters': values,
+        'before_parameters': {'ukf_beta': 2.0, 'q_std_tau_k': 5.0},
+        'relative_error': {'q_std_tau_k': 3.4}})  # nobody knows it
 
 
 def test_a_sentence_leaves_ids_as_they_are():
