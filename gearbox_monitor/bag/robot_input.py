@@ -32,6 +32,7 @@ PREFIXES = {'tau_': TORQUE, 'i_': CURRENT, 'setpoint_': SETPOINT}
 SETPOINTS = 'joint_setpoints'
 NO_SERVO = 'the model has none'
 NEEDED = 'setpoints need position actuators of all joints in the model, or gains in --values'
+STILL = 'of a joint that stands still, its position: held in --values'
 COLUMNS = 't, q_NAME and tau_NAME, i_NAME or setpoint_NAME of each joint'
 
 
@@ -138,6 +139,7 @@ def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str
     if 't' not in columns:
         raise InputError(f'{path}: no column t in {", ".join(columns)[:80]!r}, expected {COLUMNS}')
     names = {joint: recorded.get(joint, joint) for joint in joints}
+    _expect_all(path, names, [c.partition('_')[2] for c in columns])
     position = {joint: columns[f'q_{name}'] for joint, name in names.items()
                 if f'q_{name}' in columns}
     prefix = next((p for p in PREFIXES if (p != 'setpoint_' or not no_servo)
@@ -166,11 +168,21 @@ def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str
     return RawLog(path.name, columns['t'], position, inputs, kind, kind == CURRENT, tuple(notes))
 
 
+def _expect_all(path: Path, names: Mapping[str, str], present: Sequence[str]) -> None:
+    """Raise InputError if a log with joints `present` has only some of `names` {joint: name}."""
+    lacking = [joint for joint, name in names.items() if name not in present]
+    if 0 < len(lacking) < len(names):
+        raise InputError(f'{path}: no {", ".join(lacking)} in the log, expected all joints of the '
+                         f'model (--recorded NAME=LOGNAME maps a name); {STILL}')
+
+
 def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], no_servo: str,
               topic: str) -> RawLog:
     names = [recorded.get(joint, joint) for joint in joints]
     with open_bag(path) as reader:
-        states = reader.joint_states(find_topic(reader, topic), names)
+        topic = find_topic(reader, topic)
+        _expect_all(path, dict(zip(joints, names)), reader.joint_names(topic))
+        states = reader.joint_states(topic, names)
         notes = [reader.notice] if reader.notice else []
         t = (states.stamp_ns - states.stamp_ns[0]) * 1e-9
         setpoints = topics_called(reader, SETPOINTS)
@@ -182,7 +194,8 @@ def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], no
             without = [j for j, e in zip(joints, states.effort.T) if not np.isfinite(e).any()]
             raise InputError(
                 f'{path}: no effort of {", ".join(without)}, expected the torque of all joints, '
-                f'or {SETPOINTS}' + (f'; {NEEDED} ({no_servo})' if no_servo else ''))
+                f'or {SETPOINTS}' + (f'; {NEEDED} ({no_servo})' if no_servo else '')
+                + f'; {STILL}')
         goal = reader.joint_states(setpoints[0], names)
         at = (goal.stamp_ns - states.stamp_ns[0]) * 1e-9
         inputs = {}

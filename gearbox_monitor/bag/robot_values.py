@@ -19,7 +19,7 @@ from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
 
 KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
-        'kd', 'gain_tolerance', 'compensated')
+        'kd', 'gain_tolerance', 'compensated', 'held')
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,14 +43,32 @@ class RobotValues:
     compensated: bool
 
 
-def load_values(path: str | None, file: ChainFile) -> RobotValues:
-    """Return the RobotValues of the YAML file `path` for the robot `file`. Raises InputError."""
+def load_held(path: str | None) -> dict[str, float]:
+    """Return {joint that stands still: rad or m} of the YAML file `path`. Raises InputError."""
+    held = _content(path).get('held', {})
+    if not isinstance(held, dict):
+        raise InputError(f'{path}: held: {str(held)[:40]!r}, expected NAME: position (rad or m)')
+    for name, x in held.items():
+        if isinstance(x, bool) or not isinstance(x, (int, float)) or not math.isfinite(x):
+            raise InputError(f'{path}: held.{name}: {str(x)[:40]!r}, expected a position, rad '
+                             'or m')
+    return {str(name): float(x) for name, x in held.items()}
+
+
+def _content(path: str | None) -> dict[str, Any]:
+    """Return what the YAML file `path` holds, with KEYS alone. Raises InputError."""
     content: Any = {} if path is None else load_yaml(path).content
     if not isinstance(content, dict):
         raise InputError(f'{path}: {str(content)[:40]!r}, expected keys and values')
     for key in content:
         if key not in KEYS:
             raise InputError(f'{path}: {key}: {unknown(str(key), KEYS)}')
+    return content
+
+
+def load_values(path: str | None, file: ChainFile) -> RobotValues:
+    """Return the RobotValues of the YAML file `path` for the robot `file`. Raises InputError."""
+    content = _content(path)
     joints = file.chain.joints
     links = [link.name for link in file.chain.links]
 

@@ -3,9 +3,9 @@
 """
 Compile a robot's file in a process of its own, which has limits: started by export.compiling.
 
-Reads a line of JSON {folder, root, cpu_seconds, memory} and the XML from the standard input;
-writes the compiled model. An error is one line on the standard error, with exit code 3, and 4
-where memory is short. Needs nothing of the package.
+Reads a line of JSON {folder, root, cpu_seconds, memory, held} and the XML from the standard
+input; writes the compiled model. An error is one line on the standard error, with exit code 3, and
+4 where memory is short. Needs nothing of the package.
 """
 import json
 import math
@@ -117,7 +117,59 @@ def without_shapes(spec: Any, mujoco: Any, root: Path) -> None:
                 checked(Path(base) / mesh.file, root, mesh.file)
 
 
-def compiled(text: str, folder: Path, root: Path) -> bytes:
+def compiled_without(held: dict[str, float], spec: Any, mujoco: Any) -> Any:
+    """
+    Return the compiled model of a specification in which joints stand still.
+
+    What acts on them goes with them: tendons, actuators, equalities.
+
+    Args:
+        held: {joint: position, rad or m}; a free or ball joint keeps the posture of the file. A
+            free joint without a name is called as its body.
+        spec: MjSpec, which changes.
+        mujoco: its module.
+
+    Raises:
+        Refused: the file has no such joint.
+    """
+    if not held:
+        return spec.compile()
+    for joint in spec.joints:
+        if joint.type == mujoco.mjtJoint.mjJNT_FREE:
+            joint.name = joint.name or joint.parent.name
+    model = spec.compile()
+    names = [model.joint(i).name for i in range(model.njnt)]
+    state = mujoco.MjData(model)
+    for name, position in held.items():
+        if name not in names:
+            raise Refused(f'held: {name}: no joint, expected one of {", ".join(names)}')
+        joint = model.joint(name)
+        if int(joint.type[0]) in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
+            state.qpos[joint.qposadr] = position
+    mujoco.mj_kinematics(model, state)
+    bodies = {int(model.joint(name).bodyid[0]) for name in held}
+    tendons = [t for t in spec.tendons if held.keys() & {
+        wrap.target.name for wrap in t.path if wrap.type == mujoco.mjtWrap.mjWRAP_JOINT}]
+    own, trn, eq = {t.name for t in tendons}, mujoco.mjtTrn, mujoco.mjtEq
+    acted = {trn.mjTRN_JOINT: held, trn.mjTRN_JOINTINPARENT: held, trn.mjTRN_TENDON: own}
+    tied = {eq.mjEQ_JOINT: held, eq.mjEQ_TENDON: own}
+    for element in [*(a for a in spec.actuators if a.target in acted.get(a.trntype, ())),
+                    *(e for e in spec.equalities if not {e.name1, e.name2}.isdisjoint(
+                        tied.get(e.type, ()))),
+                    *tendons, *spec.sensors, *spec.keys, *(spec.joint(name) for name in held)]:
+        spec.delete(element)
+    spec.compiler.fusestatic = False
+    reduced = spec.compile()
+    for body in bodies:
+        parent, back = model.body_parentid[body], state.xquat[model.body_parentid[body]].copy()
+        mujoco.mju_negQuat(back, back)
+        mujoco.mju_rotVecQuat(reduced.body_pos[body], state.xpos[body] - state.xpos[parent], back)
+        mujoco.mju_mulQuat(reduced.body_quat[body], back, state.xquat[body])
+    mujoco.mj_setConst(reduced, mujoco.MjData(reduced))
+    return reduced
+
+
+def compiled(text: str, folder: Path, root: Path, held: dict[str, float]) -> bytes:
     """
     Return the compiled model of an XML text in MuJoCo's binary format.
 
@@ -125,6 +177,7 @@ def compiled(text: str, folder: Path, root: Path) -> bytes:
         text: of the file.
         folder: it lies in, the one that the process works in.
         root: see checked.
+        held: see compiled_without.
 
     Raises:
         Refused: a file that it names, or MuJoCo's reason.
@@ -135,7 +188,7 @@ def compiled(text: str, folder: Path, root: Path) -> bytes:
     try:
         spec = mujoco.MjSpec.from_string(text)
         without_shapes(spec, mujoco, root)
-        model = spec.compile()
+        model = compiled_without(held, spec, mujoco)
     except (ValueError, RuntimeError, MemoryError) as error:
         raise Refused(f'{error}, expected a file that MuJoCo compiles') from None
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
@@ -152,7 +205,8 @@ def main() -> int:
         resource.setrlimit(limit, (bound, bound))
     os.chdir(order['folder'])
     try:
-        data = compiled(text.decode('utf-8'), Path(order['folder']), Path(order['root']))
+        data = compiled(text.decode('utf-8'), Path(order['folder']), Path(order['root']),
+                        order['held'])
     except (Refused, MemoryError, OSError, UnicodeDecodeError, RecursionError) as error:
         words = ' '.join(str(error).split())
         print(words or type(error).__name__, file=sys.stderr)

@@ -7,6 +7,7 @@ A file of plain elements costs what its length says and is compiled here. One th
 files, repeats elements or holds arrays is compiled by compile_child, which has limits of CPU time
 and memory, and reads only below the file's folder or a root.
 """
+from collections.abc import Mapping
 from functools import lru_cache
 import json
 from pathlib import Path
@@ -33,7 +34,8 @@ PLAIN = frozenset((
     'transmission', 'type', 'hardwareInterface', 'mechanicalReduction'))
 
 
-def compiled_model(data: bytes, path: Path, root: Path | None = None) -> Any:
+def compiled_model(data: bytes, path: Path, root: Path | None = None,
+                   held: Mapping[str, float] | None = None) -> Any:
     """
     Return what MuJoCo compiles of an MJCF file.
 
@@ -41,22 +43,26 @@ def compiled_model(data: bytes, path: Path, root: Path | None = None) -> Any:
         data: bytes of the file.
         path: of the file, to whose folder the files that it names are relative.
         root: folder below which those have to lie, None for that of the file.
+        held: {joint that stands still: its position, rad or m}.
 
     Returns:
         mujoco.MjModel.
 
     Raises:
-        InputError: MuJoCo refuses the file, or it takes too much time or memory.
+        InputError: MuJoCo refuses the file, it takes too much time or memory, or lacks a joint.
 
     """
-    mujoco = mujoco_module()
+    mujoco, held = mujoco_module(), dict(held or {})
     if _plain(data, path):
         try:
-            return mujoco.MjSpec.from_string(data.decode('utf-8')).compile()
+            spec = mujoco.MjSpec.from_string(data.decode('utf-8'))
+            return compile_child.compiled_without(held, spec, mujoco)
+        except compile_child.Refused as refusal:
+            raise InputError(f'{path}: {refusal}') from None
         except (ValueError, RuntimeError, UnicodeDecodeError) as error:
             raise InputError(f'{path}: {error}, expected a file that MuJoCo compiles') from None
     folder = path.resolve().parent
-    binary = _in_child(data, path, folder, (root or folder).resolve())
+    binary = _in_child(data, path, folder, (root or folder).resolve(), json.dumps(held))
     return mujoco.MjModel.from_binary_path('robot.mjb', {'robot.mjb': binary})
 
 
@@ -72,10 +78,10 @@ def _plain(data: bytes, path: Path) -> bool:
 
 
 @lru_cache(maxsize=16)
-def _in_child(data: bytes, path: Path, folder: Path, root: Path) -> bytes:
+def _in_child(data: bytes, path: Path, folder: Path, root: Path, held: str) -> bytes:
     """Return the compiled model of a file, from a process with limits. Raises InputError."""
     order = json.dumps({'folder': str(folder), 'root': str(root), 'cpu_seconds': CPU_SECONDS,
-                        'memory': MEMORY}).encode() + b'\n' + data
+                        'memory': MEMORY, 'held': json.loads(held)}).encode() + b'\n' + data
     try:
         done = subprocess.run([sys.executable, '-P', compile_child.__file__], input=order,
                               capture_output=True, timeout=SECONDS, check=False)

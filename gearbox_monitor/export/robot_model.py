@@ -6,8 +6,10 @@ Read a whole robot in a simulator's file: a URDF by itself, an MJCF as MuJoCo co
 
 An open chain of hinges and slides on a fixed base. What is none is refused by name.
 """
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 import hashlib
+import json
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,8 @@ from gearbox_monitor.export.compiling import compiled_model
 from gearbox_monitor.export.mjcf_file import read_file
 from gearbox_monitor.export.xml_edit import parse_xml
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.robot.chain import Chain, chain_of, inertial, joint_losses, Link, PER_LINK
+from gearbox_monitor.robot.chain import (
+    Chain, chain_of, HELD_IN_VALUES, inertial, joint_losses, Link, PER_LINK)
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, actuators_on, disabled, mujoco_module, name_of, tendon_forces,
     undecided_of_robot, Unread)
@@ -33,8 +36,9 @@ class ChainFile:
     A robot in a file.
 
     chain: its balance; kp N m/rad, kd N m s/rad [J] of its position actuators, None where a joint
-    has none, and no_servo says which; digest: hash of the file; compiled: mujoco.MjModel of an
-    MJCF, None of a URDF.
+    has none, and no_servo says which; digest: hash of the file and of `held`; compiled:
+    mujoco.MjModel of an MJCF, None of a URDF; held {joint: position, rad or m}: joints that stand
+    still, which the chain has not.
     """
 
     path: Path
@@ -44,15 +48,18 @@ class ChainFile:
     digest: str
     compiled: Any = None
     no_servo: str = ''
+    held: Mapping[str, float] = field(default_factory=dict)
 
 
-def read_robot(path: str | Path, root: str | Path | None = None) -> ChainFile:
+def read_robot(path: str | Path, root: str | Path | None = None,
+               held: Mapping[str, float] | None = None) -> ChainFile:
     """
     Return a robot's file.
 
     Args:
         path: of an MJCF or URDF.
         root: folder below which the files lie that an MJCF names, None for its own folder.
+        held: {joint that stands still: its position, rad or m}.
 
     Returns:
         The ChainFile.
@@ -60,24 +67,25 @@ def read_robot(path: str | Path, root: str | Path | None = None) -> ChainFile:
     Raises:
         InputError: it is neither, or no open chain.
     """
-    path = Path(path)
+    path, held = Path(path), dict(sorted((held or {}).items()))
     data = read_file(path)
-    digest = hashlib.sha256(data).hexdigest()
+    digest = hashlib.sha256(data + (json.dumps(held).encode() if held else b'')).hexdigest()
     element = parse_xml(data, str(path)).root
     if element.tag == 'robot':
         if root is not None:
             raise InputError(f'--root: {root}: of a URDF no other file is read, expected it with '
                              'an MJCF')
         text = data.decode('utf-8', 'replace')
-        chain = chain_of(parse(text, str(path)), joint_losses(text, str(path)), str(path))
-        return ChainFile(path, chain, None, None, digest, no_servo='a URDF has no actuators')
+        chain = chain_of(parse(text, str(path), held), joint_losses(text, str(path)), str(path))
+        return ChainFile(path, chain, None, None, digest, no_servo='a URDF has no actuators',
+                         held=held)
     if element.tag != 'mujoco':
         raise InputError(f'{path}: line {element.line}: <{element.tag}>, expected <mujoco> or '
                          '<robot> of a URDF file')
-    m = compiled_model(data, path, Path(root) if root else None)
+    m = compiled_model(data, path, Path(root) if root else None, held)
     _refuse(m, path)
     kp, kd, missing = _servo(m)
-    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, missing)
+    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, missing, held)
 
 
 def _refuse(m: Any, path: Path) -> None:
@@ -88,12 +96,12 @@ def _refuse(m: Any, path: Path) -> None:
         if m.jnt_type[i] not in kinds:
             name = m.joint(i).name or m.body(m.jnt_bodyid[i]).name
             raise InputError(f'{path}: joint {name}: free or ball joint, expected hinges and '
-                             'slides on a fixed base: a floating base is not supported')
+                             f'slides on a fixed base, {HELD_IN_VALUES}')
     for i in range(m.neq):
-        if m.eq_active0[i] and not disabled(m, 'EQUALITY', 'CONSTRAINT'):
+        if m.eq_active0[i] and not (disabled(m, 'EQUALITY', 'CONSTRAINT') or _is_rigid(m, i)):
             name = m.equality(i).name or f'equality {i + 1}'
             raise InputError(f'{path}: {name}: an active equality closes or couples the chain, '
-                             'expected an open chain of independent joints')
+                             f'expected an open chain of independent joints, {HELD_IN_VALUES}')
     for i in range(m.ntendon):
         acts = tendon_forces(m, i)
         if np.any((m.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
@@ -101,7 +109,8 @@ def _refuse(m: Any, path: Path) -> None:
             acts.append('actuator')
         if acts:
             raise InputError(f'{path}: tendon {name_of(m, "tendon", i)}: {", ".join(acts)}: '
-                             'couples joints, expected an open chain of independent joints')
+                             'couples joints, expected an open chain of independent joints, '
+                             + HELD_IN_VALUES)
     joints: dict[str, list[str]] = {}   # one line for what acts on several joints alike
     for refusal in undecided_of_robot(m):
         joints.setdefault(str(refusal), []).append(refusal.joint)
@@ -112,6 +121,18 @@ def _refuse(m: Any, path: Path) -> None:
         body = name_of(m, 'body', int(np.flatnonzero(m.body_gravcomp)[0]))
         raise InputError(f'{path}: body {body}: gravcomp, expected weights that the joints carry; '
                          'leave it out: the recorded torque holds what compensates them')
+
+
+def _is_rigid(m: Any, equality: int) -> bool:
+    """Return whether an equality ties two bodies that do not move against each other."""
+    mujoco = mujoco_module()
+    if int(m.eq_type[equality]) not in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
+        return False
+    ends = np.array([m.eq_obj1id[equality], m.eq_obj2id[equality]])
+    if int(m.eq_objtype[equality]) == mujoco.mjtObj.mjOBJ_SITE:
+        ends = m.site_bodyid[ends]
+    first, second = m.body_weldid[ends]
+    return bool(first == second)
 
 
 def _servo(m: Any) -> tuple[Array | None, Array | None, str]:

@@ -124,8 +124,8 @@ class _Sdf:
                 base = (self.text(table[name], 'child') if table is self.joints
                         else table[name].attributes.get('attached_to', ''))
                 return self.frame(table[name], base, depth)
-        self._fail(element, f'frame {name!r}', unknown(name, (*self._links, *self.joints)))
-        return HERE
+        raise InputError(f'{self._document.name}: line {element.line}: {element.tag}: '
+                         f'frame {name!r}, ' + unknown(name, (*self._links, *self.joints)))
 
     def urdf(self) -> str:
         """Return the text of a URDF file."""

@@ -17,7 +17,8 @@ from gearbox_monitor.report.robot_words import (
     axes_of, finding_words, MEANINGS, next_steps, remainder_words, size_unit)
 from gearbox_monitor.report.shared_sections import NextSteps, PageSummary, VerdictNumbers
 from gearbox_monitor.report.words import sentence
-from gearbox_monitor.robot.chain import Chain, rotations
+from gearbox_monitor.robot.chain import Chain
+from gearbox_monitor.robot.description import rotations
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a robot's verdict
 WIDTH, HEIGHT, MARGIN = 460.0, 300.0, 46.0

@@ -22,11 +22,12 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.robot.description import finite_number, RobotDescription
+from gearbox_monitor.robot.description import finite_number, RobotDescription, rotations
 from gearbox_monitor.robot.dynamics import GRAVITY
 
 PER_LINK = 10
 OFF_DIAGONAL = ((0, 1), (0, 2), (1, 2))
+HELD_IN_VALUES = 'or that stand still (held in --values)'
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,14 +231,6 @@ def _kinetic(w1: Array, v1: Array, w2: Array, v2: Array) -> Array:
     return out
 
 
-def rotations(axis: Array, angle: Array) -> Array:
-    """Return rotation matrices [N, 3, 3] by `angle` [N] (rad) about the unit vector `axis`."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.eye(3) + s * cross + (1.0 - c) * (cross @ cross)
-
-
 def inertial(mass: float, com: Array, inertia: Array) -> Array:
     """
     Return theta [10] of a body.
@@ -278,7 +271,7 @@ def chain_of(description: RobotDescription, losses: Mapping[str, tuple[float, fl
         twice = [name for i, name in enumerate(description.joints)
                  if list(description.source).count(i) > 1]
         raise InputError(f'{source}: joints mimic {", ".join(twice)}, expected joints that move '
-                         'by themselves: the balance of coupled joints is not supported')
+                         f'by themselves, {HELD_IN_VALUES}')
     order = [int(i) for i in description.source]     # row of the tree -> joint
     names: dict[int, str] = {}
     for name, (row, _, _) in description.links.items():

@@ -7,7 +7,7 @@ A robot's tree of joints and bodies, read from a URDF description.
 Each link with mass is a body of the joint that moves it: a fixed joint only places what hangs on
 it. A joint that mimics another one moves by that one's position.
 """
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 import math
 from typing import Any, NoReturn
@@ -69,8 +69,12 @@ class RobotDescription:
             for name, (joint, rotation, origin) in data['links'].items()})
 
 
-def parse(text: str, source: str) -> RobotDescription:
-    """Return the description in the URDF `text`, called `source`. Raises InputError."""
+def parse(text: str, source: str, held: Mapping[str, float] | None = None) -> RobotDescription:
+    """
+    Return the description in the URDF `text`, called `source`. Raises InputError.
+
+    held {joint: position rad or m}: joints that stand still, and those that mimic them.
+    """
     if len(text) > LONGEST:
         raise InputError(f'{source}: {len(text)} characters, expected a URDF of at most {LONGEST}')
     try:
@@ -79,16 +83,19 @@ def parse(text: str, source: str) -> RobotDescription:
         raise InputError(f'{source}: {error}, expected a URDF robot description') from None
     if root.tag != 'robot':
         raise InputError(f'{source}: <{root.tag}>, expected <robot> (expand xacro files first)')
-    return _Parser(root, source).description()
+    return _Parser(root, source, held or {}).description()
 
 
 class _Parser:
-    """Walks the tree of the element `root` of a URDF called `source`."""
+    """Walks the tree of the element `root` of a URDF called `source`, with joints `held`."""
 
-    def __init__(self, root: ElementTree.Element, source: str) -> None:
-        self._source = source
+    def __init__(self, root: ElementTree.Element, source: str, held: Mapping[str, float]) -> None:
+        self._source, self._held = source, held
         self._links = self._named(root, 'link')
         self._joints = self._named(root, 'joint')
+        for name in held:
+            if name not in self._joints:
+                self._unknown('held', name, self._joints)
         self._rows: list[dict[str, Any]] = []   # of movable joints
         self._bodies: list[tuple[int, float, Array, Array]] = []
         self._places: dict[str, tuple[int, Array, Array]] = {}
@@ -126,7 +133,7 @@ class _Parser:
             if row['mimics'] is not None:
                 of, factor, shift = row['mimics']
                 if of not in free:
-                    self._fail(f'joint {row["name"]}', f'mimics {of}', unknown(of, free))
+                    self._unknown(f'joint {row["name"]}: mimic', of, free)
             source.append(free.index(of))
             ratio.append(factor)
             offset.append(shift)
@@ -190,6 +197,13 @@ class _Parser:
             mimics = (mimic.get('joint', ''),
                       self._number(mimic, 'multiplier', f'{where}: mimic', 1.0),
                       self._number(mimic, 'offset', f'{where}: mimic', 0.0))
+        position = self._held.get(name)
+        if position is None and mimics is not None and mimics[0] in self._held:
+            position = mimics[1] * self._held[mimics[0]] + mimics[2]
+        if position is not None and kind == 'prismatic':
+            return joint, frame, at + frame @ axis * (position / length)
+        if position is not None:
+            return joint, frame @ rotations(axis / length, np.array([position]))[0], at
         self._rows.append({
             'name': name, 'parent': joint, 'mimics': mimics, 'prismatic': kind == 'prismatic',
             'rotation': frame, 'origin': at, 'axis': axis / length})
@@ -208,7 +222,7 @@ class _Parser:
         element = joint.find(tag)
         link = '' if element is None else element.get('link', '')
         if link not in self._links:
-            self._fail(f'joint {name}: {tag}', repr(link), unknown(link, self._links))
+            self._unknown(f'joint {name}: {tag}', link, self._links)
         return link
 
     def _origin(self, element: ElementTree.Element, where: str) -> tuple[Array, Array]:
@@ -238,6 +252,9 @@ class _Parser:
     def _finite(self, text: str, where: str) -> float:
         return finite_number(text, f'{self._source}: {where}')
 
+    def _unknown(self, where: str, name: str, names: Iterable[str]) -> NoReturn:
+        raise InputError(f'{self._source}: {where}: {name!r}, {unknown(name, names)}')
+
     def _fail(self, where: str, value: str, expected: str) -> NoReturn:
         raise InputError(f'{self._source}: {where}: {value}, expected {expected}')
 
@@ -251,6 +268,14 @@ def finite_number(text: str, where: str) -> float:
     if not abs(value) < 1e9:
         raise InputError(f'{where}: {text!r}, expected a number')
     return value
+
+
+def rotations(axis: Array, angle: Array) -> Array:
+    """Return rotation matrices [N, 3, 3] by `angle` [N] (rad) about the unit vector `axis`."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.eye(3) + s * cross + (1.0 - c) * (cross @ cross)
 
 
 def turn(roll: float, pitch: float, yaw: float) -> Array:

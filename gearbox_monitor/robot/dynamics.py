@@ -86,7 +86,7 @@ def arrays_of(robot: RobotDescription, payload: Payload = NO_PAYLOAD, tolerance:
     moving = [name for name, (joint, _, _) in robot.links.items() if joint >= 0]
     link = payload.link or moving[-1]
     if link not in moving:
-        raise InputError(f'payload_link: {link!r}, expected {unknown(link, moving)}')
+        raise InputError(f'payload_link: {link!r}, {unknown(link, moving)}')
     joint, rotation, origin = robot.links[link]
     com = rotation @ np.array(payload.position) + origin
     count, uniform = len(robot.mass), 1.0 / math.sqrt(3.0)

@@ -70,7 +70,8 @@ def test_a_description_survives_its_text():
     (urdf(ONE), 'links: 2 links without a parent, expected a tree'),
     (urdf(ONE, TWO, ('three', 'fixed', 'base', 'b', '')), 'child b hangs on joint two, too'),
     (urdf(ONE, TWO, inertial='a'), 'joint two: moves no mass, expected an <inertial>'),
-    (urdf(ONE, ('two', 'revolute', 'a', 'b', '<mimic joint="five"/>')), 'mimics five, expected'),
+    (urdf(ONE, ('two', 'revolute', 'a', 'b', '<mimic joint="five"/>')),
+     "joint two: mimic: 'five', expected one of one"),
     (urdf(ONE, TWO).replace('ixx="0.1"', 'ixx="-1"'), 'link a: inertial: mass 2 kg, smallest'),
     (urdf(ONE, TWO).replace('value="2"', 'value="two"'), "mass: value: 'two'"[6:]),
     (urdf(ONE, TWO).replace('0 1 0', '0 0 0'), 'joint one: axis: 0 0 0, expected a direction')])
