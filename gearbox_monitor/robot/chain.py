@@ -27,7 +27,7 @@ from gearbox_monitor.robot.dynamics import GRAVITY
 
 PER_LINK = 10
 OFF_DIAGONAL = ((0, 1), (0, 2), (1, 2))
-HELD_IN_VALUES = 'or that stand still (held in --values)'
+HELD_IN_VALUES = 'or joints that stand still (held in --values)'
 
 
 @dataclass(frozen=True, eq=False)
