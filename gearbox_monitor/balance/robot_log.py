@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 
 TORQUE, CURRENT, SETPOINT = 'torque', 'current', 'setpoint'
 LEAST_SECONDS = 4.0  # a section holds at least one test function and what a smoother loses
@@ -65,6 +66,40 @@ class RawLog:
     notes: tuple[str, ...] = ()
 
 
+def _at_stamps(t: Array, values: Array, rows: Integers, kind: str, settings: Settings
+               ) -> tuple[Array, Array]:
+    """
+    Return stamps [M] and values [M, 2J] of `rows` [M], where each column has its own rows.
+
+    Positions by a spline, torques between their neighbours; a setpoint holds until the next one.
+
+    Args:
+        t: stamps of all rows [N], s.
+        values: positions and inputs [N, 2J], NaN in rows that are not a column's own.
+        rows: whose stamps count.
+        kind: of the input.
+        settings: a gap in a column is a gap.
+    """
+    order = np.argsort(t, kind='stable')
+    at, out = t[rows], np.full((len(rows), values.shape[1]), np.nan)
+    for column, x in enumerate(values.T):
+        own = order[np.isfinite(x[order])]
+        own = own[np.diff(t[own], prepend=-np.inf) > 0.0]
+        if len(own) < 2:
+            continue
+        after = np.clip(np.searchsorted(t[own], at), 1, len(own) - 1)
+        wide = max(settings.gap * float(np.median(np.diff(t[own]))), settings.gap_seconds)
+        near = (t[own[after]] - t[own[after - 1]] <= wide) & (at >= t[own[0]]) & (at <= t[own[-1]])
+        if column < values.shape[1] // 2:
+            y = CubicSpline(t[own], x[own])(at)
+        elif kind == SETPOINT:
+            y = x[own[np.searchsorted(t[own], at, 'right') - 1]]
+        else:
+            y = np.interp(at, t[own], x[own])
+        out[near, column] = y[near]
+    return at, out
+
+
 def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTINGS) -> RobotLog:
     """
     Return the RobotLog of a file's columns.
@@ -91,12 +126,21 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
                 raise InputError(f'{raw.name}: joint {joint}: {signal}: none of {len(column)} '
                                  'samples is a number, expected numbers')
     values = np.column_stack([raw.position[j] for j in joints] + [raw.input[j] for j in joints])
-    good = np.isfinite(values).all(axis=1) & np.isfinite(raw.t)
     notes = list(raw.notes)
+    t, values = raw.t[np.isfinite(raw.t)], values[np.isfinite(raw.t)]
+    own = np.isfinite(values)
+    if np.sum(own.all(axis=1)) < 0.5 * own.sum(axis=0).min():
+        rarest = int(np.argmin(own.sum(axis=0)))
+        rows = np.flatnonzero(own[:, rarest])
+        apart = [joint for i, joint in enumerate(joints) if not own[rows, i].all()]
+        notes.append(f'{", ".join(apart)}: messages of their own, interpolated to the stamps of '
+                     f'{joints[rarest % len(joints)]}')
+        t, values = _at_stamps(t, values, rows, raw.kind, settings)
+    good = np.isfinite(values).all(axis=1)
     if not good.all():
         notes.append(f'{int(np.sum(~good))} of {len(good)} samples without all joints are left '
                      'out')
-    t, values = raw.t[good], values[good]
+    t, values = t[good], values[good]
     if len(t) < 3:
         raise InputError(f'{raw.name}: {len(t)} whole samples, expected {LEAST_SECONDS:g} s or '
                          'more')

@@ -47,6 +47,29 @@ def test_stamps_on_top_of_each_other_are_left_out():
     assert any('1000 samples' in note for note in log.notes)
 
 
+@pytest.mark.parametrize('kind', ['torque', 'setpoint'])
+def test_joints_in_messages_of_their_own_come_to_one_clock(kind):
+    """At another rate, with a gap in one of them; a table with blanks is the same."""
+    first = np.arange(0, 20, 0.01)
+    second = np.delete(np.arange(0.003, 20, 0.004), slice(1500, 1600))
+    t = np.sort(np.concatenate([first, second]))
+
+    def column(own, x):
+        return np.where(np.isin(t, own), x, np.nan)
+    log = checked_log(raw(t, kind=kind, position={'a': column(first, np.sin(t)),
+                                                  'b': column(second, np.cos(3 * t))},
+                          input={'a': column(first, t), 'b': column(second, 5 * t)}), JOINTS)
+    assert any(note.startswith('b: messages of their own, interpolated to the stamps of a')
+               for note in log.notes)
+    assert len(log.sections) == 2 and log.rate == pytest.approx(100.0)
+    for s in log.sections:
+        assert np.isin(s.t, first).all()
+        np.testing.assert_allclose(s.position, np.column_stack([np.sin(s.t), np.cos(3 * s.t)]),
+                                   atol=1e-8)
+        behind = 0.0 if kind == 'torque' else (s.t - 0.003 + 1e-12) % 0.004 - 1e-12
+        np.testing.assert_allclose(s.input, np.column_stack([s.t, 5 * (s.t - behind)]), atol=1e-8)
+
+
 @pytest.mark.parametrize('rate, refused', [(29, True), (31, False)])
 def test_slow_logs_are_refused_below_30_hz(rate, refused):
     t = np.arange(0, 20, 1 / rate)
