@@ -127,7 +127,8 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
                                  'samples is a number, expected numbers')
     values = np.column_stack([raw.position[j] for j in joints] + [raw.input[j] for j in joints])
     notes = list(raw.notes)
-    t, values = raw.t[np.isfinite(raw.t)], values[np.isfinite(raw.t)]
+    stamped = np.isfinite(raw.t)
+    t, values = raw.t[stamped], values[stamped]
     own = np.isfinite(values)
     if np.sum(own.all(axis=1)) < 0.5 * own.sum(axis=0).min():
         rarest = int(np.argmin(own.sum(axis=0)))
@@ -136,7 +137,7 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
         notes.append(f'{", ".join(apart)}: messages of their own, interpolated to the stamps of '
                      f'{joints[rarest % len(joints)]}')
         t, values = _at_stamps(t, values, rows, raw.kind, settings)
-    good = np.isfinite(values).all(axis=1)
+    good = np.logical_and.reduce(np.isfinite(values), axis=1)
     if not good.all():
         notes.append(f'{int(np.sum(~good))} of {len(good)} samples without all joints are left '
                      'out')

@@ -93,9 +93,10 @@ class _Parser:
         self._source, self._held = source, held
         self._links = self._named(root, 'link')
         self._joints = self._named(root, 'joint')
+        movable = [name for name, element in self._joints.items() if element.get('type') != 'fixed']
         for name in held:
-            if name not in self._joints:
-                self._unknown('held', name, self._joints)
+            if name not in movable:
+                self._unknown('held', name, movable)
         self._rows: list[dict[str, Any]] = []   # of movable joints
         self._bodies: list[tuple[int, float, Array, Array]] = []
         self._places: dict[str, tuple[int, Array, Array]] = {}
