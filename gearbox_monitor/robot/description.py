@@ -93,7 +93,7 @@ class _Parser:
         self._source, self._held = source, held
         self._links = self._named(root, 'link')
         self._joints = self._named(root, 'joint')
-        movable = [name for name, element in self._joints.items() if element.get('type') != 'fixed']
+        movable = [name for name, joint in self._joints.items() if joint.get('type') != 'fixed']
         for name in held:
             if name not in movable:
                 self._unknown('held', name, movable)
