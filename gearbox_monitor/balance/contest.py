@@ -16,6 +16,7 @@ import numpy as np
 from gearbox_monitor.balance.candidates import Candidate
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
+from gearbox_monitor.balance.robot_effects import PAYLOAD
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.actuator import SATURATION
 from gearbox_monitor.plant.effects.motor_side import STRIBECK
@@ -198,7 +199,15 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
     # What explains the same by fewer coefficients is first: of a first link some have no torque.
     pays, largest = rank(entries[0])
     same = sum(rank(e) > (pays, largest - LEAST_GAIN) for e in entries)
-    return sorted(entries[:same], key=lambda e: e.candidate.width) + entries[same:]
+    entries = sorted(entries[:same], key=lambda e: e.candidate.width) + entries[same:]
+    if entries[0].candidate.effect != PAYLOAD.id:
+        return entries
+    # Of links that carry a load alike it hangs at the outermost, which most joints move.
+    alike = [e for e in entries if e.candidate.effect == PAYLOAD.id
+             and rank(e) > (pays, largest - evidence.settings.margin)
+             and e.candidate.columns.keys() >= entries[0].candidate.columns.keys()]
+    outermost = max(alike, key=lambda e: len(e.candidate.columns))
+    return [outermost, *(e for e in entries if e is not outermost)]
 
 
 def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
