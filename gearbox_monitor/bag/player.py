@@ -22,7 +22,8 @@ from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.recorded_samples import NO_SAMPLES, samples_of, sliced
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots, RecordedSnapshot
 from gearbox_monitor.estimation.estimates import Estimates, Samples
-from gearbox_monitor.estimation.estimator import Estimator, SnapshotError, unsmoothed
+from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
+from gearbox_monitor.estimation.snapshot import SnapshotError
 from gearbox_monitor.files.robot_files import load_robot
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers

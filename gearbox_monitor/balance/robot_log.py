@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.errors import InputError
@@ -91,7 +91,7 @@ def _at_stamps(t: Array, values: Array, rows: Integers, kind: str, settings: Set
         wide = max(settings.gap * float(np.median(np.diff(t[own]))), settings.gap_seconds)
         near = (t[own[after]] - t[own[after - 1]] <= wide) & (at >= t[own[0]]) & (at <= t[own[-1]])
         if column < values.shape[1] // 2:
-            y = CubicSpline(t[own], x[own])(at)
+            y = scipy.interpolate.CubicSpline(t[own], x[own])(at)
         elif kind == SETPOINT:
             y = x[own[np.searchsorted(t[own], at, 'right') - 1]]
         else:

@@ -7,10 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import rts_smoother, sample_loop
 from gearbox_monitor.estimation.process_model import X2, X4
 from gearbox_monitor.estimation.rts_smoother import (
     S_TWIST, S_TWIST_RATE, S_TWIST_RATE_STD, S_TWIST_STD, S_X2, S_X4)
+from gearbox_monitor.kernels.array_input import table
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.presentation import Drawn
 
@@ -152,3 +154,18 @@ class Divergence:
     def __str__(self) -> str:
         return (f'the filter diverged at step {self.step}, stamp {self.stamp_ns * 1e-9:.9f} s: '
                 f'{self.reason} (smallest eigenvalue {self.smallest_eigenvalue:.3g})')
+
+
+def checked(samples: Samples) -> tuple[Integers, Array, Array]:
+    """Return (stamps [N], u [N, 2], y [N, 2]) of `samples`. Raises InputError for others."""
+    if not isinstance(samples, Samples):
+        raise InputError(f'samples: {type(samples).__name__} {str(samples)[:40]!r}, expected '
+                         'Samples')
+    stamps = np.asarray(samples.stamp_ns)
+    if stamps.ndim != 1 or stamps.dtype.kind not in 'iu':
+        raise InputError(f'stamp_ns: {stamps.dtype} of shape {stamps.shape}, expected whole '
+                         'numbers of ns [N]')
+    n = len(stamps)
+    return (np.ascontiguousarray(stamps, np.int64), np.ascontiguousarray(table(
+        samples.u, 'u', 'torque of the motor and load on the arm, N m', n)),
+        np.ascontiguousarray(table(samples.y, 'y', 'motor and arm position, rad', n)))

@@ -8,42 +8,40 @@ No ROS, no I/O, no clock. The live node, replay, tuning and the tests use the sa
 sample by sample (`step`) or in arrays (`run`): same samples in, same bits out.
 """
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 import json
 import math
 from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import model_bank, sample_loop
-from gearbox_monitor.estimation.consider import companions_of, torque_errors_at_tolerance
+from gearbox_monitor.estimation.consider import torque_errors_at_tolerance
 from gearbox_monitor.estimation.estimates import (
-    ARM_COLUMNS, Batch, Divergence, Estimate, Estimates, Sample, Samples, SMOOTHED_ARM_COLUMNS)
-from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, FilterKind, Scratch
+    ARM_COLUMNS, Batch, checked, Divergence, Estimate, Estimates, Sample, Samples,
+    SMOOTHED_ARM_COLUMNS)
+from gearbox_monitor.estimation.filter_kind import filter_kind
+from gearbox_monitor.estimation.filter_setup import (
+    arm_load_of, COMPENSATED, described, drive_of, expect_effort, loop_arrays, model_warnings,
+    settings_of)
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, learned_length, markers, pack, Q0, state_names, TAU_ARM, TAU_K)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
-    DescribedLoad, LoopSettings, LoopState, Output, SECOND, Stream)
-from gearbox_monitor.estimation.step_record import predicted, record_size, sensitivities
+    DescribedLoad, Output, part_of, SECOND, Stream)
+from gearbox_monitor.estimation.snapshot import (
+    integers_text, numbers_text, read_integers, read_numbers, snapshot_errors)
+from gearbox_monitor.estimation.step_record import predicted, sensitivities
 from gearbox_monitor.estimation.torque_model import LEARNT
-from gearbox_monitor.kernels.array_input import table
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.parameters import (
     AT_ONCE, ESTIMATOR, EstimatorParameters, PAYLOAD, resolve, values_of, with_model_values)
-from gearbox_monitor.plant.drive import (
-    DriveModel, expect_integrable, loads_arm, model_from_dict)
-from gearbox_monitor.plant.effects import not_in_filters
-from gearbox_monitor.robot.arm_load import ArmLoad, MotionState
+from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.robot.description import RobotDescription
-from gearbox_monitor.robot.dynamics import arrays_of, Payload
 
 # The smoother keeps the step records of its lag at RING_RATE (Hz), but no more than RING.
 RING, RING_RATE = 2048, 10_000
-COMPENSATED = 'gravity_compensated'  # of effort_is
-DESCRIBED_FILTERS = ('ekf', 'ukf')  # that take a load by a robot's description
 BATCH = 4096  # samples between two stops, at most
 PENDING = 256  # the same, sample by sample
 
@@ -53,22 +51,6 @@ Observer = Callable[[Batch], None]
 def unsmoothed(parameters: EstimatorParameters | Values | None) -> Values:
     """Return `parameters` of an Estimator without the smoother."""
     return {**values_of(parameters), 'smoother_lag': 0.0}
-
-
-class SnapshotError(InputError):
-    """A snapshot cannot be read: damaged, or of another version."""
-
-
-@contextmanager
-def snapshot_errors(source: str) -> Iterator[None]:
-    """Raise SnapshotError, naming `source`, for what a damaged snapshot raises in the block."""
-    try:
-        yield
-    except InputError:
-        raise
-    except (KeyError, ValueError, TypeError, AttributeError, OverflowError, IndexError,
-            RecursionError) as error:
-        raise SnapshotError(f'{source}: not a snapshot of this version ({error})') from None
 
 
 class Estimator:
@@ -124,7 +106,7 @@ class Estimator:
                 p.robot_error_time, self.packed[Q0 + TAU_ARM], self.packed[Q0 + TAU_K],
                 self.packed[EIGENVALUE], self.drive.arm_inertia))
         self.states = markers(self.packed, len(self.names))
-        self.warnings = [*self._kind.warnings(len(self.names), p), *_model_warnings(self.drive)]
+        self.warnings = [*self._kind.warnings(len(self.names), p), *model_warnings(self.drive)]
         if self._arm_load is None and described(p):
             self.warnings.append('robot_description is not at hand: the load on the arm counts '
                                  'as unknown')
@@ -239,34 +221,34 @@ class Estimator:
 
         Numbers are written so that they read back bit for bit; see restore.
         """
-        def numbers(a: Array) -> str:
-            """Return the elements of `a` as text."""
-            return json.dumps([float(v).hex() for v in np.ravel(a)])
-
         members = [member.snapshot() for member in self.members]
         for member in members:  # they follow from those of the bank
             for name in ('model', 'parameters', 'robot'):
                 member.pop(name, None)
-        of_robot = {}
-        if self.robot is not None:
-            of_robot['robot'] = json.dumps(self.robot.to_dict())
-        if self._arm_load is not None:
-            motion = self._arm_load.motion
-            of_robot.update({'motion': numbers(motion.joints), 'acting': numbers(self._acting),
-                             'motion_clock': json.dumps(motion.clock.tolist())})
         return {
-            **of_robot,
+            **({} if self.robot is None else {'robot': json.dumps(self.robot.to_dict())}),
             'model': json.dumps(self.model.to_dict()),
             'parameters': json.dumps(self.parameters.to_dict()),
-            'members': json.dumps(members), 'weights': numbers(self._mixture.weights),
-            'alone': numbers(self._mixture.alone),
+            'members': json.dumps(members), 'weights': numbers_text(self._mixture.weights),
+            'alone': numbers_text(self._mixture.alone),
             'stamp_ns': str(self._gate[sample_loop.LAST]),
             'input_count': str(self._gate[sample_loop.INPUTS]),
-            'gate': json.dumps([int(v) for v in self._gate[:sample_loop.STOP_AT]]),
-            'counts': json.dumps([int(v) for v in self.counts]),
-            **{name: numbers(a) for name, a in self._belief._asdict().items()},
-            'clock': numbers(self._state.clock), 'efforts': numbers(self._state.efforts),
-            'sensitivities': numbers(self._state.companions.s)}
+            **{name: integers_text(a) for name, a in self._integers().items()},
+            **{name: numbers_text(a) for name, a in self._numbers().items()}}
+
+    def _numbers(self) -> dict[str, Array]:
+        """Return {name in a snapshot: array of the state}."""
+        companions = self._state.companions
+        return {**self._belief._asdict(), 'clock': self._state.clock,
+                'efforts': self._state.efforts, 'sensitivities': companions.s,
+                **({} if self._arm_load is None else {
+                    'motion': self._arm_load.motion.joints, 'acting': self._acting})}
+
+    def _integers(self) -> dict[str, Integers]:
+        """Return {name in a snapshot: integers of the state}."""
+        return {'gate': self._gate[:sample_loop.STOP_AT], 'counts': self.counts,
+                **({} if self._arm_load is None else {
+                    'motion_clock': self._arm_load.motion.clock})}
 
     @classmethod
     def restore(cls, snapshot: Values, source: str = 'snapshot',
@@ -296,35 +278,15 @@ class Estimator:
 
     def _recall(self, snapshot: Values) -> None:
         """Take over the state of a `snapshot`."""
-        def read(name: str, array: Array) -> None:
-            """Read the entry `name` into `array`."""
-            values = [float.fromhex(v) for v in json.loads(snapshot[name])]
-            array[:] = np.array(values).reshape(array.shape)
-
-        def integers(name: str, count: int) -> list[int]:
-            """Return the `count` integers of the entry `name`."""
-            values = json.loads(snapshot[name])
-            if len(values) != count or any(type(value) is not int for value in values):
-                raise ValueError(f'{name}: {str(values)[:60]}, expected {count} whole numbers')
-            return list(values)
-
-        self._gate[:sample_loop.STOP_AT] = integers('gate', sample_loop.STOP_AT)
+        read_integers(snapshot, self._integers())
         self._gate[sample_loop.INPUTS] = int(snapshot['input_count'])
-        self.counts[:] = integers('counts', sample_loop.N_COUNTS)
-        for name, array in self._belief._asdict().items():
-            read(name, array)
-        clock = self._state.clock
-        old = len(json.loads(snapshot['clock'])) == sample_loop.MOVED  # up to 0.2
-        read('clock', clock[:sample_loop.MOVED] if old else clock)
-        read('efforts', self._state.efforts)
-        read('sensitivities', self._state.companions.s)
-        if self._arm_load is not None:
-            read('motion', self._arm_load.motion.joints)
-            self._arm_load.motion.clock[:] = integers('motion_clock', 2)
-            read('acting', self._acting)
+        arrays = self._numbers()
+        if len(json.loads(snapshot['clock'])) == sample_loop.MOVED:  # up to 0.2
+            arrays['clock'] = arrays['clock'][:sample_loop.MOVED]
         if self.members:
-            read('weights', self._mixture.weights)
-            read('alone', self._mixture.alone)
+            arrays |= {'weights': self._mixture.weights, 'alone': self._mixture.alone}
+        read_numbers(snapshot, arrays)
+        if self.members:
             for member, own in zip(self.members, json.loads(snapshot['members']), strict=True):
                 member._recall(own)
         self._keep_belief_only()
@@ -614,156 +576,10 @@ class Estimator:
         return Divergence(step, stamp_ns, reason, smallest)
 
 
-def checked(samples: Samples) -> tuple[Integers, Array, Array]:
-    """Return (stamps [N], u [N, 2], y [N, 2]) of `samples`. Raises InputError for others."""
-    if not isinstance(samples, Samples):
-        raise InputError(f'samples: {type(samples).__name__} {str(samples)[:40]!r}, expected '
-                         'Samples')
-    stamps = np.asarray(samples.stamp_ns)
-    if stamps.ndim != 1 or stamps.dtype.kind not in 'iu':
-        raise InputError(f'stamp_ns: {stamps.dtype} of shape {stamps.shape}, expected whole '
-                         'numbers of ns [N]')
-    n = len(stamps)
-    return (np.ascontiguousarray(stamps, np.int64), np.ascontiguousarray(table(
-        samples.u, 'u', 'torque of the motor and load on the arm, N m', n)),
-        np.ascontiguousarray(table(samples.y, 'y', 'motor and arm position, rad', n)))
-
-
-def part_of(stream: Stream, start: int, end: int) -> Stream:
-    return Stream(stream.stamps[start:end], stream.inputs[start:end], stream.outputs[start:end])
-
-
-def settings_of(drive: DriveModel, parameters: EstimatorParameters) -> LoopSettings:
-    """Return the LoopSettings of a filter of `drive` with `parameters`."""
-    return LoopSettings(
-        round(parameters.max_gap * SECOND), parameters.effort_delay,
-        round(parameters.smoother_lag * SECOND), drive.arm_load == 'measured',
-        parameters.narrow_std, None)
-
-
-def loop_arrays(kind: FilterKind, n: int, rows: int,
-                drive: DriveModel) -> tuple[Belief, Scratch, LoopState]:
-    """
-    Return the arrays that sample_loop.run carries from sample to sample.
-
-    Args:
-        kind: the filter.
-        n: number of states.
-        rows: of the ring of step records.
-        drive: that the filter computes with; it states the tolerances.
-
-    """
-    memory, companions = np.zeros(kind.memory_size(n)), companions_of(drive, n)
-    belief = Belief(np.zeros(n), np.eye(n).ravel(), memory)
-    scratch = Scratch(np.zeros((kind.n_vectors, n)), np.zeros((max(kind.n_matrices, 5), n * n)))
-    state = LoopState(
-        np.zeros(sample_loop.N_GATE, np.int64), np.zeros(sample_loop.N_COUNTS, np.int64),
-        np.zeros(sample_loop.N_CLOCK), np.zeros((sample_loop.N_EFFORTS, 2)),
-        np.zeros((rows, record_size(n, companions.number))), np.zeros(rows, np.int64),
-        np.zeros(n + n * n + len(memory)), companions)
-    return belief, scratch, state
-
-
 def _output(n: int, n_smoothed: int) -> Output:
     """Return room for `n` estimates and `n_smoothed` smoothed rows."""
     return Output(np.empty(n, np.int64), np.empty((n, sample_loop.N_ESTIMATE)),
                   np.empty(n_smoothed, np.int64), np.empty((n_smoothed, N_SMOOTHED)))
-
-
-def arm_load_of(robot: RobotDescription | None, parameters: EstimatorParameters,
-                motion: MotionState | None = None) -> ArmLoad | None:
-    """
-    Return what gives the load on the arm by the description of a robot; None if it is not used.
-
-    Args:
-        robot: its description.
-        parameters: of the filter.
-        motion: of the robot so far.
-
-    Raises:
-        InputError: the description has no such joint, or the filter knows no such load.
-
-    """
-    p = parameters
-    if robot is None or not described(p):
-        return None
-    if p.arm_joint not in robot.joints:
-        raise InputError(f'robot_description: no joint {p.arm_joint!r} (arm_joint), expected '
-                         + unknown(p.arm_joint, robot.joints))
-    if p.filter not in DESCRIBED_FILTERS:
-        raise InputError(f'filter: {p.filter}, expected one of {", ".join(DESCRIBED_FILTERS)} '
-                         'with robot_description: others keep what they know of the load')
-    for name in ('robot_gravity', 'payload_position'):
-        if len(getattr(p, name)) != 3:
-            raise InputError(f'{name}: {list(getattr(p, name))}, expected three numbers')
-    arrays = arrays_of(robot, Payload(p.payload_mass, p.payload_tolerance, p.payload_position,
-                                      p.payload_link), p.robot_tolerance, p.robot_gravity)
-    return ArmLoad(arrays, robot.joints.index(p.arm_joint), p.robot_acceleration_time, motion,
-                   p.effort_is == COMPENSATED)
-
-
-def expect_effort(model: DriveModel, parameters: EstimatorParameters) -> None:
-    """Raise InputError where `model` or `parameters` cannot convert what effort_is states."""
-    kind, constant = parameters.effort_is, model.torque_constant
-    if kind == 'current' and constant == 1.0:
-        raise InputError('effort_is: current, but torque_constant of the model file is 1, '
-                         'expected another number of N m/A')
-    if kind in ('torque', COMPENSATED) and constant != 1.0:
-        raise InputError(f'effort_is: {kind}, but torque_constant of the model file is '
-                         f'{constant:g}, expected 1')
-    if kind == COMPENSATED and not described(parameters):
-        raise InputError(f'effort_is: {kind}, expected arm_load model and a robot_description, '
-                         'which give the weight')
-
-
-def described(parameters: EstimatorParameters) -> bool:
-    """Return whether by `parameters` a robot's description gives the load on the arm."""
-    return bool(parameters.robot_description and parameters.arm_joint
-                and parameters.arm_load == 'model')
-
-
-def drive_of(model: DriveModel, parameters: EstimatorParameters) -> DriveModel:
-    """
-    Return the drive that a filter with `parameters` computes with, made from `model`.
-
-    Of a load by a robot's description the filter estimates the error, an unknown load.
-
-    Raises InputError for one that no filter can compute with, or not in time.
-    """
-    if model.transmission.kind == 'rigid':
-        raise InputError('transmission.kind: rigid: a filter has no twist to see the '
-                         'transmission torque by, expected another kind')
-    if parameters.arm_joint:
-        load = parameters.arm_load
-        if load == 'model':
-            load = 'unknown' if described(parameters) else model.arm_load
-        drive = model.with_(arm_load=load)
-    elif parameters.tau_k_stiffness > 0.0:
-        raise InputError(f'tau_k_stiffness: {parameters.tau_k_stiffness:g}, expected 0 where '
-                         'no arm is measured (arm_joint is empty)')
-    else:
-        drive = model.without_arm()
-    dt = parameters.max_gap
-    expect_integrable(drive, dt, f'max_gap: {dt:g}, model')
-    stiffness = parameters.tau_k_stiffness
-    if stiffness > drive.transmission.stiffness:
-        expect_integrable(drive.with_(stiffness=stiffness), dt,
-                          f'max_gap: {dt:g}, tau_k_stiffness in place of stiffness')
-    return drive
-
-
-def _model_warnings(drive: DriveModel) -> list[str]:
-    """Return warnings about effects of the `drive` that the filter ignores or counts twice."""
-    result = []
-    ignored = not_in_filters(drive.effects)
-    if ignored:
-        result.append('effects of the model that no filter knows are left out: '
-                      + ', '.join(ignored))
-    loads = [e['id'] for e in drive.effects if loads_arm(e['id'])]
-    if loads and drive.arm_load == 'measured':
-        result.append('effects of the model act besides the measured load on the arm: '
-                      f'{", ".join(loads)}; leave out what it contains')
-    return result
 
 
 def _selection(good: Any) -> Any:

@@ -15,9 +15,9 @@ import numpy as np
 
 from gearbox_monitor.estimation import model_bank, sample_loop
 from gearbox_monitor.estimation.estimates import Samples, SMOOTHED_ARM_COLUMNS
-from gearbox_monitor.estimation.estimator import (
-    Estimator, loop_arrays, settings_of, unsmoothed)
+from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind
+from gearbox_monitor.estimation.filter_setup import loop_arrays, settings_of
 from gearbox_monitor.estimation.process_model import markers, pack, state_names
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, smooth, Span
 from gearbox_monitor.estimation.sample_loop import loop_of, LoopState, Output, Stream

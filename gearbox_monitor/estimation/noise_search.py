@@ -315,7 +315,7 @@ def search(evaluate: Evaluate, guess: dict[str, float],
         gained = GAIN
         for _ in range(STEPS):
             expected = 0.5 * here.gradient @ np.linalg.solve(here.information, here.gradient)
-            if not min(gained, expected) >= GAIN:
+            if not (gained >= GAIN and expected >= GAIN):
                 break
             step = step_from(x, here, coarse, damping)
             if step is None:

@@ -107,6 +107,10 @@ class Stream(NamedTuple):
     outputs: Array
 
 
+def part_of(stream: Stream, start: int, end: int) -> Stream:
+    return Stream(stream.stamps[start:end], stream.inputs[start:end], stream.outputs[start:end])
+
+
 class DescribedLoad(NamedTuple):
     """
     What a load by a robot's description depends on.

@@ -14,10 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.estimation.estimates import Estimates, Samples
-from gearbox_monitor.estimation.estimator import (
-    checked, drive_of, loop_arrays, part_of, settings_of)
+from gearbox_monitor.estimation.estimates import checked, Estimates, Samples
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
+from gearbox_monitor.estimation.filter_setup import drive_of, loop_arrays, settings_of
 from gearbox_monitor.estimation.filters import aekf
 from gearbox_monitor.estimation.filters.aekf import (
     IN_USE, INFORMATION, MAX_THETA, SAMPLES, SENSITIVITY, STARTED, THETA)
@@ -28,7 +27,8 @@ from gearbox_monitor.estimation.process_model import (
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
     DIVERGED, E_INNOVATION_COVARIANCE, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_LOGLIK,
-    E_WHITE_1, E_WHITE_2, ESTIMATE, loop_of, N_ESTIMATE, NEVER, Output, STOP_AT, Stream)
+    E_WHITE_1, E_WHITE_2, ESTIMATE, loop_of, N_ESTIMATE, NEVER, Output, part_of,
+    STOP_AT, Stream)
 from gearbox_monitor.estimation.score import DIVERGENCE_COST, run_unsmoothed, score, settled
 from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array, States

@@ -289,8 +289,11 @@ def _likelihood(model: DriveModel, base: EstimatorParameters, recordings: Sequen
         """Return the slopes at the `trial`; `coarse`: on one short part."""
         values = _clipped(trial)
         parts = [slopes(values) for slopes in ([coarse_part] if coarse else fine_parts)]
-        *sums, runs, failed = zip(*parts)  # a run takes all recordings
-        return Slopes(*(sum(column[1:], column[0]) for column in sums), max(runs), max(failed))
+        return Slopes(sum(part.criterion for part in parts),
+                      np.sum([part.gradient for part in parts], axis=0),
+                      np.sum([part.information for part in parts], axis=0),
+                      max(part.runs for part in parts),  # a run takes all recordings
+                      max(part.failed for part in parts))
 
     return evaluate
 

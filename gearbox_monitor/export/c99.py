@@ -14,7 +14,8 @@ from typing import NamedTuple
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.consider import companions_of
-from gearbox_monitor.estimation.estimator import described, Estimator
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.filter_setup import described
 from gearbox_monitor.estimation.process_model import (
     CURVE_COUNT, EIGENVALUE, ENCODER_DELAY_STD, FACTOR_DELAY, FACTOR_GAIN, FACTORS, FRICTION_AT,
     FRICTION_TIME, K_P, LOAD_AT, P0, Q0, Q_TAU_K_SPEED, R1, R2, STATISTICAL, TAU_K_MODEL_STD)

@@ -9,7 +9,7 @@ import re
 from typing import Any
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.estimator import described
+from gearbox_monitor.estimation.filter_setup import described
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import (
