@@ -32,7 +32,7 @@ PREFIXES = {'tau_': TORQUE, 'i_': CURRENT, 'setpoint_': SETPOINT}
 SETPOINTS = 'joint_setpoints'
 NO_SERVO = 'the model has none'
 NEEDED = 'setpoints need position actuators of all joints in the model, or gains in --values'
-STILL = 'of a joint that stands still, its position: held in --values'
+STILL = 'of a joint that stands still, its position: locked in --values'
 COLUMNS = 't, q_NAME and tau_NAME, i_NAME or setpoint_NAME of each joint'
 
 

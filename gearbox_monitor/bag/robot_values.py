@@ -19,7 +19,7 @@ from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
 
 KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
-        'kd', 'gain_tolerance', 'compensated', 'held')
+        'kd', 'gain_tolerance', 'compensated', 'locked')
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,16 +43,16 @@ class RobotValues:
     compensated: bool
 
 
-def load_held(path: str | None) -> dict[str, float]:
+def load_locked(path: str | None) -> dict[str, float]:
     """Return {joint that stands still: rad or m} of the YAML file `path`. Raises InputError."""
-    held = _content(path).get('held', {})
-    if not isinstance(held, dict):
-        raise InputError(f'{path}: held: {str(held)[:40]!r}, expected NAME: position (rad or m)')
-    for name, x in held.items():
+    locked = _content(path).get('locked', {})
+    if not isinstance(locked, dict):
+        raise InputError(f'{path}: locked: {str(locked)[:40]!r}, expected NAME: position')
+    for name, x in locked.items():
         if isinstance(x, bool) or not isinstance(x, (int, float)) or not math.isfinite(x):
-            raise InputError(f'{path}: held.{name}: {str(x)[:40]!r}, expected a position, rad '
+            raise InputError(f'{path}: locked.{name}: {str(x)[:40]!r}, expected a position, rad '
                              'or m')
-    return {str(name): float(x) for name, x in held.items()}
+    return {str(name): float(x) for name, x in locked.items()}
 
 
 def _content(path: str | None) -> dict[str, Any]:

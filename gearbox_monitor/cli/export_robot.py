@@ -47,7 +47,7 @@ def run(args: Namespace) -> int:
     tag = parse_xml(original, str(path)).root.tag
     if tag != ROOTS[args.to]:
         raise InputError(f'{path}: <{tag}>, expected <{ROOTS[args.to]}> with --to {args.to}')
-    file = read_robot(path, args.root, data.get('held'))
+    file = read_robot(path, args.root, data.get('locked'))
     text, unwritten = closed_file(file, data['findings'], f'gearbox_monitor {__version__} export')
     count = len(data['findings'])
     lines = [f'{path}: {count} finding{"" if count == 1 else "s"}']
@@ -79,9 +79,10 @@ def load_verdict(path: str) -> dict[str, Any]:
     if not isinstance(data.get('ranked'), list) or not isinstance(data.get('remainders'), list):
         raise InputError(f'{path}: the verdict on one joint, expected one on a whole robot; the '
                          'model of one joint is drive.closed.yaml of diagnose --out')
-    held = data.get('held', {})
-    if not isinstance(held, dict) or not all(isinstance(x, (int, float)) for x in held.values()):
-        raise InputError(f'{path}: held: {str(held)[:40]!r}, expected NAME: position')
+    locked = data.get('locked', {})
+    if not isinstance(locked, dict) or not all(
+            isinstance(x, (int, float)) for x in locked.values()):
+        raise InputError(f'{path}: locked: {str(locked)[:40]!r}, expected NAME: position')
     for i, finding in enumerate(data['findings']):
         _check(finding, f'{path}: findings[{i}]')
     return data

@@ -3,7 +3,7 @@
 """
 Compile a robot's file in a process of its own, which has limits: started by export.compiling.
 
-Reads a line of JSON {folder, root, cpu_seconds, memory, held} and the XML from the standard
+Reads a line of JSON {folder, root, cpu_seconds, memory, locked} and the XML from the standard
 input; writes the compiled model. An error is one line on the standard error, with exit code 3, and
 4 where memory is short. Needs nothing of the package.
 """
@@ -117,14 +117,14 @@ def without_shapes(spec: Any, mujoco: Any, root: Path) -> None:
                 checked(Path(base) / mesh.file, root, mesh.file)
 
 
-def compiled_without(held: dict[str, float], spec: Any, mujoco: Any) -> Any:
+def compiled_without(locked: dict[str, float], spec: Any, mujoco: Any) -> Any:
     """
     Return the compiled model of a specification in which joints stand still.
 
     What acts on them goes with them: tendons, actuators, equalities.
 
     Args:
-        held: {joint: position, rad or m}; a free or ball joint keeps the posture of the file. A
+        locked: {joint: position, rad or m}; a free or ball joint keeps the posture of the file. A
             free joint without a name is called as its body.
         spec: MjSpec, which changes.
         mujoco: its module.
@@ -132,7 +132,7 @@ def compiled_without(held: dict[str, float], spec: Any, mujoco: Any) -> Any:
     Raises:
         Refused: the file has no such joint.
     """
-    if not held:
+    if not locked:
         return spec.compile()
     for joint in spec.joints:
         if joint.type == mujoco.mjtJoint.mjJNT_FREE:
@@ -140,23 +140,23 @@ def compiled_without(held: dict[str, float], spec: Any, mujoco: Any) -> Any:
     model = spec.compile()
     names = [model.joint(i).name for i in range(model.njnt)]
     state = mujoco.MjData(model)
-    for name, position in held.items():
+    for name, position in locked.items():
         if name not in names:
-            raise Refused(f'held: {name}: no joint, expected one of {", ".join(names)}')
+            raise Refused(f'locked: {name}: no joint, expected one of {", ".join(names)}')
         joint = model.joint(name)
         if int(joint.type[0]) in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
             state.qpos[joint.qposadr] = position
     mujoco.mj_kinematics(model, state)
-    bodies = {int(model.joint(name).bodyid[0]) for name in held}
-    tendons = [t for t in spec.tendons if held.keys() & {
+    bodies = {int(model.joint(name).bodyid[0]) for name in locked}
+    tendons = [t for t in spec.tendons if locked.keys() & {
         wrap.target.name for wrap in t.path if wrap.type == mujoco.mjtWrap.mjWRAP_JOINT}]
     own, trn, eq = {t.name for t in tendons}, mujoco.mjtTrn, mujoco.mjtEq
-    acted = {trn.mjTRN_JOINT: held, trn.mjTRN_JOINTINPARENT: held, trn.mjTRN_TENDON: own}
-    tied = {eq.mjEQ_JOINT: held, eq.mjEQ_TENDON: own}
+    acted = {trn.mjTRN_JOINT: locked, trn.mjTRN_JOINTINPARENT: locked, trn.mjTRN_TENDON: own}
+    tied = {eq.mjEQ_JOINT: locked, eq.mjEQ_TENDON: own}
     for element in [*(a for a in spec.actuators if a.target in acted.get(a.trntype, ())),
                     *(e for e in spec.equalities if not {e.name1, e.name2}.isdisjoint(
                         tied.get(e.type, ()))),
-                    *tendons, *spec.sensors, *spec.keys, *(spec.joint(name) for name in held)]:
+                    *tendons, *spec.sensors, *spec.keys, *(spec.joint(name) for name in locked)]:
         spec.delete(element)
     spec.compiler.fusestatic = False
     reduced = spec.compile()
@@ -169,7 +169,7 @@ def compiled_without(held: dict[str, float], spec: Any, mujoco: Any) -> Any:
     return reduced
 
 
-def compiled(text: str, folder: Path, root: Path, held: dict[str, float]) -> bytes:
+def compiled(text: str, folder: Path, root: Path, locked: dict[str, float]) -> bytes:
     """
     Return the compiled model of an XML text in MuJoCo's binary format.
 
@@ -177,7 +177,7 @@ def compiled(text: str, folder: Path, root: Path, held: dict[str, float]) -> byt
         text: of the file.
         folder: it lies in, the one that the process works in.
         root: see checked.
-        held: see compiled_without.
+        locked: see compiled_without.
 
     Raises:
         Refused: a file that it names, or MuJoCo's reason.
@@ -188,7 +188,7 @@ def compiled(text: str, folder: Path, root: Path, held: dict[str, float]) -> byt
     try:
         spec = mujoco.MjSpec.from_string(text)
         without_shapes(spec, mujoco, root)
-        model = compiled_without(held, spec, mujoco)
+        model = compiled_without(locked, spec, mujoco)
     except (ValueError, RuntimeError, MemoryError) as error:
         raise Refused(f'{error}, expected a file that MuJoCo compiles') from None
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
@@ -206,7 +206,7 @@ def main() -> int:
     os.chdir(order['folder'])
     try:
         data = compiled(text.decode('utf-8'), Path(order['folder']), Path(order['root']),
-                        order['held'])
+                        order['locked'])
     except (Refused, MemoryError, OSError, UnicodeDecodeError, RecursionError) as error:
         words = ' '.join(str(error).split())
         print(words or type(error).__name__, file=sys.stderr)

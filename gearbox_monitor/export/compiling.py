@@ -35,7 +35,7 @@ PLAIN = frozenset((
 
 
 def compiled_model(data: bytes, path: Path, root: Path | None = None,
-                   held: Mapping[str, float] | None = None) -> Any:
+                   locked: Mapping[str, float] | None = None) -> Any:
     """
     Return what MuJoCo compiles of an MJCF file.
 
@@ -43,7 +43,7 @@ def compiled_model(data: bytes, path: Path, root: Path | None = None,
         data: bytes of the file.
         path: of the file, to whose folder the files that it names are relative.
         root: folder below which those have to lie, None for that of the file.
-        held: {joint that stands still: its position, rad or m}.
+        locked: {joint that stands still: its position, rad or m}.
 
     Returns:
         mujoco.MjModel.
@@ -52,17 +52,17 @@ def compiled_model(data: bytes, path: Path, root: Path | None = None,
         InputError: MuJoCo refuses the file, it takes too much time or memory, or lacks a joint.
 
     """
-    mujoco, held = mujoco_module(), dict(held or {})
+    mujoco, locked = mujoco_module(), dict(locked or {})
     if _plain(data, path):
         try:
             spec = mujoco.MjSpec.from_string(data.decode('utf-8'))
-            return compile_child.compiled_without(held, spec, mujoco)
+            return compile_child.compiled_without(locked, spec, mujoco)
         except compile_child.Refused as refusal:
             raise InputError(f'{path}: {refusal}') from None
         except (ValueError, RuntimeError, UnicodeDecodeError) as error:
             raise InputError(f'{path}: {error}, expected a file that MuJoCo compiles') from None
     folder = path.resolve().parent
-    binary = _in_child(data, path, folder, (root or folder).resolve(), json.dumps(held))
+    binary = _in_child(data, path, folder, (root or folder).resolve(), json.dumps(locked))
     return mujoco.MjModel.from_binary_path('robot.mjb', {'robot.mjb': binary})
 
 
@@ -78,10 +78,10 @@ def _plain(data: bytes, path: Path) -> bool:
 
 
 @lru_cache(maxsize=16)
-def _in_child(data: bytes, path: Path, folder: Path, root: Path, held: str) -> bytes:
+def _in_child(data: bytes, path: Path, folder: Path, root: Path, locked: str) -> bytes:
     """Return the compiled model of a file, from a process with limits. Raises InputError."""
     order = json.dumps({'folder': str(folder), 'root': str(root), 'cpu_seconds': CPU_SECONDS,
-                        'memory': MEMORY, 'held': json.loads(held)}).encode() + b'\n' + data
+                        'memory': MEMORY, 'locked': json.loads(locked)}).encode() + b'\n' + data
     try:
         done = subprocess.run([sys.executable, '-P', compile_child.__file__], input=order,
                               capture_output=True, timeout=SECONDS, check=False)

@@ -21,7 +21,7 @@ from gearbox_monitor.export.mjcf_file import read_file
 from gearbox_monitor.export.xml_edit import parse_xml
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import (
-    Chain, chain_of, HELD_IN_VALUES, inertial, joint_losses, Link, PER_LINK)
+    Chain, chain_of, LOCKED_IN_VALUES, inertial, joint_losses, Link, PER_LINK)
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, actuators_on, disabled, mujoco_module, name_of, tendon_forces,
     undecided_of_robot, Unread)
@@ -36,9 +36,9 @@ class ChainFile:
     A robot in a file.
 
     chain: its balance; kp N m/rad, kd N m s/rad [J] of its position actuators, None where a joint
-    has none, and no_servo says which; digest: hash of the file and of `held`; compiled:
-    mujoco.MjModel of an MJCF, None of a URDF; held {joint: position, rad or m}: joints that stand
-    still, which the chain has not.
+    has none, and no_servo says which; digest: hash of the file and of `locked`; compiled:
+    mujoco.MjModel of an MJCF, None of a URDF; locked {joint: position, rad or m}: joints that
+    stand still, which the chain has not.
     """
 
     path: Path
@@ -48,18 +48,18 @@ class ChainFile:
     digest: str
     compiled: Any = None
     no_servo: str = ''
-    held: Mapping[str, float] = field(default_factory=dict)
+    locked: Mapping[str, float] = field(default_factory=dict)
 
 
 def read_robot(path: str | Path, root: str | Path | None = None,
-               held: Mapping[str, float] | None = None) -> ChainFile:
+               locked: Mapping[str, float] | None = None) -> ChainFile:
     """
     Return a robot's file.
 
     Args:
         path: of an MJCF or URDF.
         root: folder below which the files lie that an MJCF names, None for its own folder.
-        held: {joint that stands still: its position, rad or m}.
+        locked: {joint that stands still: its position, rad or m}.
 
     Returns:
         The ChainFile.
@@ -67,25 +67,25 @@ def read_robot(path: str | Path, root: str | Path | None = None,
     Raises:
         InputError: it is neither, or no open chain.
     """
-    path, held = Path(path), dict(sorted((held or {}).items()))
+    path, locked = Path(path), dict(sorted((locked or {}).items()))
     data = read_file(path)
-    digest = hashlib.sha256(data + (json.dumps(held).encode() if held else b'')).hexdigest()
+    digest = hashlib.sha256(data + (json.dumps(locked).encode() if locked else b'')).hexdigest()
     element = parse_xml(data, str(path)).root
     if element.tag == 'robot':
         if root is not None:
             raise InputError(f'--root: {root}: of a URDF no other file is read, expected it with '
                              'an MJCF')
         text = data.decode('utf-8', 'replace')
-        chain = chain_of(parse(text, str(path), held), joint_losses(text, str(path)), str(path))
+        chain = chain_of(parse(text, str(path), locked), joint_losses(text, str(path)), str(path))
         return ChainFile(path, chain, None, None, digest, no_servo='a URDF has no actuators',
-                         held=held)
+                         locked=locked)
     if element.tag != 'mujoco':
         raise InputError(f'{path}: line {element.line}: <{element.tag}>, expected <mujoco> or '
                          '<robot> of a URDF file')
-    m = compiled_model(data, path, Path(root) if root else None, held)
+    m = compiled_model(data, path, Path(root) if root else None, locked)
     _refuse(m, path)
     kp, kd, missing = _servo(m)
-    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, missing, held)
+    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, missing, locked)
 
 
 def _refuse(m: Any, path: Path) -> None:
@@ -96,12 +96,12 @@ def _refuse(m: Any, path: Path) -> None:
         if m.jnt_type[i] not in kinds:
             name = m.joint(i).name or m.body(m.jnt_bodyid[i]).name
             raise InputError(f'{path}: joint {name}: free or ball joint, expected hinges and '
-                             f'slides on a fixed base, {HELD_IN_VALUES}')
+                             f'slides on a fixed base, {LOCKED_IN_VALUES}')
     for i in range(m.neq):
         if m.eq_active0[i] and not (disabled(m, 'EQUALITY', 'CONSTRAINT') or _is_rigid(m, i)):
             name = m.equality(i).name or f'equality {i + 1}'
             raise InputError(f'{path}: {name}: an active equality closes or couples the chain, '
-                             f'expected an open chain of independent joints, {HELD_IN_VALUES}')
+                             f'expected an open chain of independent joints, {LOCKED_IN_VALUES}')
     for i in range(m.ntendon):
         acts = tendon_forces(m, i)
         if np.any((m.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
@@ -110,7 +110,7 @@ def _refuse(m: Any, path: Path) -> None:
         if acts:
             raise InputError(f'{path}: tendon {name_of(m, "tendon", i)}: {", ".join(acts)}: '
                              'couples joints, expected an open chain of independent joints, '
-                             + HELD_IN_VALUES)
+                             + LOCKED_IN_VALUES)
     joints: dict[str, list[str]] = {}   # one line for what acts on several joints alike
     for refusal in undecided_of_robot(m):
         joints.setdefault(str(refusal), []).append(refusal.joint)

@@ -61,7 +61,7 @@ def load_knowledge(path: str | Path, model: str) -> Knowledge:
         reason = getattr(error, 'strerror', None) or f'{type(error).__name__}: {error}'
         raise InputError(f'{path}: {reason}, expected a file that learn wrote') from None
     if knowledge.model != model:
-        raise InputError(f'{path}: model: learnt with another file or held joints '
+        raise InputError(f'{path}: model: learnt with another file or locked joints '
                          f'({knowledge.model[:12]}), expected the one of --model '
                          f'({model[:12]}): learn it again')
     return knowledge

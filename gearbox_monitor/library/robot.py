@@ -11,7 +11,7 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.robot_values import (
-    load_held, load_log, load_values, robot_model, RobotValues)
+    load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.balance import knowledge, verdict as balance
 from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
@@ -105,7 +105,7 @@ def load_robot(path: str | Path, *, values: str | Path | None = None,
         raise InputError(f'{path}: expected an MJCF (.xml) or URDF file of the whole robot; one '
                          'joint of it, or a model file of a drive, goes to load_model (--joint)')
     stated = None if values is None else str(values)
-    file = read_robot(path, root, load_held(stated))
+    file = read_robot(path, root, load_locked(stated))
     return Robot(file, load_values(stated, file))
 
 
@@ -235,7 +235,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     names = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     data = plain(verdict_data(verdict)) | {
         'logs': names, 'model': str(file.path), 'model_digest': file.digest,
-        'held': dict(file.held),
+        'locked': dict(file.locked),
         'references': list(knowledge.references) if knowledge else [],
         'options': '', 'warnings': notes, 'rollouts': None, 'closed': None}
     torque = not verdict.evidence.recordings[0].setpoint

@@ -27,7 +27,7 @@ from gearbox_monitor.robot.dynamics import GRAVITY
 
 PER_LINK = 10
 OFF_DIAGONAL = ((0, 1), (0, 2), (1, 2))
-HELD_IN_VALUES = 'or joints that stand still (held in --values)'
+LOCKED_IN_VALUES = 'or joints that stand still (locked in --values)'
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,7 +271,7 @@ def chain_of(description: RobotDescription, losses: Mapping[str, tuple[float, fl
         twice = [name for i, name in enumerate(description.joints)
                  if list(description.source).count(i) > 1]
         raise InputError(f'{source}: joints mimic {", ".join(twice)}, expected joints that move '
-                         f'by themselves, {HELD_IN_VALUES}')
+                         f'by themselves, {LOCKED_IN_VALUES}')
     order = [int(i) for i in description.source]     # row of the tree -> joint
     names: dict[int, str] = {}
     for name, (row, _, _) in description.links.items():

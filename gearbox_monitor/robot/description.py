@@ -69,11 +69,11 @@ class RobotDescription:
             for name, (joint, rotation, origin) in data['links'].items()})
 
 
-def parse(text: str, source: str, held: Mapping[str, float] | None = None) -> RobotDescription:
+def parse(text: str, source: str, locked: Mapping[str, float] | None = None) -> RobotDescription:
     """
     Return the description in the URDF `text`, called `source`. Raises InputError.
 
-    held {joint: position rad or m}: joints that stand still, and those that mimic them.
+    locked {joint: position rad or m}: joints that stand still, and those that mimic them.
     """
     if len(text) > LONGEST:
         raise InputError(f'{source}: {len(text)} characters, expected a URDF of at most {LONGEST}')
@@ -83,20 +83,21 @@ def parse(text: str, source: str, held: Mapping[str, float] | None = None) -> Ro
         raise InputError(f'{source}: {error}, expected a URDF robot description') from None
     if root.tag != 'robot':
         raise InputError(f'{source}: <{root.tag}>, expected <robot> (expand xacro files first)')
-    return _Parser(root, source, held or {}).description()
+    return _Parser(root, source, locked or {}).description()
 
 
 class _Parser:
-    """Walks the tree of the element `root` of a URDF called `source`, with joints `held`."""
+    """Walks the tree of the element `root` of a URDF called `source`, with joints `locked`."""
 
-    def __init__(self, root: ElementTree.Element, source: str, held: Mapping[str, float]) -> None:
-        self._source, self._held = source, held
+    def __init__(self, root: ElementTree.Element, source: str, locked: Mapping[str, float]
+                 ) -> None:
+        self._source, self._locked = source, locked
         self._links = self._named(root, 'link')
         self._joints = self._named(root, 'joint')
         movable = [name for name, joint in self._joints.items() if joint.get('type') != 'fixed']
-        for name in held:
+        for name in locked:
             if name not in movable:
-                self._unknown('held', name, movable)
+                self._unknown('locked', name, movable)
         self._rows: list[dict[str, Any]] = []   # of movable joints
         self._bodies: list[tuple[int, float, Array, Array]] = []
         self._places: dict[str, tuple[int, Array, Array]] = {}
@@ -198,9 +199,9 @@ class _Parser:
             mimics = (mimic.get('joint', ''),
                       self._number(mimic, 'multiplier', f'{where}: mimic', 1.0),
                       self._number(mimic, 'offset', f'{where}: mimic', 0.0))
-        position = self._held.get(name)
-        if position is None and mimics is not None and mimics[0] in self._held:
-            position = mimics[1] * self._held[mimics[0]] + mimics[2]
+        position = self._locked.get(name)
+        if position is None and mimics is not None and mimics[0] in self._locked:
+            position = mimics[1] * self._locked[mimics[0]] + mimics[2]
         if position is not None and kind == 'prismatic':
             return joint, frame, at + frame @ axis * (position / length)
         if position is not None:

@@ -107,7 +107,7 @@ def test_table_with_mapped_names_and_current(tmp_path):
 @pytest.mark.parametrize('header, row, words', [
     ('q_a,q_b,tau_a,tau_b', '0,0,0,0', 'no column t'),
     ('t,q_a,q_b,tau_a', '0,0,0,0', 'no torque of all joints .tau_a.'),
-    ('t,q_a,tau_a', '0,0,0', 'no b in the log.*stands still, its position: held in --values'),
+    ('t,q_a,tau_a', '0,0,0', 'no b in the log.*stands still, its position: locked in --values'),
     ('t,q_a,q_b,setpoint_a,setpoint_b', '0,0,0,0,0', 'need position actuators'),
     ('t,q_a,q_b,tau_a,tau_b', '0,0,x1,0,0', "line 2: column q_b: 'x1', expected a number"),
     ('t,q_a,q_b,tau_a,tau_b', '0,0,1,0', 'line 2: 4 values, expected 5'),

@@ -136,7 +136,7 @@ def test_mimic_joints_are_refused_by_name():
     text = '<robot name="r">' + ''.join(link.format(x) for x in 'abc') + joint.format(
         'first', 'a', 'b', '') + joint.format(
             'second', 'b', 'c', '<mimic joint="first"/>') + '</robot>'
-    with pytest.raises(InputError, match='mimic first.*held in --values'):
+    with pytest.raises(InputError, match='mimic first.*locked in --values'):
         chain_of(parse(text, 'hand.urdf'), {}, 'hand.urdf')
 
 
@@ -156,33 +156,33 @@ HAND = """<mujoco><worldbody><body name="a" euler="20 30 0"><freejoint/><geom si
 
 @pytest.mark.parametrize('more', [
     '', '<asset><texture name="t" type="2d" builtin="flat" width="2" height="2"/></asset>'])
-def test_joints_that_are_held_weigh_as_in_mujoco_and_move_no_more(tmp_path, more):
+def test_locked_joints_weigh_as_in_mujoco_and_move_no_more(tmp_path, more):
     """Also where a process of its own compiles the file, as one with a texture."""
     path = tmp_path / 'hand.xml'
     path.write_text(HAND.format(more=more))
     m = mujoco.MjModel.from_xml_path(str(path))
     m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    d, held, rng = mujoco.MjData(m), {'hinge': 0.4, 'a': 0.0, 'slide': -0.05}, (
+    d, locked, rng = mujoco.MjData(m), {'hinge': 0.4, 'a': 0.0, 'slide': -0.05}, (
         np.random.default_rng(1))
     for name in ('hinge', 'slide'):
-        d.joint(name).qpos[0] = held[name]
+        d.joint(name).qpos[0] = locked[name]
     moving = np.array([m.joint(name).dofadr[0] for name in 'jk'])
     d.qpos[moving + 1], d.qvel[moving], d.qacc[moving] = rng.normal(size=(3, 2))
     mujoco.mj_inverse(m, d)
-    file = read_robot(path, held=held)
+    file = read_robot(path, locked=locked)
     assert file.chain.joints == ('j', 'k') and file.kp.tolist() == [5.0, 9.0]
     np.testing.assert_allclose(effort(file.chain, *(x[moving] for x in (
         d.qpos[1:], d.qvel, d.qacc))), d.qfrc_inverse[moving], rtol=1e-6, atol=1e-6)
-    assert file.digest != read_robot(path, held=held | {'slide': 0.0}).digest
-    for fewer, words in (({}, 'joint a: free or ball.*held in --values'),
-                         ({'a': 0.0}, 'equality 1: .*held in --values'),
-                         ({'a': 0.0, 'hinge': 0.0}, 'tendon cable: .*held in --values'),
-                         ({'knee': 0.0}, 'held: knee: no joint, expected one of a, j, hinge')):
+    assert file.digest != read_robot(path, locked=locked | {'slide': 0.0}).digest
+    for fewer, words in (({}, 'joint a: free or ball.*locked in --values'),
+                         ({'a': 0.0}, 'equality 1: .*locked in --values'),
+                         ({'a': 0.0, 'hinge': 0.0}, 'tendon cable: .*locked in --values'),
+                         ({'knee': 0.0}, 'locked: knee: no joint, expected one of a, j, hinge')):
         with pytest.raises(InputError, match=words):
-            read_robot(path, held=fewer)
+            read_robot(path, locked=fewer)
 
 
-def test_joints_that_are_held_in_a_urdf_weigh_as_before_and_move_no_more():
+def test_locked_joints_in_a_urdf_weigh_as_before_and_move_no_more():
     """A hinge, and a slide with one that mimics it."""
     text = config_path('arm6.urdf').read_text(encoding='utf-8').replace('</robot>', (
         '<link name="{0}"><inertial><origin xyz="0 0.1 0"/><mass value="1"/><inertia ixx=".1" '
@@ -196,18 +196,18 @@ def test_joints_that_are_held_in_a_urdf_weigh_as_before_and_move_no_more():
     both = text.format('')
     whole = chain_of(parse(both, 'arm'), {}, 'arm')
     names = whole.joints
-    held = {names[2]: 0.7, 'grip': 0.03}
+    locked = {names[2]: 0.7, 'grip': 0.03}
     fewer = chain_of(parse(text.format(
-        '<mimic joint="grip" multiplier="-2" offset="0.1"/>'), 'arm', held), {}, 'arm')
+        '<mimic joint="grip" multiplier="-2" offset="0.1"/>'), 'arm', locked), {}, 'arm')
     moving = [i for i, name in enumerate(names) if name in fewer.joints]
     assert len(moving) == len(names) - 3
     motion = np.zeros((3, len(names)))
     motion[:, moving] = np.random.default_rng(1).normal(size=(3, len(moving)))
-    for name, position in {**held, 'follows': 0.1 - 2.0 * 0.03}.items():
+    for name, position in {**locked, 'follows': 0.1 - 2.0 * 0.03}.items():
         motion[0, names.index(name)] = position
     np.testing.assert_allclose(effort(fewer, *motion[:, moving]), effort(whole, *motion)[moving],
                                rtol=1e-6, atol=1e-6)
-    with pytest.raises(InputError, match="arm: held: 'gripp', did you mean 'grip'"):
+    with pytest.raises(InputError, match="arm: locked: 'gripp', did you mean 'grip'"):
         parse(both, 'arm', {'gripp': 0.0})
 
 
