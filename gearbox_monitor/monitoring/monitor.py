@@ -26,6 +26,7 @@ from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash import change, drift_words, features
 from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.monitoring.backlash.pooling import PooledFeatures
+from gearbox_monitor.monitoring.backlash.wear_data import AT_ODDS, ERRORS_LARGER, TRUSTED
 from gearbox_monitor.monitoring.checks import (
     covariance, elastic_curve, innovation, learned_curve, model_mismatch, observability, passivity,
     twist_range, usability)
@@ -206,7 +207,7 @@ class Monitor:
         self._window_start: int | None = None  # stamp of its first row
         self._window_whole = True  # whether its rows are at hand from there on
         # Evaluations in it that any indicator of trust flagged, and one outside DRIFT_SHOWS.
-        self._window_flagged = self._window_broken = 0
+        self._window_flagged = self._window_broken = self._window_larger = 0
 
     def _evaluate_at(self, stamp_ns: int) -> None:
         """Evaluate with the first sample at or after `stamp_ns`; 0: a second after the next."""
@@ -470,6 +471,9 @@ class Monitor:
         if any(outcome.level > Level.OK for name, outcome in outcomes.items()
                if name not in DRIFT_SHOWS):
             self._window_broken += 1
+        if 'prediction error' in outcomes:
+            values = outcomes['prediction error'].values
+            self._window_larger += values.get('nis_over_dof', 1.0) > LIMITS.nis_high
         stamps = self._rows.stamps
         if not len(stamps):
             return {}
@@ -485,7 +489,8 @@ class Monitor:
             # Windows without any row are left out.
             following = int(stamps[np.searchsorted(stamps, end)])
             begin += (following - begin) // length * length
-            self._window_whole, self._window_flagged, self._window_broken = True, 0, 0
+            self._window_whole = True
+            self._window_flagged = self._window_broken = self._window_larger = 0
         self._window_start = begin
         return result
 
@@ -499,7 +504,7 @@ class Monitor:
                 window = self._common.refine(window)
         if isinstance(window, features.Backlash):
             self.windows.append(window)
-        self.tracker.update(window, self._trusted(), self.temperature, self._comparable())
+        self.tracker.update(window, self._trust(), self.temperature, self._comparable())
         return drift_words.outcomes(self.tracker)
 
     def _certain(self, rows: Array) -> Flags:
@@ -508,12 +513,14 @@ class Monitor:
         packed = self.estimator.packed_in_use
         return rows[:, S_TWIST_NOISE_STD] ** 2 <= packed[R1] + packed[R2]
 
-    def _trusted(self) -> bool:
-        """Return whether the window that ends here may serve as a baseline."""
+    def _trust(self) -> int:
+        """Return the trust in the window that ends here, see wear_data."""
         if self._hidden_arm is not None:  # its fit takes the readings, not the estimates
-            return self.outcomes['input'].level == Level.OK
-        return (self._window_flagged <= LIMITS.chance_flags
-                and not self._alarmed((*COMPONENTS[:3], 'input')))
+            return TRUSTED if self.outcomes['input'].level == Level.OK else AT_ODDS
+        if self._window_flagged <= LIMITS.chance_flags and not self._alarmed(
+                (*COMPONENTS[:3], 'input')):
+            return TRUSTED
+        return ERRORS_LARGER if self._window_larger > LIMITS.chance_flags else AT_ODDS
 
     def _comparable(self) -> bool:
         """

@@ -22,7 +22,7 @@ from gearbox_monitor.monitoring.backlash.change_tests import (
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.monitoring.backlash.forecast import Trend
 from gearbox_monitor.monitoring.backlash.operating_point import Bins, OperatingPoint
-from gearbox_monitor.monitoring.backlash.wear_data import OTHERS, WearData
+from gearbox_monitor.monitoring.backlash.wear_data import OTHERS, TRUSTED, WearData
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -163,7 +163,7 @@ class Tracker:
 
     # ------------------------------------------------------------------ windows
 
-    def update(self, window: Backlash | NotExcited, trusted: bool = True,
+    def update(self, window: Backlash | NotExcited, trust: int = TRUSTED,
                temperature: float | None = None, comparable: bool = False
                ) -> None:
         """
@@ -171,7 +171,8 @@ class Tracker:
 
         Args:
             window: features of the newest window, or why there are none.
-            trusted: whether the estimates of the window were; if not, they may be off together.
+            trust: in the estimates of the window, see wear_data; those of one level below TRUSTED
+                may be off together.
             temperature: of the gearbox (deg C), None if unknown.
             comparable: whether a window that is not trusted is compared where its fit is as good
                 as those of the baseline; else it is only shown.
@@ -189,17 +190,17 @@ class Tracker:
                 self.compared = False
                 return
             features = window.friction
-        self.friction, self.trusted, self.compared = features, bool(trusted), False
-        if trusted or comparable:
-            self._take(features, trusted)
+        self.friction, self.trusted, self.compared = features, trust == TRUSTED, False
+        if self.trusted or comparable:
+            self._take(features, trust)
 
-    def _take(self, features: Backlash | Friction, trusted: bool) -> None:
+    def _take(self, features: Backlash | Friction, trust: int) -> None:
         data, settings = self.data, self.settings
         count = len(data.points)
         point = data.points.find(features, self.temperature, settings.bins)
         place = data.points[point]
         values, variances = self._measure(features, place)
-        if not trusted:
+        if trust != TRUSTED:
             values = np.where(self._fits(variances, place), values, math.nan)
         place.state(np.where(np.isfinite(values), variances, math.nan))
         self.point = point
@@ -213,7 +214,7 @@ class Tracker:
                     pending = [*feature.pending, stamp]
                     # A change that came with one that is dropped shows at its neighbours.
                     feature.pending = pending[:1] + pending[1:][1 - MAX_PENDING:]
-        data.add(self.stamp_ns, point, trusted, data.warmth(self.temperature),
+        data.add(self.stamp_ns, point, trust, data.warmth(self.temperature),
                  data.relative(values))
         marks = self._marks()
         data.couple(marks)
@@ -300,7 +301,7 @@ class Tracker:
         spread = self.data.spread[column]
         offset = prior.offset ** 2 if not math.isfinite(spread) else spread
         common = (LIMITS.level_std ** 2, prior.temperature ** 2, prior.coulomb ** 2,
-                  prior.distrust ** 2, self.data.shift[column])
+                  prior.distrust ** 2, prior.distrust ** 2, self.data.shift[column])
         return np.concatenate([common, np.full(points, offset)])
 
     def _course(self, column: int) -> wear.Course:

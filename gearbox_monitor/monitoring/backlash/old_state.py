@@ -15,7 +15,7 @@ from gearbox_monitor.monitoring.backlash.change_tests import (
 from gearbox_monitor.monitoring.backlash.operating_point import (
     N_COLUMNS, numbers, OperatingPoint)
 from gearbox_monitor.monitoring.backlash.wear_data import (
-    COUNT, KELVIN, KELVIN_2, PRODUCT, TOTAL, WearBlock, WearData)
+    COUNT, KELVIN, KELVIN_2, PRODUCT, TOTAL, TRUSTED, WearBlock, WearData)
 
 _SUMS = ('first', 'count', 'total', 'squares', 'stated', 'sum_complete')
 _OLD = 6  # features of version 0.2: the first ones of FEATURES
@@ -86,7 +86,7 @@ def _add(data: WearData, block: WearBlock, point: OperatingPoint, count: Array, 
     sums[COUNT], sums[TOTAL] = number, number * y
     sums[KELVIN], sums[KELVIN_2] = number * kelvin, number * kelvin ** 2
     sums[PRODUCT] = number * y * kelvin
-    block.add((len(data.points) - 1, True), sums)
+    block.add((len(data.points) - 1, TRUSTED), sums)
     block.windows += int(number.max())
     return units
 
@@ -219,7 +219,7 @@ def converted(state: Values) -> dict[str, Any]:
     for k, (row, point) in enumerate(zip(rows, where)):
         y = np.array([_logarithm(i, v, data.points[point].unit(i))
                       for i, v in enumerate(values[k])])
-        data.add(int(row[0]), point, True, data.warmth(data.points[point].temperature),
+        data.add(int(row[0]), point, TRUSTED, data.warmth(data.points[point].temperature),
                  data.relative(y))
     steps: list[list[int]] = [[] for _ in FEATURES]
     for key, change in state['changes'].items():

@@ -26,23 +26,26 @@ OTHERS = (STIFFNESS, HYSTERESIS, FRICTION, GAIN)  # what comes out of the fit be
 PER_SIZE = 16      # blocks of one size, before the two oldest of them become one
 MAX_ACTIVE = 48    # points that take part in a fit, beside those of the newest windows
 COUNT, TOTAL, KELVIN, KELVIN_2, PRODUCT = range(5)  # rows of the sums of a cell
+# Trust in a window: whether the filter agrees with the drive, and if not, whether prediction
+# errors are larger than predicted, as of an encoder with more noise.
+ERRORS_LARGER, AT_ODDS, TRUSTED = -1, 0, 1
 
 
 @dataclass
 class WearBlock:
-    """Windows of the past, as sums: cells {(point, trusted): [5, F + 1]}, see COUNT and after."""
+    """Windows of the past, as sums: cells {(point, trust): [5, F + 1]}, see COUNT and after."""
 
     begin_ns: int
     end_ns: int
     windows: int = 0
-    cells: dict[tuple[int, bool], Array] = field(default_factory=dict)
+    cells: dict[tuple[int, int], Array] = field(default_factory=dict)
 
     @property
     def stamp_ns(self) -> int:
         """Middle of the block."""
         return (self.begin_ns + self.end_ns) // 2
 
-    def add(self, key: tuple[int, bool], sums: Array) -> None:
+    def add(self, key: tuple[int, int], sums: Array) -> None:
         """Add `sums` [5, F + 1] to the cell `key`."""
         self.cells[key] = self.cells[key] + sums if key in self.cells else sums
 
@@ -53,7 +56,7 @@ class WearData:
 
     viscous (N m s/rad), coulomb (N m): of the model file.
 
-    stamps [M] ns, where [M]: point, trusted [M], kelvin [M]: temperature less the first known,
+    stamps [M] ns, where [M]: point, trust [M], kelvin [M]: temperature less the first known,
     values [M, F]: logarithms of the features less those of the first window (of hysteresis: over
     load). reference [F]: these. couplings [F]: what to subtract from the gap per unit of the
     others; frozen: whether they stay. shift_ns, shift [F + 1]: windows until then were moved to
@@ -67,7 +70,7 @@ class WearData:
         self.blocks: list[WearBlock] = []
         self.stamps: list[int] = []
         self.where: list[int] = []
-        self.trusted: list[bool] = []
+        self.trust: list[int] = []
         self.kelvin: list[float] = []
         self.values: Array = np.empty((0, n))
         self.reference: Array = np.full(n, np.nan)
@@ -97,21 +100,21 @@ class WearData:
             self.first_kelvin = temperature
         return temperature - self.first_kelvin
 
-    def add(self, stamp_ns: int, point: int, trusted: bool, kelvin: float, values: Array) -> None:
+    def add(self, stamp_ns: int, point: int, trust: int, kelvin: float, values: Array) -> None:
         """
         Take a window.
 
         Args:
             stamp_ns: its end.
             point: its operating point.
-            trusted: whether the filter agrees with the drive.
+            trust: TRUSTED, AT_ODDS or ERRORS_LARGER.
             kelvin: of warmth.
             values: of relative [F].
 
         """
         self.stamps.append(stamp_ns)
         self.where.append(point)
-        self.trusted.append(trusted)
+        self.trust.append(trust)
         self.kelvin.append(kelvin)
         self.values = np.vstack([self.values, values])
         place = self.points[point]
@@ -185,7 +188,7 @@ class WearData:
         marks = sorted(boundaries)
         while len(self) > LIMITS.horizon:
             self.frozen = True
-            stamp, key = self.stamps[0], (self.where[0], self.trusted[0])
+            stamp, key = self.stamps[0], (self.where[0], self.trust[0])
             values = self.sharpened(self.values[:1])[0]
             finite = np.isfinite(values)
             y, kelvin = np.where(finite, values, 0.0), self.kelvin[0] * finite
@@ -200,7 +203,7 @@ class WearData:
                 block = self.blocks[-1]
                 block.end_ns, block.windows = stamp, block.windows + 1
                 block.add(key, sums)
-            del self.stamps[0], self.where[0], self.trusted[0], self.kelvin[0]
+            del self.stamps[0], self.where[0], self.trust[0], self.kelvin[0]
             self.values = self.values[1:]
             self._merge(marks)
 
@@ -318,10 +321,11 @@ class WearData:
         design[:n, wear.TEMPERATURE] = np.where(
             np.abs(warmth) > np.abs(coldness), warmth, coldness) / largest
         design[n:, wear.TEMPERATURE] = self.kelvin
-        keys = [key for _, key, _ in cells] + list(zip(self.where, self.trusted))
-        for k, (point, trusted) in enumerate(keys):
+        keys = [key for _, key, _ in cells] + list(zip(self.where, self.trust))
+        for k, (point, trust) in enumerate(keys):
             design[k, place[point]] = 1.0
-            design[k, wear.DISTRUST] = 0.0 if trusted else 1.0
+            design[k, wear.DISTRUST], design[k, wear.LARGER] = (
+                trust == AT_ODDS, trust == ERRORS_LARGER)
         design[:, wear.SHIFT] = stamps <= self.shift_ns
         variances = {point: self.points[point].variance() for point in points}
         noise = np.array([variances[point] for point, _ in keys]).reshape(n + m, N_COLUMNS)
@@ -351,11 +355,11 @@ class WearData:
         return {
             'points': [p.to_dict() for p in self.points],
             'blocks': [[b.begin_ns, b.end_ns, b.windows, [
-                [point, int(trusted), *map(float, sums.ravel())]
-                for (point, trusted), sums in b.cells.items()]] for b in self.blocks],
-            'windows': [[stamp, where, int(trusted), kelvin, *map(float, values)] for
-                        stamp, where, trusted, kelvin, values in zip(
-                            self.stamps, self.where, self.trusted, self.kelvin, self.values)],
+                [point, trust, *map(float, sums.ravel())]
+                for (point, trust), sums in b.cells.items()]] for b in self.blocks],
+            'windows': [[stamp, where, trust, kelvin, *map(float, values)] for
+                        stamp, where, trust, kelvin, values in zip(
+                            self.stamps, self.where, self.trust, self.kelvin, self.values)],
             'reference': [float(v) for v in self.reference], 'first_kelvin': self.first_kelvin,
             'couplings': [float(v) for v in self.couplings], 'frozen': self.frozen,
             'slopes': [float(v) for v in self.slopes], 'spread': [float(v) for v in self.spread],
@@ -368,12 +372,12 @@ class WearData:
         for begin, end, windows, rows in state['blocks']:
             block = WearBlock(int(begin), int(end), int(windows))
             for row in rows:
-                block.cells[self._point(row[0]), bool(row[1])] = numbers(
+                block.cells[self._point(row[0]), _trust(row[1])] = numbers(
                     row[2:], 5 * N_COLUMNS).reshape(5, N_COLUMNS)
             self.blocks.append(block)
         rows = state['windows']
         self.stamps, self.where = [int(r[0]) for r in rows], [self._point(r[1]) for r in rows]
-        self.trusted, self.kelvin = [bool(r[2]) for r in rows], [float(r[3]) for r in rows]
+        self.trust, self.kelvin = [_trust(r[2]) for r in rows], [float(r[3]) for r in rows]
         self.values = numbers([r[4:] for r in rows], len(rows) * n).reshape(-1, n)
         self.reference, self.couplings = (
             numbers(state[name], n) for name in ('reference', 'couplings'))
@@ -386,3 +390,9 @@ class WearData:
         if not 0 <= int(index) < len(self.points):
             raise ValueError('a window of an unknown operating point')
         return int(index)
+
+
+def _trust(level: Any) -> int:
+    if level not in (ERRORS_LARGER, AT_ODDS, TRUSTED):
+        raise ValueError(f'trust {level!r}, expected {ERRORS_LARGER}, {AT_ODDS} or {TRUSTED}')
+    return int(level)
