@@ -20,6 +20,7 @@ from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 from gearbox_monitor.monitoring.backlash.drift_words import outcomes
 from gearbox_monitor.monitoring.backlash.features import (
     Backlash, Friction, lost_motion_of, NotExcited)
+from gearbox_monitor.monitoring.backlash.wear_data import AT_ODDS, ERRORS_LARGER, TRUSTED
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -188,6 +189,23 @@ def test_points_are_kept_apart_and_found_again():
     # Back in the other motion, which is known now.
     gearbox.state['load'] = 1.0
     assert not alarmed(gearbox.go(3, -0.03)) and alarmed(gearbox.go(6, 0.02))
+
+
+@pytest.mark.parametrize('trust, found', [(ERRORS_LARGER, False), (AT_ODDS, True)])
+def test_larger_errors_are_a_distrust_of_their_own(trust, found):
+    """Windows at odds with the filter had no bias; that of noisier encoders is another one."""
+    gearbox = Gearbox(5)
+
+    def go(trust, growth=0.0):
+        return judged(gearbox.tracker, gearbox.window(growth), trust, comparable=True)
+    for _ in range(60):
+        go(TRUSTED)
+        go(AT_ODDS)
+    alarms = alarmed([go(trust, -0.02) for _ in range(6)])
+    assert bool(alarms) == found == ('gap_loss' in gearbox.tracker.changes)
+    assert not alarmed([go(TRUSTED) for _ in range(20)][-6:])
+    again = Tracker(gearbox.tracker.settings, json.loads(json.dumps(gearbox.tracker.to_dict())))
+    assert again.data.trust == gearbox.tracker.data.trust
 
 
 def test_what_is_not_compared_is_never_ok():

@@ -192,7 +192,7 @@ class Tracker:
             features = window.friction
         self.friction, self.trusted, self.compared = features, trust == TRUSTED, False
         if self.trusted or comparable:
-            self._take(features, trust)
+            self._take(features, int(trust))
 
     def _take(self, features: Backlash | Friction, trust: int) -> None:
         data, settings = self.data, self.settings
