@@ -181,9 +181,13 @@ def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], no
     names = [recorded.get(joint, joint) for joint in joints]
     with open_bag(path) as reader:
         topic = find_topic(reader, topic)
-        _expect_all(path, dict(zip(joints, names)), reader.joint_names(topic))
+        present = reader.joint_names(topic)
+        _expect_all(path, dict(zip(joints, names)), present)
         states = reader.joint_states(topic, names)
         notes = [reader.notice] if reader.notice else []
+        unused = [name for name in present if name not in names]
+        if unused:
+            notes.append(f'joints that are not used: {", ".join(unused)[:200]}')
         t = (states.stamp_ns - states.stamp_ns[0]) * 1e-9
         setpoints = topics_called(reader, SETPOINTS)
         position = dict(zip(joints, states.position.T))

@@ -21,7 +21,7 @@ from gearbox_monitor.export.mjcf_file import read_file
 from gearbox_monitor.export.xml_edit import parse_xml
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import (
-    Chain, chain_of, LOCKED_IN_VALUES, inertial, joint_losses, Link, PER_LINK)
+    Chain, chain_of, inertial, joint_losses, Link, LOCKED_IN_VALUES, PER_LINK)
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, actuators_on, disabled, mujoco_module, name_of, tendon_forces,
     undecided_of_robot, Unread)
