@@ -32,8 +32,8 @@ import numpy as np
 
 from gearbox_monitor.estimation.filter_kind import Reading
 from gearbox_monitor.estimation.process_model import (
-    advance_drives, BESIDE, curve_count, EIGENVALUE, ENCODER_DELAY_STD, FACTOR_DELAY, FACTOR_GAIN,
-    FACTORS, N_FACTORS, TAU_K, torque_slopes, UNIFORM, X1, X2, X3, X4)
+    advance_beside, BESIDE, curve_count, EIGENVALUE, ENCODER_DELAY_STD, FACTOR_DELAY, FACTOR_GAIN,
+    FACTORS, N_FACTORS, N_LANE, TAU_K, torque_slopes, UNIFORM, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places, sensitivities
 from gearbox_monitor.kernels.jit import jit, jit_inline
 from gearbox_monitor.kernels.types import Array, States, Triple
@@ -49,17 +49,21 @@ ERROR_NAMES = (*FACTOR_NAMES, 'torque_gain', 'torque_delay')
 
 class Companions(NamedTuple):
     """
-    The c filters beside a filter of n states; their arrays are changed in place, but for factors.
+    The c filters beside a filter of n states; their arrays are changed in place.
 
-    number: c. factors: as of process_model.advance_drives, the filter's own drive first, then the
-    c others. s [c * n + 1]: sensitivities one by one, and the last motor torque, NaN after a
-    start. lanes [n * BESIDE]: scratch.
+    number: c. s [c * n + 1]: sensitivities one by one, and the last motor torque, NaN after a
+    start. lanes: as of process_model.advance_beside, the filter's own drive first, then the c
+    others.
     """
 
     number: int
-    factors: Array
     s: Array
     lanes: Array
+
+    @property
+    def factors(self) -> Array:
+        """View of the factors [N_FACTORS, BESIDE] of the drives in lanes."""
+        return self.lanes[-N_FACTORS * BESIDE:].reshape(N_FACTORS, BESIDE)
 
 
 def _changes(drive: DriveModel) -> list[tuple[str, int, float]]:
@@ -87,13 +91,13 @@ def _changes(drive: DriveModel) -> list[tuple[str, int, float]]:
 def companions_of(drive: DriveModel, n: int) -> Companions:
     """Return the companions of a filter of `n` states for the `drive`; none without tolerances."""
     changes = _changes(drive)
-    factors = np.ones((N_FACTORS, BESIDE))
-    factors[FACTOR_DELAY] = 0.0
-    for lane, (_, row, value) in enumerate(changes, 1):
-        factors[row, lane] = value
     s = np.zeros(n * len(changes) + 1)
     s[-1] = math.nan
-    return Companions(len(changes), factors, s, np.zeros(n * BESIDE))
+    companions = Companions(len(changes), s, np.ones((n + N_LANE + N_FACTORS) * BESIDE))
+    companions.factors[FACTOR_DELAY] = 0.0
+    for lane, (_, row, value) in enumerate(changes, 1):
+        companions.factors[row, lane] = value
+    return companions
 
 
 def torque_errors_at_tolerance(drive: DriveModel, n: int, records: Array) -> dict[str, float]:
@@ -137,7 +141,7 @@ def accompany(states: States, companions: Companions, z: Array, reading: Reading
         False if a companion has diverged.
 
     """
-    n, (count, factors, s, lanes), (p, faster) = len(states), companions, used
+    n, (count, s, lanes), (p, faster) = len(states), companions, used
     last, s[-1] = s[-1], reading.u
     if count == 0:
         return True
@@ -147,7 +151,7 @@ def accompany(states: States, companions: Companions, z: Array, reading: Reading
             lanes[j * BESIDE + i] = z[j]
         for i in range(count):
             lanes[j * BESIDE + 1 + i] += s[i * n + j]
-    advance_drives(states, lanes, factors, (reading.u, reading.load, rate), reading.dt,
+    advance_beside(states, lanes, count + 1, True, (reading.u, reading.load, rate), reading.dt,
                    substeps(reading.dt, p[EIGENVALUE] + faster), p)
     _, _, _, _, _, _, _, at_K, _ = places(n)
     _, at_predicted, at_updated, _ = sensitivities(n, record.shape[0])

@@ -21,7 +21,7 @@ from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.filter_kind import (
     Belief, filter_kind, FilterKind, Reading, Scratch)
 from gearbox_monitor.estimation.process_model import (
-    BESIDE, N_FACTORS, N_PACKED, TAU_K_MODEL_STD, torque_of)
+    BESIDE, N_FACTORS, N_LANE, N_PACKED, TAU_K_MODEL_STD, torque_of)
 from gearbox_monitor.estimation.step_record import correction, record_size, sensitivities
 from gearbox_monitor.kernels.jit import bound, jit_inline
 from gearbox_monitor.kernels.types import Array, Pair, States, Values
@@ -42,17 +42,16 @@ def _parts(states: States, n_vectors: int, n_matrices: int, room: Array) -> Part
     at_vectors = at_p + N_PACKED
     at_matrices = at_vectors + n_vectors * n
     at_record = at_matrices + n_matrices * m
-    at_factors = at_record + record_size(n, count)
-    at_lanes = at_factors + N_FACTORS * BESIDE
-    at_s = at_lanes + n * BESIDE
+    at_lanes = at_record + record_size(n, count)
+    at_s = at_lanes + (n + N_LANE + N_FACTORS) * BESIDE
     at_before = at_s + n * count + 1
     at_memory = at_before + n
     return (Belief(room[1:at_P], room[at_P:at_p], room[at_memory:]), room[at_p:at_vectors],
             Scratch(room[at_vectors:at_matrices].reshape(n_vectors, n),
                     room[at_matrices:at_record].reshape(n_matrices, m)),
-            room[at_record:at_factors],
-            Companions(count, room[at_factors:at_lanes].reshape(N_FACTORS, BESIDE),
-                       room[at_s:at_before], room[at_lanes:at_s]), room[at_before:at_memory])
+            room[at_record:at_lanes],
+            Companions(count, room[at_s:at_before], room[at_lanes:at_s]),
+            room[at_before:at_memory])
 
 
 _split = jit_inline(_parts)  # compiled, it cannot be called from outside: it returns arrays
@@ -110,12 +109,12 @@ class Filter:
         companions = companions_of(estimator.drive, n)
         self._room = np.zeros(
             1 + n + n * n + N_PACKED + kind.n_vectors * n + kind.n_matrices * n * n
-            + record_size(n, companions.number) + companions.factors.size + companions.lanes.size
-            + companions.s.size + n + kind.memory_size(n))
+            + record_size(n, companions.number) + companions.lanes.size + companions.s.size + n
+            + kind.memory_size(n))
         self._room[0] = companions.number
         self._belief, self._packed, _, self._record, self._companions, _ = _parts(
             self._states, kind.n_vectors, kind.n_matrices, self._room)
-        self._companions.factors[:] = companions.factors
+        self._companions.lanes[:] = companions.lanes
         self.z, self.P = self._belief.z, self._belief.P.reshape(n, n)
         self._packed[:] = estimator.packed
         self.z[:] = math.nan  # until start

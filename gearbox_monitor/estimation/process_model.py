@@ -29,7 +29,7 @@ from gearbox_monitor.estimation.adaptation import adapted_names, softened_model
 from gearbox_monitor.estimation.filter_kind import filter_kind
 from gearbox_monitor.estimation.torque_model import (
     curve_drive, curve_states, LEARNT_RANGE, MEMORY, MEMORY_NOISE, start_deviations)
-from gearbox_monitor.kernels.jit import COMPILED, fma, jit, jit_inline
+from gearbox_monitor.kernels.jit import fma, jit, jit_inline
 from gearbox_monitor.kernels.types import (
     Array, Curve, Four, Packed, Pair, Slopes, States, Triple)
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
@@ -44,8 +44,11 @@ from gearbox_monitor.plant.transmission import dead_zone_torque, elastic_torque,
 X1, X2, X3, X4, TAU_K, TAU_ARM, TAU_E = range(7)
 N_MAX = 11
 BESIDE = 16  # states that advance_beside takes: at least 2 n + 1, constant for the compiler
-# What differs between the drives of advance_drives: values in the packed array, and behind them
-# the gain and the delay of the motor torque.
+# Rows behind them: of the four stages of an RK4 step, and the load on the arm.
+LANE_X3, LANE_X4, LANE_F, LANE_G, LANE_ERROR, LANE_LOAD = range(0, 24, 4)
+N_LANE = LANE_LOAD + 1
+# What may differ between their drives: values in the packed array, and behind them the gain and
+# the delay of the motor torque.
 FACTORS = (INVERSE_M1, INVERSE_M2, D, CV, CC, CAV, CAC, CL)
 FACTOR_GAIN, FACTOR_DELAY, N_FACTORS = range(len(FACTORS), len(FACTORS) + 3)
 # Standard deviation of what is anywhere between -1 and 1.
@@ -496,93 +499,28 @@ def advance(states: States, z: Array, torques: Pair, dt: float, n_substeps: int,
     """
     h = dt / n_substeps
     for _ in range(n_substeps):
-        _advance_one(states, z, 1, 0, torques, h, p)
-
-
-@jit
-def advance_beside(states: States, z: Array, torques: Pair, dt: float, n_substeps: int,
-                   p: Array) -> None:
-    """
-    Advance BESIDE states side by side in the vector unit; only the first 2 n + 1 count.
-
-    Args:
-        states: as of advance.
-        torques: as of advance.
-        dt: as of advance.
-        n_substeps: as of advance.
-        p: as of advance.
-        z: states [n * BESIDE], by rows, changed in place.
-
-    """
-    h = dt / n_substeps
-    # Of numbers the compiler knows that writing a state does not change them.
-    drive = (p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12],
-             p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23],
-             p[24], p[25], p[K_P], p[FRICTION_TIME], p[LOAD_AT], p[FRICTION_AT])
-    for _ in range(n_substeps):
-        for i in range(BESIDE if COMPILED else 2 * len(states) + 1):
-            _advance_one(states, z, BESIDE, i, torques, h, drive)
-
-
-@jit
-def advance_drives(states: States, z: Array, factors: Array, torques: Triple, dt: float,
-                   n_substeps: int, p: Array) -> None:
-    """
-    Advance BESIDE states side by side, each in a drive of its own.
-
-    Args:
-        states: as of advance.
-        dt: as of advance.
-        n_substeps: as of advance.
-        p: as of advance; of the drive that the others are told by.
-        z: states [n * BESIDE], by rows, changed in place.
-        factors: [N_FACTORS, BESIDE]; on the values FACTORS of the drive and on the motor torque,
-            then how much later that acts, s.
-        torques: of the motor and the measured load, N m, and the rate of the motor's, N m/s.
-
-    """
-    u, load, rate = torques
-    h = dt / n_substeps
-    p_k, time, load_at, friction_at = p[K_P], p[FRICTION_TIME], p[LOAD_AT], p[FRICTION_AT]
-    law = p[20], p[21], p[22], p[23], p[24], p[25]
-    for _ in range(n_substeps):
-        for i in range(BESIDE):
-            drive = (p[0] * factors[0, i], p[1] * factors[1, i], p[2] * factors[2, i],
-                     p[3] * factors[3, i], p[4] * factors[4, i], p[5], p[6], p[7], p[8], p[9],
-                     p[10], p[11], p[12], p[13] * factors[5, i], p[14] * factors[6, i], p[15],
-                     p[16], p[17], p[18], p[19] * factors[7, i], *law, p_k, time, load_at,
-                     friction_at)
-            own = factors[FACTOR_GAIN, i] * u - factors[FACTOR_DELAY, i] * rate
-            _advance_one(states, z, BESIDE, i, (own, load), h, drive)
+        _advance_one(states, z, torques, h, p)
 
 
 @jit_inline
-def _advance_one(states: States, z: Array, width: int, i: int, torques: Pair, h: float,
-                 drive: Packed) -> None:
-    """Advance state `i` of `width` in z by an RK4 step; drive: p up to FRICTION_AT."""
+def _advance_one(states: States, z: Array, torques: Pair, h: float, p: Array) -> None:
+    """Advance a state by an RK4 step."""
     u, load = torques
     curve = states[1]
     at_curve = len(states) - curve_count(curve)
-    e1 = e2 = e3 = e4 = e = 0.0
-    if len(states) > 5:
-        # At constant places, so that the compiler sees that lanes do not overlap.
-        if drive[LOAD_AT] > 0.0:
-            load += z[TAU_ARM * width + i]
-        if drive[FRICTION_AT] == TAU_ARM:
-            e1, e2, e3, e4, e = decay(z[TAU_ARM * width + i], 0.5 * h, h, drive)
-            z[TAU_ARM * width + i] = e
-        elif len(states) > TAU_E and drive[FRICTION_AT] == TAU_E:
-            e1, e2, e3, e4, e = decay(z[TAU_E * width + i], 0.5 * h, h, drive)
-            z[TAU_E * width + i] = e
-    x = (z[X1 * width + i], z[X2 * width + i], z[X3 * width + i], z[X4 * width + i],
-         z[TAU_K * width + i])
-    law = _curve(curve, z, width, i, at_curve, drive)
-    memory = _memory(curve, z, at_curve * width + i, x[0] - x[1])
-    x = _advanced(states, x, (memory, law), (e1, e2, e3, e4), (u, load), h, drive)
+    error = (0.0, 0.0, 0.0, 0.0, 0.0)
+    if p[LOAD_AT] > 0.0:
+        load += z[int(p[LOAD_AT])]
+    if p[FRICTION_AT] > 0.0:
+        error = decay(z[int(p[FRICTION_AT])], 0.5 * h, h, p)
+        z[int(p[FRICTION_AT])] = error[4]
+    x = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
+    law = _curve(curve, z, 1, 0, at_curve, p)
+    memory = _memory(curve, z, at_curve, x[0] - x[1])
+    x = _advanced(states, x, (memory, law), error[:4], (u, load), h, p)
     if curve_count(curve) > 0:
-        z[at_curve * width + i] = play(x[0] - x[1], memory, abs(law[2]) / law[0])[0]
-    z[X1 * width + i], z[X2 * width + i], z[X3 * width + i] = x[0], x[1], x[2]
-    z[X4 * width + i], z[TAU_K * width + i] = x[3], x[4]
+        z[at_curve] = play(x[0] - x[1], memory, abs(law[2]) / law[0])[0]
+    z[X1], z[X2], z[X3], z[X4], z[TAU_K] = x
 
 
 @jit_inline
@@ -630,6 +568,122 @@ def _accelerations(states: States, x: Column, u: float, load: float, p: Packed) 
         return (motor_acceleration_by_law(x1, x3, x4, u, tau_k, p),
                 arm_acceleration(x3, x4, tau_k, load, p))
     return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)
+
+
+@jit
+def advance_beside(states: States, lanes: Array, count: int, differ: bool | None, torques: Triple,
+                   dt: float, n_substeps: int, p: Array) -> None:
+    """
+    Advance states side by side in the vector unit, as advance does one.
+
+    Stage by stage: the processor then works on several vectors at once. In whole steps, one after
+    the other, each would wait for its own arctangents.
+
+    Args:
+        states: as of advance.
+        lanes: the states [n, BESIDE] by rows, changed in place; behind them the rows LANE_*,
+            scratch, and, where drives differ, factors [N_FACTORS, BESIDE]: on the values FACTORS
+            of the drive and on the motor torque, then how much later that acts, s.
+        count: number of states; those up to a multiple of four go along.
+        differ: None: all are of the drive of p.
+        torques: of the motor and the measured load, N m, and the rate of the motor's, N m/s.
+        dt: as of advance.
+        n_substeps: as of advance.
+        p: as of advance.
+
+    """
+    n, width, h = len(states), (count + 3) & -4, dt / n_substeps
+    at_load, at_error, friction_at = (n + LANE_LOAD) * BESIDE, (n + LANE_ERROR) * BESIDE, (
+        int(p[FRICTION_AT]) * BESIDE)
+    share = 1.0 if p[LOAD_AT] > 0.0 else 0.0
+    # Of numbers the compiler knows that writing a state does not change them.
+    drive = (p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12],
+             p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23],
+             p[24], p[25], p[K_P])
+    for i in range(width):
+        lanes[at_load + i] = torques[1]
+        if n > 5:
+            lanes[at_load + i] += share * lanes[TAU_ARM * BESIDE + i]
+        for q in range(4):
+            lanes[at_error + q * BESIDE + i] = 0.0
+    for _ in range(n_substeps):
+        if n > 5 and friction_at > 0:
+            for i in range(width):
+                error = decay(lanes[friction_at + i], 0.5 * h, h, p)
+                for q in range(4):
+                    lanes[at_error + q * BESIDE + i] = error[q]
+                lanes[friction_at + i] = error[4]
+        _stage(states, lanes, width, 0, 0.0, differ, torques, drive)
+        _stage(states, lanes, width, 1, 0.5 * h, differ, torques, drive)
+        _stage(states, lanes, width, 2, 0.5 * h, differ, torques, drive)
+        _stage(states, lanes, width, 3, h, differ, torques, drive)
+        for i in range(width):
+            _finish(states, lanes, i, h / 6.0, drive)
+
+
+@jit_inline
+def _stage(states: States, lanes: Array, width: int, q: int, part: float, differ: bool | None,
+           torques: Triple, shared: Packed) -> None:
+    """Take stage `q` of an RK4 step, `part` s from its start; shared: p up to K_P."""
+    n, curve, z = len(states), states[1], lanes
+    at_curve = (n - curve_count(curve)) * BESIDE
+    for i in range(width):
+        u, drive = _own_drive(differ, z, (n + N_LANE) * BESIDE + i, torques, shared)
+        law = _curve(curve, z, BESIDE, i, n - curve_count(curve), drive)
+        memory = _memory(curve, z, at_curve + i, z[X1 * BESIDE + i] - z[X2 * BESIDE + i])
+        at = (n + q) * BESIDE + i
+        x = z[X1 * BESIDE + i], z[X2 * BESIDE + i], z[X3 * BESIDE + i], z[X4 * BESIDE + i], (
+            z[TAU_K * BESIDE + i])
+        if q > 0:
+            last = at - BESIDE
+            x3, x4 = z[last + LANE_X3 * BESIDE], z[last + LANE_X4 * BESIDE]
+            x = (x[0] + part * x3, x[1] + part * x4, x[2] + part * z[last + LANE_F * BESIDE],
+                 x[3] + part * z[last + LANE_G * BESIDE], x[4] + part * drive[K_P] * (x3 - x4))
+        f, g = _accelerations(states, _bearing(states, x, (memory, law)),
+                              u - z[at + LANE_ERROR * BESIDE], z[(n + LANE_LOAD) * BESIDE + i],
+                              drive)
+        z[at + LANE_X3 * BESIDE], z[at + LANE_X4 * BESIDE] = x[2], x[3]
+        z[at + LANE_F * BESIDE], z[at + LANE_G * BESIDE] = f, g
+
+
+@jit_inline
+def _own_drive(differ: bool | None, lanes: Array, at: int, torques: Triple,
+               p: Packed) -> tuple[float, Packed]:
+    """Return the motor torque and the drive of a lane whose factors begin at `at`."""
+    if differ is None:
+        return torques[0], p
+    f = lanes
+    u = f[at + FACTOR_GAIN * BESIDE] * torques[0] - f[at + FACTOR_DELAY * BESIDE] * torques[2]
+    return u, (
+        p[0] * f[at], p[1] * f[at + BESIDE], p[2] * f[at + 2 * BESIDE], p[3] * f[at + 3 * BESIDE],
+        p[4] * f[at + 4 * BESIDE], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12],
+        p[13] * f[at + 5 * BESIDE], p[14] * f[at + 6 * BESIDE], p[15], p[16], p[17], p[18],
+        p[19] * f[at + 7 * BESIDE], p[20], p[21], p[22], p[23], p[24], p[25], p[26])
+
+
+@jit_inline
+def _finish(states: States, lanes: Array, i: int, sixth: float, p: Packed) -> None:
+    """End the RK4 step of lane `i`."""
+    n, curve, z = len(states), states[1], lanes
+    at, at_curve = n * BESIDE + i, n - curve_count(curve)
+    law = _curve(curve, z, BESIDE, i, at_curve, p)
+    memory = _memory(curve, z, at_curve * BESIDE + i, 0.0)
+    moved1, moved2 = _mean(z, at + LANE_X3 * BESIDE, sixth), _mean(z, at + LANE_X4 * BESIDE, sixth)
+    z[X1 * BESIDE + i] += moved1
+    z[X2 * BESIDE + i] += moved2
+    z[X3 * BESIDE + i] += _mean(z, at + LANE_F * BESIDE, sixth)
+    z[X4 * BESIDE + i] += _mean(z, at + LANE_G * BESIDE, sixth)
+    z[TAU_K * BESIDE + i] += p[K_P] * (moved1 - moved2)
+    if curve_count(curve) > 0:
+        z[at_curve * BESIDE + i] = play(z[X1 * BESIDE + i] - z[X2 * BESIDE + i], memory,
+                                        abs(law[2]) / law[0])[0]
+
+
+@jit_inline
+def _mean(lanes: Array, at: int, sixth: float) -> float:
+    """Return a step by its four stages, which stand from `at` on."""
+    return sixth * (lanes[at] + 2.0 * (lanes[at + BESIDE] + lanes[at + 2 * BESIDE])
+                    + lanes[at + 3 * BESIDE])
 
 
 # The tangent, column by column: m = (m1, m3, m4, m_tau, m2), how x1, x3, x4, tau_K and x2 of a

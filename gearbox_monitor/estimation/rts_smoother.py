@@ -15,7 +15,8 @@ from gearbox_monitor.estimation.process_model import (
     motor_side, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places, sensitivities
 from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.linalg import multiply, solve_positive, transposed_multiply_symmetric
+from gearbox_monitor.kernels.linalg import (
+    add_product, multiply, solve_positive, transposed_multiply_symmetric)
 from gearbox_monitor.kernels.types import Array, States
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
 
@@ -66,7 +67,7 @@ def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices
     Args:
         states: process_model.markers of the n states.
         ring: step records [M, record_size(n, c)]; step k stands in row k % M. Their smoothed
-            sensitivities are written.
+            sensitivities are written, but for the oldest less the predicted ones.
         span: the steps to smooth and to write.
         p: process_model.pack.
         z: [n], the smoothed state of the oldest step is left here, and its covariance in
@@ -110,13 +111,11 @@ def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices
                 product[i] = s
             for i in range(n):
                 z[i] = product[i]
-            for c in range(0, n * count, n):
-                for i in range(n):
-                    record[at_smoothed + c + i] = record[at_s + c + i]
-                for m in range(n):
-                    change_m = later[at_smoothed + c + m] - later[at_s_pred + c + m]
-                    for i in range(n):
-                        record[at_smoothed + c + i] += gain_t[m * n + i] * change_m
+            change_s = later[at_smoothed:at_smoothed + n * count]
+            for i in range(n * count):
+                change_s[i] -= later[at_s_pred + i]
+                record[at_smoothed + i] = record[at_s + i]
+            add_product(states, change_s, gain_t, record[at_smoothed:at_smoothed + n * count])
         else:
             for i in range(n * count):
                 record[at_smoothed + i] = record[at_s + i]

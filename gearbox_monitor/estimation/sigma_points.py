@@ -20,13 +20,14 @@ import math
 
 from gearbox_monitor.estimation.filter_kind import Reading
 from gearbox_monitor.estimation.process_model import (
-    advance_beside, BESIDE, EIGENVALUE, UKF_ALPHA, UKF_BETA, UKF_KAPPA)
+    advance_beside, BESIDE, EIGENVALUE, N_LANE, UKF_ALPHA, UKF_BETA, UKF_KAPPA)
 from gearbox_monitor.kernels.jit import jit_inline
+from gearbox_monitor.kernels.linalg import add_transposed_product
 from gearbox_monitor.kernels.types import Array, States
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import substeps
 
-N_POINTS = 4  # matrices [n, n] that hold the points
+N_LANES = 17  # matrices [n, n] that hold the lanes of advance_beside
 # A centre weight below this makes the mean an extrapolation rather than an average.
 NEGATIVE_WEIGHT = -10.0
 
@@ -76,8 +77,8 @@ def cholesky(states: States, a: Array, out: Array) -> bool:
 
 
 @jit_inline
-def transform(states: States, z: Array, factor: Array, reading: Reading, p: Array, bends: Array,
-              rows: Array, points: Array) -> None:
+def transform(states: States, z: Array, factor: Array, reading: Reading, p: Array, rows: Array,
+              matrices: Array) -> None:
     """
     Carry a mean and a factor of its covariance through the drive (unscented transform).
 
@@ -87,47 +88,48 @@ def transform(states: States, z: Array, factor: Array, reading: Reading, p: Arra
         factor: lower Cholesky factor [n * n] of the covariance.
         reading: the time step and its torques.
         p: process_model.pack.
-        bends: scratch [n].
         rows: [>= 2 n, n]; the first 2 n are written so that rows' rows is the predicted covariance
             without process noise, pair differences first.
-        points: scratch [N_POINTS, n * n].
+        matrices: scratch [N_LANES, n * n] of double precision.
 
     """
-    n, dt = len(states), reading.dt
-    beside = points.reshape(N_POINTS * n * n)[:n * BESIDE]
+    n, dt, rounded = len(states), reading.dt, z.dtype.type
+    lanes = matrices.reshape(N_LANES * n * n)[:(n + N_LANE) * BESIDE]
     counted = substeps(dt, p[EIGENVALUE])
     alpha2 = p[UKF_ALPHA] * p[UKF_ALPHA]
     spread = math.sqrt(alpha2 * (n + p[UKF_KAPPA]))
     root = 1.0 / spread
     weight = root * root
     shared = (1.0 - math.sqrt(1.0 + (p[UKF_BETA] - alpha2) * n * weight)) / n
-    for j in range(n):  # centre, n points ahead, n behind, and idle ones
-        at = j * BESIDE
+    for j in range(n):  # n points ahead, n behind, the centre, and idle ones
+        at, centre = j * BESIDE, z[j]
         for i in range(BESIDE):
-            beside[at + i] = z[j]
+            lanes[at + i] = centre
         for i in range(n):
-            beside[at + 1 + i] = z[j] + spread * factor[j * n + i]
-            beside[at + 1 + n + i] = z[j] - spread * factor[j * n + i]
-    advance_beside(states, beside, (reading.u, reading.load), dt, counted, p)
+            lanes[at + i] = rounded(centre + spread * factor[j * n + i])
+            lanes[at + n + i] = rounded(centre - spread * factor[j * n + i])
+    for _ in range(counted):
+        advance_beside(states, lanes, 2 * n + 1, None, (reading.u, reading.load, 0.0),
+                       dt / counted, 1, p)
+        for i in range(n * BESIDE):
+            lanes[i] = rounded(lanes[i])
     for j in range(n):
-        at = j * BESIDE
-        z[j] = beside[at]
-        bends[j] = 0.0
+        at, centre = j * BESIDE, rounded(lanes[j * BESIDE + 2 * n])
+        bends = rounded(0.0)
         for i in range(n):
-            plus, minus = beside[at + 1 + i] - z[j], beside[at + 1 + n + i] - z[j]
+            plus, minus = rounded(lanes[at + i]) - centre, rounded(lanes[at + n + i]) - centre
             bend = 0.5 * (plus + minus)
             rows[i, j] = 0.5 * root * (plus - minus)
             rows[n + i, j] = bend
-            bends[j] += bend
-    for j in range(n):
-        z[j] += weight * bends[j]
+            bends = rounded(bends + bend)
+        z[j] = centre + weight * bends
         for i in range(n):
-            rows[n + i, j] = root * (rows[n + i, j] - shared * bends[j])
+            rows[n + i, j] = root * (rows[n + i, j] - shared * bends)
 
 
 @jit_inline
 def cross_covariance(states: States, rows: Array, factor: Array, P: Array, slope: Array,
-                     out: Array, at: int) -> None:
+                     out: Array) -> None:
     """
     Write cov(z predicted, z before), by the slope of the statistical linearisation.
 
@@ -136,9 +138,8 @@ def cross_covariance(states: States, rows: Array, factor: Array, P: Array, slope
         rows: as of transform.
         factor: of P with the first half of the process noise, as of transform.
         P: covariance before any process noise [n * n].
-        slope: of the linearisation [n * n], written.
-        out: receives the covariance [n, n].
-        at: place in `out` where it begins.
+        slope: transposed, of the linearisation [n * n], written.
+        out: receives the covariance [n * n].
 
     """
     n = len(states)
@@ -147,11 +148,8 @@ def cross_covariance(states: States, rows: Array, factor: Array, P: Array, slope
         for r in range(n):
             s = rows[j, r]
             for k in range(j + 1, n):
-                s -= slope[r * n + k] * factor[k * n + j]
-            slope[r * n + j] = s * inverse
-    for i in range(n):
-        for j in range(n):
-            s = 0.0
-            for k in range(n):
-                s += slope[i * n + k] * P[k * n + j]
-            out[at + i * n + j] = s
+                s -= slope[k * n + r] * factor[k * n + j]
+            slope[j * n + r] = s * inverse
+    for i in range(n * n):
+        out[i] = 0.0
+    add_transposed_product(states, slope, P, n, out)

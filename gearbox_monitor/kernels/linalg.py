@@ -189,6 +189,22 @@ if COMPILED:
             fma(v, b[at + 10], row[10]) if n > 10 else 0.0)
 
     @jit_inline
+    def _added(n: int, v: float, b: Array, at: int, row: Eleven) -> Eleven:
+        """Do as _fused, but round each product."""
+        return (
+            row[0] + v * b[at],
+            row[1] + v * b[at + 1],
+            row[2] + v * b[at + 2],
+            row[3] + v * b[at + 3],
+            row[4] + v * b[at + 4],
+            row[5] + v * b[at + 5] if n > 5 else 0.0,
+            row[6] + v * b[at + 6] if n > 6 else 0.0,
+            row[7] + v * b[at + 7] if n > 7 else 0.0,
+            row[8] + v * b[at + 8] if n > 8 else 0.0,
+            row[9] + v * b[at + 9] if n > 9 else 0.0,
+            row[10] + v * b[at + 10] if n > 10 else 0.0)
+
+    @jit_inline
     def _weighted(n: int, phi: Array, at: int, half: Array, row: Eleven) -> Eleven:
         """Return `row` + the `n` numbers at `at` of phi, each times that of `half`."""
         return (
@@ -253,17 +269,39 @@ if COMPILED:
             out[i * n + j] = value
             out[j * n + i] = value
 
-    @jit
+    @jit_inline
+    def add_transposed_product(states: States, a: Array, b: Array, length: int,
+                               out: Array) -> None:
+        """Add a' b to `out` [n * n]; a, b [length * n], by rows; `states` of length n."""
+        n = len(states)
+        for i in range(n):
+            row = _added(n, 1.0, out, i * n, ZEROS)
+            for k in range(length):
+                row = _added(n, a[k * n + i], b, k * n, row)
+            _put(n, row, out, i * n)
+
+    @jit_inline
+    def add_product(states: States, a: Array, b: Array, out: Array) -> None:
+        """Add a b to `out`; a and `out` [c * n], b [n * n], by rows; `states` of length n."""
+        n = len(states)
+        for at in range(0, out.shape[0], n):
+            row = _added(n, 1.0, out, at, ZEROS)
+            for k in range(n):
+                row = _added(n, a[at + k], b, k * n, row)
+            _put(n, row, out, at)
+
+    @jit_inline
     def transposed_multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
         """Write a' b into `out`, known to be symmetric; all [n * n]; `states` of length n."""
         n = len(states)
         for i in range(n):
-            for j in range(i + 1):
-                s = 0.0
-                for k in range(n):
-                    s += a[k * n + i] * b[k * n + j]
-                out[i * n + j] = s
-                out[j * n + i] = s
+            row = ZEROS
+            for k in range(n):
+                row = _added(n, a[k * n + i], b, k * n, row)
+            _put(n, row, out, i * n)
+        for i in range(n):
+            for j in range(i):
+                out[j * n + i] = out[i * n + j]
 
     @jit
     def solve_positive(states: States, a: Array, b: Array, out: Array) -> bool:
@@ -286,17 +324,18 @@ if COMPILED:
                 for k in range(j):
                     s -= a[i * n + k] * a[j * n + k]
                 a[i * n + j] = s * inverse
-        for c in range(n):
-            for i in range(n):
-                s = b[i * n + c]
-                for k in range(i):
-                    s -= a[i * n + k] * out[k * n + c]
-                out[i * n + c] = s * a[i * n + i]
-            for i in range(n - 1, -1, -1):
-                s = out[i * n + c]
-                for k in range(i + 1, n):
-                    s -= a[k * n + i] * out[k * n + c]
-                out[i * n + c] = s * a[i * n + i]
+        for i in range(n):
+            row = _added(n, 1.0, b, i * n, ZEROS)
+            for k in range(i):
+                row = _added(n, -a[i * n + k], out, k * n, row)
+            _put(n, row, out, i * n)
+            _put(n, _added(n, a[i * n + i], out, i * n, ZEROS), out, i * n)
+        for i in range(n - 1, -1, -1):
+            row = _added(n, 1.0, out, i * n, ZEROS)
+            for k in range(i + 1, n):
+                row = _added(n, -a[k * n + i], out, k * n, row)
+            _put(n, row, out, i * n)
+            _put(n, _added(n, a[i * n + i], out, i * n, ZEROS), out, i * n)
         return True
 else:
     def _square(a: Array) -> Array:
@@ -318,6 +357,15 @@ else:
         """Write a b' into `out`, known to be symmetric; all [n * n]; `states` of length n."""
         out[:] = (_square(a) @ _square(b).T).ravel()
         _symmetrise(out)
+
+    def add_transposed_product(states: States, a: Array, b: Array, length: int,
+                               out: Array) -> None:
+        """Add a' b to `out` [n * n]; a, b [length * n], by rows; `states` of length n."""
+        out += (a.reshape(length, -1).T @ b.reshape(length, -1)).ravel()
+
+    def add_product(states: States, a: Array, b: Array, out: Array) -> None:
+        """Add a b to `out`; a and `out` [c * n], b [n * n], by rows; `states` of length n."""
+        out += (a.reshape(-1, len(states)) @ _square(b)).ravel()
 
     def transposed_multiply_symmetric(states: States, a: Array, b: Array, out: Array) -> None:
         """Write a' b into `out`, known to be symmetric; all [n * n]; `states` of length n."""

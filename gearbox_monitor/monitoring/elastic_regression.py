@@ -82,8 +82,8 @@ def normal_equations(theta: Array, free: Flags, law: ElasticLaw, data: Array, we
         data: [N, N_DATA].
         weights: of the groups [M].
         units: 1 over the stated deviations of the groups [M].
-        blocks: zeros, written: lower triangles [M // law.block + 1, N_SHAPE, N_SHAPE], right sides
-            of the step [M // law.block + 1, N_SHAPE], and room [3, N_SHAPE].
+        blocks: zeros, written: matrices [M // law.block + 1, N_SHAPE, N_SHAPE], right sides of the
+            step [M // law.block + 1, N_SHAPE], and room [3, N_SHAPE].
         residuals: written, of each group, or of each with the previous one, in stated
             deviations [M]; 0 before the play is known.
 
@@ -171,6 +171,10 @@ def normal_equations(theta: Array, free: Flags, law: ElasticLaw, data: Array, we
                 for q in range(p + 1):
                     if free[q]:
                         normal[at, p, q] += weighted * part[q]
+    for at in range(normal.shape[0]):
+        for p in range(N_SHAPE):
+            for q in range(p):
+                normal[at, q, p] = normal[at, p, q]
     return cost, contacts / max(data.shape[0], 1)
 
 
@@ -257,7 +261,6 @@ class Regression:
         cost, contact = normal_equations(
             self.base + theta, free, self.law, self.data, self.weights, self.units,
             (normals, rights, np.zeros((3, N_SHAPE))), self.residuals)
-        normals += np.tril(normals, -1).transpose(0, 2, 1)
         prior = np.where(free, self.prior, 0.0)
         return cost + float(prior @ theta ** 2), Optimum(
             theta, free, normals, rights, prior, contact)

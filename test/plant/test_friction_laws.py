@@ -9,7 +9,7 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.process_model import (
-    advance, advance_beside, advance_drives, BESIDE, EIGENVALUE, FACTOR_DELAY, markers, N_FACTORS,
+    advance, advance_beside, BESIDE, EIGENVALUE, FACTOR_DELAY, markers, N_FACTORS, N_LANE,
     NUMERIC, pack, propagate, propagate_numeric)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import model_from_dict, substeps
@@ -109,12 +109,12 @@ def test_the_process_model_of_filters_has_the_law(law):
     for u in run.u[:-1]:
         advance(states, z, (u, 0.0), 1e-3, n, p)
     np.testing.assert_allclose(z[:2], run.x[-1, :2], atol=2e-5)
-    beside, factors = np.zeros((2, 5, BESIDE)), np.ones((N_FACTORS, BESIDE))
-    factors[FACTOR_DELAY] = 0.0
+    lanes = np.ones((2, 5 + N_LANE + N_FACTORS, BESIDE))
+    lanes[:, :5] = lanes[:, 5 + N_LANE + FACTOR_DELAY] = 0.0
     for u in run.u[:-1]:
-        advance_beside(states, beside[0].reshape(-1), (u, 0.0), 1e-3, n, p)
-        advance_drives(states, beside[1].reshape(-1), factors, (u, 0.0, 0.0), 1e-3, n, p)
-    np.testing.assert_allclose(beside[:, :, 3], [z, z], rtol=1e-9)
+        for one, differ in zip(lanes, (None, True)):
+            advance_beside(states, one.reshape(-1), 4, differ, (u, 0.0, 0.0), 1e-3, n, p)
+    np.testing.assert_allclose(lanes[:, :5, 3], [z, z], rtol=1e-9)
     if model.friction_law.constraint:
         assert p[NUMERIC]
         return

@@ -17,13 +17,14 @@ from gearbox_monitor.estimation import sigma_points
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.filters.ekf import healthy, LOG_TWO_PI
 from gearbox_monitor.estimation.process_model import noise, R1, R2, SINGLE
-from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_POINTS, transform
+from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_LANES, transform
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import jit_inline
 from gearbox_monitor.kernels.types import Array, States
 
-# In float32, the first ones are used as single precision; the last never is.
-N_MATRICES = 7 + N_POINTS
+# In float32, the first ones are used as single precision; the last never are.
+N_SINGLE = 6
+N_MATRICES = N_SINGLE + 1 + N_LANES
 
 
 def memory_size(n: int) -> int:
@@ -44,19 +45,19 @@ def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Sc
 
     """
     n, vectors, matrices = len(states), scratch.vectors, scratch.matrices
-    last = matrices[N_MATRICES - 1]
+    double = matrices[N_SINGLE:]
     if p[SINGLE] > 0.0:
-        single = matrices[:5].reshape(5 * n * n).view(np.float32)
+        single = matrices[:3].reshape(3 * n * n).view(np.float32)
         return _step(states, belief, reading, p, Scratch(
-            vectors.reshape(2 * n).view(np.float32)[:2 * n].reshape(2, n),
-            single.reshape(6 + N_POINTS, n * n)), last, record)
-    return _step(states, belief, reading, p, scratch, last, record)
+            vectors.reshape(n).view(np.float32)[:n].reshape(1, n),
+            single.reshape(N_SINGLE, n * n)), double, record)
+    return _step(states, belief, reading, p, scratch, double, record)
 
 
 @jit_inline
 def _step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-          slope: Array, record: Array) -> bool:
-    """Do the step in the precision of `scratch`."""
+          double: Array, record: Array) -> bool:
+    """Do the step in the precision of `scratch`; double: matrices of double precision."""
     n, dt = len(states), reading.dt
     (z, P, memory), (vectors, matrices) = belief, scratch
     at_z, at_P, at_cross, at_z_out, at_P_out, _, _, _, _ = places(n)
@@ -76,8 +77,8 @@ def _step(states: States, belief: Belief, reading: Reading, p: Array, scratch: S
     triangularise(rows[:2 * n], n, 0, n)
     _lower(states, rows, factor)
     # Through the drive, and the second half
-    transform(states, mean, factor, reading, p, vectors[1], rows, matrices[6:6 + N_POINTS])
-    cross_covariance(states, rows, factor, P, slope, record, at_cross)
+    transform(states, mean, factor, reading, p, rows, double[1:])
+    cross_covariance(states, rows, factor, P, double[0], record[at_cross:at_cross + n * n])
     _noise(states, rows[2 * n:], mean, dt, p)
     triangularise(rows, n, 2 * n, 2 * n)
     _lower(states, rows, factor)
@@ -224,5 +225,5 @@ def _square(states: States, factor: Array, out: Array, at: int) -> None:
             out[at + i * n + j], out[at + j * n + i] = s, s
 
 
-FILTER = FilterKind(step, n_vectors=2, n_matrices=N_MATRICES, memory_size=memory_size,
+FILTER = FilterKind(step, n_matrices=N_MATRICES, memory_size=memory_size,
                     warnings=sigma_points.warnings)

@@ -11,9 +11,10 @@ from gearbox_monitor.estimation import sigma_points
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.filters.ekf import healthy, update
 from gearbox_monitor.estimation.process_model import noise
-from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_POINTS, transform
+from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_LANES, transform
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.jit import jit_inline
+from gearbox_monitor.kernels.linalg import add_transposed_product
 from gearbox_monitor.kernels.types import Array, States
 
 
@@ -49,22 +50,22 @@ def predict(states: States, belief: Belief, reading: Reading, p: Array, scratch:
     n, z, P, dt, matrices = len(states), belief.z, belief.P, reading.dt, scratch.matrices
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
     factor, slope, rows = matrices[0], matrices[1], matrices[2:4].reshape(2 * n, n)
+    cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
     for i in range(n):
         for j in range(n):
             slope[i * n + j] = P[i * n + j]
         slope[i * n + i] += 0.5 * dt * noise(z, p, i)
     if not cholesky(states, slope, factor):
         return False
-    transform(states, z, factor, reading, p, scratch.vectors[0], rows, matrices[4:])
-    cross_covariance(states, rows, factor, P, slope, record, at_cross)
+    transform(states, z, factor, reading, p, rows, matrices[4:])
+    cross_covariance(states, rows, factor, P, slope, cross)
     for i in range(n):
         record[at_z + i] = z[i]
-        for j in range(i + 1):
-            s = 0.5 * dt * noise(z, p, i) if i == j else 0.0
-            for k in range(2 * n):
-                s += rows[k, i] * rows[k, j]
-            record[at_P + i * n + j], record[at_P + j * n + i] = s, s
+        for j in range(n):
+            P_pred[i * n + j] = 0.5 * dt * noise(z, p, i) if i == j else 0.0
+    flat = matrices[2:4].reshape(2 * n * n)
+    add_transposed_product(states, flat, flat, 2 * n, P_pred)
     return True
 
 
-FILTER = FilterKind(step, n_matrices=4 + N_POINTS, warnings=sigma_points.warnings)
+FILTER = FilterKind(step, n_matrices=4 + N_LANES, warnings=sigma_points.warnings)

@@ -217,12 +217,15 @@ def _share_beyond(columns: Array, stds: Array, optimum: Optimum, at: list[int]) 
         at: places of the A parameters.
 
     """
+    size = np.abs(optimum.theta[at] @ columns)
+    beyond = size > SIGMA * stds
+    if not beyond.any():
+        return 0.0
     certain = -float(scipy.special.stdtrit(
         _moving_blocks(columns), LIMITS.curve_significance / 2))
-    size = np.abs(optimum.theta[at] @ columns)
     covariance = optimum.covariance(held=True)[np.ix_(at, at)]
     variance = np.maximum(((covariance @ columns) * columns).sum(axis=0), 0.0)
-    return float(((size > SIGMA * stds) & (size - stds > certain * np.sqrt(variance))).mean())
+    return float((beyond & (size - stds > certain * np.sqrt(variance))).mean())
 
 
 def _moving_blocks(columns: Array) -> float:
