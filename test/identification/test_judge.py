@@ -26,7 +26,6 @@ from gearbox_monitor.identification.judge import decide, Judge, simplest
 from gearbox_monitor.identification.noise_model import MOTION, spectrum
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.identification.verdict import remaining_place
 from gearbox_monitor.kernels import sensor_noise
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -496,16 +495,29 @@ def test_a_value_far_beyond_its_tolerance_is_an_effect(effects, expected):
     assert all(abs(shift) < 4.0 for shift in data['nominal_shift'].values())
 
 
-@pytest.mark.parametrize('place, left, expected', [
-    (None, {'arm_side': 1.0}, 'arm_side'),
-    ('actuator', {'motor_side': 1.005, 'arm_side': 1.0}, 'actuator'),
-    ('actuator', {'motor_side': 1.02, 'arm_side': 1.0}, 'arm_side'),
-    ('transmission', {'transmission': 1.0, 'arm_side': 1.0}, 'transmission'),
+@pytest.mark.parametrize('place, gain, left, command, expected', [
+    (None, 0.0, {'arm_side': 1.0}, 0.0, ('arm_side',)),
+    (None, 0.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.5, ('arm_side', 'actuator')),
+    ('motor_side', 100.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.0, ('motor_side',)),
+    ('motor_side', 100.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.5, ('actuator',)),
+    ('motor_side', 30.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.0, ('arm_side', 'motor_side')),
+    ('motor_side', 100.0, {'motor_side': 1.02, 'arm_side': 1.0}, 0.5, ('arm_side',)),
 ])
-def test_what_is_left_decides_between_places_that_explain_as_much(place, left, expected):
-    places = {'location': 'arm_side', 'places': {p: {'left': v} for p, v in left.items()}}
-    law = place and Dependence(place, 'speed', 100.0, 40.0, {}, np.zeros(0))
-    assert remaining_place(places, law) == expected
+def test_a_dependence_decides_between_places_that_explain_as_much(place, gain, left, command,
+                                                                  expected):
+    found = {'places': {p: {'left': v} for p, v in left.items()},
+             'actuator': {'command': command, 'motion': 0.3}}
+    law = place and Dependence(place, 'speed', gain, 40.0, {}, np.zeros(0))
+    assert localisation.tied(found, law) == expected
+
+
+@pytest.mark.system
+def test_what_a_signal_elsewhere_explains_alone_is_no_finding():
+    """Play that turns with the gear imitates an eccentric encoder in part."""
+    recording = record([{'id': 'motor_encoder_eccentricity', 'A': 0.1, 'phi': 0.7}], 6)
+    data = diagnose.diagnose([recording], DriveModel(), only=['mesh_error', 'stiffness']).data
+    assert (data['verdict'], data['location'], data['findings']) == (
+        'unknown', 'motor_sensor', []), data['where']
 
 
 @pytest.mark.parametrize('when, sign, low, high', [
