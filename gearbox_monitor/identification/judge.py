@@ -90,7 +90,7 @@ class Judge:
         self.search = EffectSearch(evidence.coarse, evidence.starts, evidence.ids, evidence.jobs,
                                    evidence.progress)
         self._adequacies: dict[tuple[object, ...], Adequacy] = {}
-        self.alone: dict[str, Any] | None = None  # places of the fit without effects, once known
+        self.alone: Mapping[str, Any] | None = None
 
     def polished(self, fit: InnovationFit, iterations: int = POLISH) -> InnovationFit:
         """Return `fit` on short steps, refitted in so many `iterations`."""
@@ -139,6 +139,11 @@ class Judge:
         if key not in self._adequacies:
             self._adequacies[key] = adequacy_of(self.evidence, fit)
         return self._adequacies[key]
+
+    def places(self, none: InnovationFit) -> Mapping[str, Any]:
+        """Return, and keep, where free signals stand for all effects."""
+        self.alone = localisation.places(self.adequacy(none).runs, self.evidence.jobs)
+        return self.alone
 
     def score(self, fit: InnovationFit) -> float:
         """Return the BIC of a fit."""
@@ -368,9 +373,8 @@ def _one_cause(judge: Judge, fit: InnovationFit, none: InnovationFit) -> list[st
     if evidence.balances or evidence.lasting or any(
             len(recording.channels) == 1 for recording in evidence.recordings):
         return None
-    at_none = judge.adequacy(none)
-    alone = judge.alone = localisation.places(at_none.runs, evidence.jobs)
-    allowed = [*localisation.tied(alone, at_none.dependence)]
+    alone = judge.places(none)
+    allowed = [*localisation.tied(alone, judge.adequacy(none).dependence)]
     if set(allowed) & set(ON_MOTOR):
         allowed += ON_MOTOR
     if _at_one(fit, allowed):
