@@ -22,7 +22,7 @@ from gearbox_monitor.identification.evidence import Evidence, silent
 from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.input_estimation import InputEstimator, SPACING
-from gearbox_monitor.identification.judge import decide, Judge, simplest
+from gearbox_monitor.identification.judge import _one_cause, decide, Judge, simplest
 from gearbox_monitor.identification.noise_model import MOTION, spectrum
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
@@ -512,12 +512,16 @@ def test_a_dependence_decides_between_places_that_explain_as_much(place, gain, l
 
 
 @pytest.mark.system
-def test_what_a_signal_elsewhere_explains_alone_is_no_finding():
-    """Play that turns with the gear imitates an eccentric encoder in part."""
-    recording = record([{'id': 'motor_encoder_eccentricity', 'A': 0.1, 'phi': 0.7}], 6)
-    data = diagnose.diagnose([recording], DriveModel(), only=['mesh_error', 'stiffness']).data
-    assert (data['verdict'], data['location'], data['findings']) == (
-        'unknown', 'motor_sensor', []), data['where']
+def test_one_cause_is_told_from_two(cases):
+    """An effect beside a cause elsewhere, which is absent, then present."""
+    (eccentric, _), (gain, _) = CASES['arm_encoder_eccentricity'], CASES['torque_gain']
+    one, none, right = cases['arm_encoder_eccentricity']
+    judge, wrong = Judge(one), from_truth(one, 'torque_gain', gain)
+    assert _one_cause(judge, wrong, none) == ['arm_sensor'] == _one_cause(judge, right, none)
+    assert judge.alone['location'] == 'arm_sensor'
+    two = evidence_of(record([{'id': 'torque_gain', **gain},
+                              {'id': 'arm_encoder_eccentricity', **eccentric}]))
+    assert _one_cause(Judge(two), from_truth(two, 'torque_gain', gain), without(two)) is None
 
 
 @pytest.mark.parametrize('when, sign, low, high', [
