@@ -521,7 +521,9 @@ def test_one_cause_is_told_from_two(cases):
     assert judge.alone['location'] == 'arm_sensor'
     two = evidence_of(record([{'id': 'torque_gain', **gain},
                               {'id': 'arm_encoder_eccentricity', **eccentric}]))
-    assert _one_cause(Judge(two), from_truth(two, 'torque_gain', gain), without(two)) is None
+    smaller = without(two)
+    part = evaluated(two.fine, right.candidate, right.z, smaller.torque).alone()
+    assert _one_cause(Judge(two), part, smaller) is None
 
 
 @pytest.mark.parametrize('when, sign, low, high', [
