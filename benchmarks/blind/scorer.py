@@ -54,13 +54,13 @@ def located(location: str | Sequence[str] | None, ids: Sequence[str]) -> bool:
     allowed = _places(ids)
     if not allowed:
         return locations in (['none'], [None], [])
-    # A pair at one place may name it once.
-    if len(allowed) == 2 and len(locations) == 1:
-        locations = locations * 2
-    if len(locations) != len(allowed):
-        return False
+    # Two effects at one place are one place, drawn or found.
     if len(allowed) == 1:
-        return locations[0] in allowed[0]
+        return bool(locations) and set(locations) <= allowed[0]
+    if len(locations) == 1:
+        locations = locations * 2
+    if len(locations) != 2:
+        return False
     return any(all(place in places for place, places in zip(order, allowed))
                for order in (locations, locations[::-1]))
 

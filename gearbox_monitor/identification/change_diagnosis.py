@@ -26,10 +26,9 @@ from gearbox_monitor.identification.evidence import Evidence, evidence_of, silen
 from gearbox_monitor.identification.findings import kind_of, NONE
 from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.judge import Decision
-from gearbox_monitor.identification.localisation import places
+from gearbox_monitor.identification.localisation import places, tied
 from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.identification.verdict import remaining_place
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
@@ -337,6 +336,4 @@ def _place(decision: Decision) -> str:
     """Return where what a decision leaves is."""
     fit = decision.fit
     runs = decision.adequacy.runs if fit.candidate.ids else decision.none_adequacy.runs
-    dependence = decision.adequacy.dependence
-    return remaining_place(places(runs), dependence if dependence is not None
-                           and dependence.beyond_chance else None)
+    return tied(places(runs), decision.adequacy.dependence)[0]

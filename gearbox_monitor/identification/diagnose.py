@@ -142,13 +142,23 @@ def decided(evidence: Evidence, quantum: Array) -> Decision:
                 break
             sigma, colour = noise
             decision = decide(replace(evidence, sigma=sigma, colour=colour))
-    if decision.remains and not decision.ids and decision.evidence.unseen is not None:
+    if decision.remains and not decision.ids and trained_without_error(decision):
         whole = decide(replace(decision.evidence, all_trained=True))
         if not whole.remains:
             return replace(whole, notes=(
                 'only the held-out windows show the model error: all windows were fitted, so '
                 'gap_after is not from unseen ones; validate with a second recording',))
     return decision
+
+
+def trained_without_error(decision: Decision) -> bool:
+    """Return whether the model needs no torque noise in the windows that were fitted."""
+    evidence, none = decision.evidence, decision.none
+    if evidence.unseen is None:
+        return False
+    allowed = np.minimum(none.torque, evidence.allowed_noise)
+    quiet = evidence.fine.run(none.candidate.model(none.z), allowed)
+    return bool(quiet.deviance - none.deviance <= THRESHOLDS.noise_gain)
 
 
 def in_its_time(decision: Decision) -> Decision:
@@ -298,6 +308,8 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
     orders = {name: rows[0] for name, rows in decision.orders}
     separated = separations(evidence, fit, decision.fits, orders)
     errors, condition = standard_errors(evidence, decision.closed)
+    if not set(fit.candidate.ids) <= set(errors):
+        errors = {**standard_errors(evidence, fit)[0], **errors}
     at_none = evaluated(evidence.fine, none.candidate, none.z, none.torque)
     space = InnovationSpace(evidence.fine, at_none, evidence.starts, orders)
     dependence = decision.adequacy.dependence
@@ -321,7 +333,7 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
         rivals(evidence, fit, decision.fits, separated),
         partial(matrix, space), adequacy.excess, adequacy.structure,
         adequacy.noise_gain, dependence, decision.remains,
-        () if bursts is None else bursts.bursts, lattices)
+        () if bursts is None else bursts.bursts, lattices, decision.alone)
 
 
 def standard_errors(evidence: Evidence,

@@ -7,12 +7,14 @@ The decision: none, effects, effects that explain a part, or unknown.
 One kind of evidence decides: the likelihood of innovations (BIC for what is better, adequacy
 against noise for what is enough). Nothing here is written into: each step returns new fits.
 """
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
+from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.identification import localisation
 from gearbox_monitor.identification.adequacy import Adequacy, adequacy_of
 from gearbox_monitor.identification.bursts import Bursts, bursts_beside
 from gearbox_monitor.identification.candidates import (
@@ -31,6 +33,8 @@ from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 
 COMPARED, PAIRS = 4, 3   # fits of one effect, of two, that are finished on short steps
 SHAPED = 2               # best single effects that are tried with friction of another shape
+# Locations whose torque acts on the motor: likelihood tells them apart, a free signal does not.
+ON_MOTOR = ('motor_side', 'actuator', 'controller')
 POLISH = 8               # iterations of a fit on short steps
 FINER = 4                # times as many steps, where long ones show
 
@@ -44,6 +48,7 @@ class Decision:
     torque map of the remainder, or whatever leaves least. adequacy: of `fit`. fits: all that were
     scored by one likelihood, best first. orders: of periodic effects, likeliest first. bursts:
     beside `fit`, None without. remains: whether `fit` leaves more than noise. notes: sentences.
+    alone: where free signals stand for all effects, see localisation.places; None: not asked.
     """
 
     evidence: Evidence
@@ -57,6 +62,7 @@ class Decision:
     bursts: Bursts | None = None
     remains: bool = False
     notes: tuple[str, ...] = field(default=())
+    alone: Mapping[str, Any] | None = None
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -84,6 +90,7 @@ class Judge:
         self.search = EffectSearch(evidence.coarse, evidence.starts, evidence.ids, evidence.jobs,
                                    evidence.progress)
         self._adequacies: dict[tuple[object, ...], Adequacy] = {}
+        self.alone: Mapping[str, Any] | None = None
 
     def polished(self, fit: InnovationFit, iterations: int = POLISH) -> InnovationFit:
         """Return `fit` on short steps, refitted in so many `iterations`."""
@@ -132,6 +139,11 @@ class Judge:
         if key not in self._adequacies:
             self._adequacies[key] = adequacy_of(self.evidence, fit)
         return self._adequacies[key]
+
+    def places(self, none: InnovationFit) -> Mapping[str, Any]:
+        """Return, and keep, where free signals stand for all effects."""
+        self.alone = localisation.places(self.adequacy(none).runs, self.evidence.jobs)
+        return self.alone
 
     def score(self, fit: InnovationFit) -> float:
         """Return the BIC of a fit."""
@@ -248,7 +260,7 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
     for fit in sorted([*fits, chosen], key=judge.score):
         unique.setdefault(fit.candidate.key, fit)
     return Decision(evidence, none, chosen, closed, adequacy, judge.adequacy(none),
-                    tuple(unique.values()), table.orders, bursts, remains, notes)
+                    tuple(unique.values()), table.orders, bursts, remains, notes, judge.alone)
 
 
 def _finished(judge: Judge, fits: Sequence[InnovationFit], most: int) -> list[InnovationFit]:
@@ -343,6 +355,35 @@ def _bursts(judge: Judge, chosen: InnovationFit, none: InnovationFit) -> Bursts 
     return None
 
 
+def _at_one(fit: InnovationFit, locations: Sequence[str]) -> bool:
+    """Return whether all effects of `fit` act at the same one of these `locations`."""
+    own = {library()[name].location for name in fit.candidate.ids}
+    return len(own) == 1 and own <= set(locations)
+
+
+def _one_cause(judge: Judge, fit: InnovationFit, none: InnovationFit) -> list[str] | None:
+    """
+    Return the locations of the one cause that stands for `fit` and what it leaves, None for none.
+
+    A free signal at one place that leaves as little alone as a free signal beside `fit` does is
+    one unknown cause, which the effects of `fit` imitate unless they act there (Occam's razor).
+    """
+    evidence = judge.evidence
+    # One encoder takes any signal; free runs do not know torque that lasts.
+    if evidence.balances or evidence.lasting or any(
+            len(recording.channels) == 1 for recording in evidence.recordings):
+        return None
+    alone = judge.places(none)
+    allowed = [*localisation.tied(alone, judge.adequacy(none).dependence)]
+    if set(allowed) & set(ON_MOTOR):
+        allowed += ON_MOTOR
+    if _at_one(fit, allowed):
+        return allowed
+    beside = localisation.places(judge.adequacy(fit).runs, evidence.jobs)
+    less = THRESHOLDS.place_tie * localisation.least_left(beside) < localisation.least_left(alone)
+    return None if less else allowed
+
+
 def _parts(judge: Judge, chosen: InnovationFit, none: InnovationFit,
            fits: Sequence[InnovationFit]) -> tuple[InnovationFit, InnovationFit]:
     """
@@ -352,17 +393,25 @@ def _parts(judge: Judge, chosen: InnovationFit, none: InnovationFit,
     runs with it are no farther off: what imitates something else in single steps drifts. The
     closed model is the best of all that was fitted, with a torque map where that is worth it.
     """
-    counting = next((
-        fit for fit in [chosen, *sorted(fits, key=judge.score)]
-        if fit.candidate.ids and judge.worth(fit, none) and judge.holds(fit, none)
-        and not judge.strays(fit, none)), none)
+    ranked = [chosen, *sorted(fits, key=judge.score)]
+
+    def best(allowed: Sequence[str] | None = None) -> InnovationFit:
+        """Return the first that counts, all effects at one of the `allowed` locations."""
+        return next((
+            fit for fit in ranked
+            if fit.candidate.ids and (allowed is None or _at_one(fit, allowed))
+            and judge.worth(fit, none) and judge.holds(fit, none)
+            and not judge.strays(fit, none)), none)
     evidence = judge.evidence
-    closed = counting
+    closed = counting = best()
+    if counting is not none:
+        counting = best(_one_cause(judge, counting, none))
     if evidence.with_map:
-        for base in [none] if counting is none else [none, counting]:
+        for base in [none] if closed is none else [none, closed]:
             with_map = mapped(evidence.fine, base, torque_places(evidence.model), evidence.torque)
             if (with_map is not None and judge.holds(with_map, base) and judge.holds(
                     with_map, closed) and judge.score(closed) - judge.score(
-                    with_map) > THRESHOLDS.further_effect_gain):
+                    with_map) > THRESHOLDS.further_effect_gain
+                    and not judge.strays(with_map, closed)):
                 closed = with_map
     return counting, closed

@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.identification import basis_functions, window_data, window_states
+from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.input_estimation import (
     better_of, InputEstimate, InputEstimator, PLACES, QUARTERS, reduced_chi2, SENSORS, SPACING,
     taken_over, TORQUES, triangles)
@@ -318,14 +319,36 @@ def places(runs: Sequence[WindowRuns], jobs: int = 1, illustrates: bool = False)
         table[place] = {'left': reduced, 'explained': float(np.clip(share, 0.0, 1.0))}
     order = sorted(table, key=lambda p: table[p]['left'])
     shares = command_or_motion(runs, [estimate['motor_side'] for estimate in estimates])
-    actuator = order[0] == 'motor_side' and shares['command'] > max(
-        shares['motion'], THRESHOLDS.command_share)
-    return {'place': order[0], 'location': 'actuator' if actuator else order[0], 'places': table,
+    return {'place': order[0], 'location': _location(order[0], shares), 'places': table,
             'margin': table[order[1]]['left'] / table[order[0]]['left'] if order[1:] else 1.0,
             'actuator': shares,
             'region': region(runs, [estimate[order[0]] for estimate in estimates])}
 
 
-def signal_of(place: str) -> str:
-    """Return the place at which a free signal stands for `place`."""
-    return 'motor_side' if place == 'actuator' else place
+def _location(place: str, shares: Mapping[str, float]) -> str:
+    """Return the location of a free signal at `place`; shares: see command_or_motion."""
+    follows = shares['command'] > max(shares['motion'], THRESHOLDS.command_share)
+    return 'actuator' if place == 'motor_side' and follows else place
+
+
+def least_left(found: Mapping[str, Any]) -> float:
+    """Return the chi2 per reading that a free signal leaves at the best place of `found`."""
+    return float(min(figures['left'] for figures in found['places'].values()))
+
+
+def tied(found: Mapping[str, Any], dependence: Dependence | None) -> tuple[str, ...]:
+    """
+    Return the locations at which a free signal explains as much as at the best one, best first.
+
+    A dependence on the motion, if beyond chance, decides between them.
+
+    Args:
+        found: result of `places`.
+        dependence: of what is explained on the motion, None if there is none.
+    """
+    left = {place: figures['left'] for place, figures in found['places'].items()}
+    limit = THRESHOLDS.place_tie * least_left(found)
+    near = [place for place in sorted(left, key=left.__getitem__) if left[place] <= limit]
+    if dependence is not None and dependence.beyond_chance and dependence.place in near:
+        near = [dependence.place]
+    return tuple(_location(place, found['actuator']) for place in near)

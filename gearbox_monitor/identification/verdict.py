@@ -49,7 +49,7 @@ class Explained:
     gains {effects: gain over none in BIC}; evidence {id: 2 log likelihood}; separations, rivals,
     matrix: see isolability. excess, structure, noise_gain, dependence: of the remainder, see
     adequacy. remains: whether that is more than noise. bursts; lattices: quantisations that may be
-    named.
+    named. alone: places of `none`, see localisation.places; None: not yet known.
     """
 
     recordings: tuple[UniformRecording, ...]
@@ -80,6 +80,7 @@ class Explained:
     remains: bool
     bursts: tuple[Burst, ...] = ()
     lattices: tuple[str, ...] = ()
+    alone: Mapping[str, Any] | None = None
 
     @property
     def widest(self) -> int:
@@ -176,14 +177,15 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
     if basis.lattices and not basis.remains and len(effects) < 2:
         effects = [*effects, *basis.lattices[:2 if not effects else 1]]
     kind = kind_of(bool(effects), basis.remains)
-    places, remaining = dict(localisation.NOWHERE), None
+    places, remaining = localisation.NOWHERE, None
     if basis.remains:
-        places_left = localisation.places(basis.runs if candidate.ids else basis.none)
-        remaining = remaining_place(places_left, basis.dependence)
+        places_left = (localisation.places(basis.runs) if candidate.ids else
+                       basis.alone or localisation.places(basis.none))
+        remaining = localisation.tied(places_left, basis.dependence)[0]
     if kind == UNKNOWN:
         places = places_left
     elif kind != NONE:  # an effect names the place; what free signals explain illustrates it
-        places = localisation.places(basis.none, illustrates=True)
+        places = basis.alone or localisation.places(basis.none, illustrates=True)
     locations = [location_of(i) for i in effects]
     if kind == UNKNOWN:
         locations = [str(remaining)]
@@ -198,7 +200,7 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
             params[name] = {'q': float(basis.quantum[i])}
             model = with_effects(model, [*model.effects, {'id': name, **params[name]}])
     errors = {name: dict(values) for name, values in basis.errors.items()
-              if name != TORQUE_MAP.id}
+              if name in candidate.ids}
     torque_map = _torque_map(model, basis)
     if torque_map is not None:
         model = with_effects(model, [torque_map])
@@ -314,25 +316,6 @@ def _without(run: WindowRuns, number: int) -> Array:
     states, _ = window_states.solve_states(data, bare, point.states, point.memory,
                                            np.arange(len(data.windows)))
     return data.parted(data.residual(bare, states, point.memory)[0])
-
-
-def remaining_place(places: Mapping[str, Any], dependence: Dependence | None) -> str:
-    """
-    Return the location of what no finding explains.
-
-    A dependence on the motion decides between places where free signals explain as much.
-
-    Args:
-        places: result of `localisation.places`.
-        dependence: of the remainder on the motion, None if there is none.
-    """
-    free_chi2 = {place: figures['left'] for place, figures in places['places'].items()}
-    if dependence is not None:
-        signal = localisation.signal_of(dependence.place)
-        if free_chi2.get(signal, math.inf) < THRESHOLDS.place_tie * min(free_chi2.values()):
-            if signal != localisation.signal_of(places['location']):
-                return dependence.place
-    return str(places['location'])
 
 
 def remainder(basis: Explained, place: str, torque_map: Mapping[str, Any] | None

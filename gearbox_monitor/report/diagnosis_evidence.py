@@ -16,6 +16,7 @@ from gearbox_monitor.identification.windows import WindowRuns
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.residual_views import binned, BinnedMap, plane
@@ -88,7 +89,7 @@ def gather(verdict: Verdict, model: DriveModel, jobs: int = 1) -> DiagnosisEvide
     none, recording = basis.none[number], basis.recordings[number]
     models = {'nominal model': model}
     if verdict.model != model:
-        models[closed_name(data)] = verdict.model
+        models[closed_name(verdict, model)] = verdict.model
     laid = overlay(recording, models, basis.sigma)
     motion = _motion(recording, model, laid.windows)
     residuals = [laid.residual(run) for run in laid.runs]
@@ -146,13 +147,12 @@ def _planes(motion: Mapping[str, Array], residuals: Sequence[Array]) -> Residual
         plane(motion[x], motion[y], r, x_edges, y_edges) for r in residuals])
 
 
-def closed_name(data: Values) -> str:
-    """Return the name of the model with the effect of the verdict `data`."""
-    if data['verdict'] == 'effect':
-        return f'with {data["effect"]}'
-    closing = [*(data.get('params') or {})]
-    if (data.get('remainder') or {}).get('torque_map'):
-        closing.append('a torque map')
+def closed_name(verdict: Verdict, model: DriveModel) -> str:
+    """Return the name of the model that closes the gap between a recording and `model`."""
+    if verdict.verdict == 'effect':
+        return f'with {verdict.effect}'
+    closing = ['a torque map' if effect['id'] == TORQUE_MAP.id else str(effect['id'])
+               for effect in verdict.model.effects if effect not in model.effects]
     return f'with {" and ".join(closing) or "estimated values"}'
 
 

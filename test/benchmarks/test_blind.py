@@ -480,6 +480,9 @@ def test_twins_are_one_class():
     assert scorer.located(['transmission', 'arm_side'], ['gravity', 'stiffness'])
     assert not scorer.located(['transmission', 'motor_side'], ['gravity', 'stiffness'])
     assert not scorer.located('none', ['gravity'])
+    assert scorer.located(['motor_side', 'motor_side'], ['motor_quadratic'])
+    assert not scorer.located(['motor_side', 'actuator'], ['motor_quadratic'])
+    assert not scorer.located([], ['gravity'])
 
 
 SPY = """

@@ -22,11 +22,10 @@ from gearbox_monitor.identification.evidence import Evidence, silent
 from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.input_estimation import InputEstimator, SPACING
-from gearbox_monitor.identification.judge import decide, Judge, simplest
+from gearbox_monitor.identification.judge import _one_cause, decide, Judge, simplest
 from gearbox_monitor.identification.noise_model import MOTION, spectrum
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.identification.verdict import remaining_place
 from gearbox_monitor.kernels import sensor_noise
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -496,16 +495,35 @@ def test_a_value_far_beyond_its_tolerance_is_an_effect(effects, expected):
     assert all(abs(shift) < 4.0 for shift in data['nominal_shift'].values())
 
 
-@pytest.mark.parametrize('place, left, expected', [
-    (None, {'arm_side': 1.0}, 'arm_side'),
-    ('actuator', {'motor_side': 1.005, 'arm_side': 1.0}, 'actuator'),
-    ('actuator', {'motor_side': 1.02, 'arm_side': 1.0}, 'arm_side'),
-    ('transmission', {'transmission': 1.0, 'arm_side': 1.0}, 'transmission'),
+@pytest.mark.parametrize('place, gain, left, command, expected', [
+    (None, 0.0, {'arm_side': 1.0}, 0.0, ('arm_side',)),
+    (None, 0.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.5, ('arm_side', 'actuator')),
+    ('motor_side', 100.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.0, ('motor_side',)),
+    ('motor_side', 100.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.5, ('actuator',)),
+    ('motor_side', 30.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.0, ('arm_side', 'motor_side')),
+    ('motor_side', 100.0, {'motor_side': 1.02, 'arm_side': 1.0}, 0.5, ('arm_side',)),
 ])
-def test_what_is_left_decides_between_places_that_explain_as_much(place, left, expected):
-    places = {'location': 'arm_side', 'places': {p: {'left': v} for p, v in left.items()}}
-    law = place and Dependence(place, 'speed', 100.0, 40.0, {}, np.zeros(0))
-    assert remaining_place(places, law) == expected
+def test_a_dependence_decides_between_places_that_explain_as_much(place, gain, left, command,
+                                                                  expected):
+    found = {'places': {p: {'left': v} for p, v in left.items()},
+             'actuator': {'command': command, 'motion': 0.3}}
+    law = place and Dependence(place, 'speed', gain, 40.0, {}, np.zeros(0))
+    assert localisation.tied(found, law) == expected
+
+
+@pytest.mark.system
+def test_one_cause_is_told_from_two(cases):
+    """An effect beside a cause elsewhere, which is absent, then present."""
+    (eccentric, _), (gain, _) = CASES['arm_encoder_eccentricity'], CASES['torque_gain']
+    one, none, right = cases['arm_encoder_eccentricity']
+    judge, wrong = Judge(one), from_truth(one, 'torque_gain', gain)
+    assert _one_cause(judge, wrong, none) == ['arm_sensor'] == _one_cause(judge, right, none)
+    assert judge.alone['location'] == 'arm_sensor'
+    two = evidence_of(record([{'id': 'torque_gain', **gain},
+                              {'id': 'arm_encoder_eccentricity', **eccentric}]))
+    smaller = without(two)
+    part = evaluated(two.fine, right.candidate, right.z, smaller.torque).alone()
+    assert _one_cause(Judge(two), part, smaller) is None
 
 
 @pytest.mark.parametrize('when, sign, low, high', [
