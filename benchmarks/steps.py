@@ -8,9 +8,10 @@ import time
 import numpy as np
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.estimator import Estimator, loop_arrays, unsmoothed
+from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.filter import Filter
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
+from gearbox_monitor.estimation.filter_setup import loop_arrays
 from gearbox_monitor.estimation.process_model import markers, pack, state_names
 from gearbox_monitor.estimation.sample_loop import filter_step, start
 from gearbox_monitor.kernels.jit import bound

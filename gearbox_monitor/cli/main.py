@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.exit_codes import (
-    BAD_INPUT, EXIT_CODES, exit_code_text, INTERRUPTED, UNDECIDED)
+    BAD_INPUT, exit_code_text, EXIT_CODES, INTERRUPTED, UNDECIDED)
 from gearbox_monitor.errors import InputError, Undecided, unknown
 
 # name -> (module, one line of help). Only the module of the requested command is imported.

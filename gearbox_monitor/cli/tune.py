@@ -42,7 +42,6 @@ from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, expect_new_file, show, warn)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.noise_search import BLUNT
 from gearbox_monitor.estimation import noise_search
 from gearbox_monitor.estimation.tune import expected_seconds, tune
 from gearbox_monitor.files.parameter_file import error_words, write_parameters
@@ -128,7 +127,7 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     moved = {name: abs(math.log(value / before[name]))
              for name, value in data['parameters'].items()
              if isinstance(value, float) and value > 0.0 and (before[name] or 0.0) > 0.0
-             and errors.get(name, 0.0) <= BLUNT}
+             and errors.get(name, 0.0) <= noise_search.BLUNT}
     name = max(moved, key=lambda n: moved[n], default=None)
     if name is not None and moved[name] > 0.0:
         value, start = data['parameters'][name], before[name]

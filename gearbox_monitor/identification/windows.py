@@ -17,9 +17,9 @@ import numpy as np
 from gearbox_monitor.identification import window_data, window_states
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovations import InnovationLikelihood
-from gearbox_monitor.identification.window_data import FitPoint, WindowData
 from gearbox_monitor.identification.shooting import shooting_windows, ShootingWindows
 from gearbox_monitor.identification.torque_domain import simulator
+from gearbox_monitor.identification.window_data import FitPoint, WindowData
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MAX_SETPOINT_DELAY
