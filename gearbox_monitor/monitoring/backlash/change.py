@@ -296,13 +296,16 @@ class Tracker:
 
     # ------------------------------------------------------------------ inference
 
-    def _prior(self, column: int, points: int) -> Array:
+    def _prior(self, column: int, columns: int, points: int) -> Array:
+        """Return the variances of `columns` columns of a design, see wear.Observations."""
         prior = PRIORS[min(column, len(PRIORS) - 1) if column != SHARP else GAP]
         spread = self.data.spread[column]
         offset = prior.offset ** 2 if not math.isfinite(spread) else spread
         common = (LIMITS.level_std ** 2, prior.temperature ** 2, prior.coulomb ** 2,
-                  prior.distrust ** 2, prior.distrust ** 2, self.data.shift[column])
-        return np.concatenate([common, np.full(points, offset)])
+                  prior.distrust ** 2, self.data.shift[column])
+        larger = columns - len(common) - points
+        return np.concatenate([common, np.full(points, offset), np.full(
+            larger, prior.distrust ** 2)])
 
     def _course(self, column: int) -> wear.Course:
         feature = self.wear[GAP if column == SHARP else column]
@@ -363,7 +366,7 @@ class Tracker:
 
     def _estimated(self, column: int, o: wear.Observations, points: int
                    ) -> tuple[wear.Wear, wear.Scan]:
-        prior, course = self._prior(column, points), self._course(column)
+        prior, course = self._prior(column, o.design.shape[1], points), self._course(column)
         noise = math.sqrt(self.data.points[self.data.newest].variance()[column])
         estimate = wear.estimate(o, prior, course, noise)
         return estimate, wear.scan(o, estimate.fit)
@@ -549,7 +552,8 @@ class Tracker:
                 feature.steps[0] <= data.stamps[max(len(data) - LIMITS.step_settle, 0)]:
             return False
         first, feature.steps = feature.steps[0], []
-        scanned = wear.scan(o, wear.fit(o, self._prior(source, points), self._course(source)))
+        scanned = wear.scan(o, wear.fit(
+            o, self._prior(source, o.design.shape[1], points), self._course(source)))
         k = int(np.argmax(np.maximum(scanned.up, scanned.down)))
         feature.steps = [data.stamps[k - 1] if k else data.stamps[0] - 1]
         return feature.steps[0] != first
@@ -816,7 +820,8 @@ class Tracker:
             o = observed[column]
             if not o.weight.any():
                 continue
-            fit = wear.fit(o, self._prior(column, len(points)), self._course(column))
+            fit = wear.fit(o, self._prior(column, o.design.shape[1], len(points)),
+                           self._course(column))
             for k, point in enumerate(points):
                 index, place = wear.N_COMMON + k, data.points[point]
                 at_point = o.design[:, index] > 0.0

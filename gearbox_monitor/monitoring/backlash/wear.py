@@ -26,7 +26,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 
 # Columns before those of the points. COULOMB: of the temperature, of Coulomb friction alone.
-LEVEL, TEMPERATURE, COULOMB, DISTRUST, LARGER, SHIFT, N_COMMON = range(7)
+LEVEL, TEMPERATURE, COULOMB, DISTRUST, SHIFT, N_COMMON = range(6)
 TEMPERATURES = slice(TEMPERATURE, COULOMB + 1)
 # Ages (windows) at which a random walk may have moved; fine where new.
 KNOTS = (1, 2, 3, 4, 6, 8, 11, 15, 21, 29, 41, 57, 80, 113, 160, 226, 320, 640, 1280, 2560)
@@ -37,7 +37,8 @@ class Observations:
     """
     Cells (sums of old windows) and the newest windows of one feature, oldest first.
 
-    design [N, N_COMMON + P]: columns of level, temperatures, both distrusts, shift, points. y [N];
+    design [N, N_COMMON + P + L]: columns of level, temperatures, distrust, shift, points, and of
+    the points where prediction errors were larger than predicted: a distrust of each. y [N];
     weight [N]: 1 over the variance of y, 0 where nothing was measured; count [N]: windows behind
     each; age [N]: windows since, >= 0; the newest `rows` of them are single windows. within: what
     the temperatures inside of cells add to the information [2, 2] on both c, and to its right
@@ -166,7 +167,7 @@ def fit(observations: Observations, prior: Array, course: Course, has_slope: boo
 
     Args:
         observations: of one feature.
-        prior: variances of the columns of `observations` [N_COMMON + P].
+        prior: variances of the columns of `observations` [N_COMMON + P + L].
         course: steps of the wear.
         has_slope: see wear_columns.
         walk: see wear_columns.

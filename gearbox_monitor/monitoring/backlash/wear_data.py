@@ -309,7 +309,10 @@ class WearData:
         cells = [(block.stamp_ns, key, sums) for block in self.blocks
                  for key, sums in block.cells.items() if key[0] in place]
         n, m = len(cells), len(self)
-        design = np.zeros((n + m, wear.N_COMMON + len(points)))
+        keys = [key for _, key, _ in cells] + list(zip(self.where, self.trust))
+        larger = {point: wear.N_COMMON + len(points) + k for k, point in enumerate(sorted({
+            point for point, trust in keys if trust == ERRORS_LARGER}))}
+        design = np.zeros((n + m, wear.N_COMMON + len(points) + len(larger)))
         design[:, wear.LEVEL] = 1.0
         stamps = np.array([stamp for stamp, _, _ in cells] + self.stamps, np.int64)
         sums = np.array([s for _, _, s in cells]) if cells else np.zeros((0, 5, N_COLUMNS))
@@ -321,11 +324,10 @@ class WearData:
         design[:n, wear.TEMPERATURE] = np.where(
             np.abs(warmth) > np.abs(coldness), warmth, coldness) / largest
         design[n:, wear.TEMPERATURE] = self.kelvin
-        keys = [key for _, key, _ in cells] + list(zip(self.where, self.trust))
         for k, (point, trust) in enumerate(keys):
             design[k, place[point]] = 1.0
-            design[k, wear.DISTRUST], design[k, wear.LARGER] = (
-                trust == AT_ODDS, trust == ERRORS_LARGER)
+            if trust != TRUSTED:
+                design[k, larger[point] if trust == ERRORS_LARGER else wear.DISTRUST] = 1.0
         design[:, wear.SHIFT] = stamps <= self.shift_ns
         variances = {point: self.points[point].variance() for point in points}
         noise = np.array([variances[point] for point, _ in keys]).reshape(n + m, N_COLUMNS)
