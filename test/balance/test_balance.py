@@ -348,6 +348,15 @@ def test_of_two_that_explain_the_same_the_one_of_fewer_coefficients_is_first():
         assert [e.candidate for e in contest(evidence, fit, laws, scales, 6)] == [narrow, wide]
 
 
+def test_what_a_limit_hides_is_no_evidence():
+    """Beyond a limit near 0 nothing is left to explain, and that was the best of all laws."""
+    evidence, fit = healthy_evidence()
+    j = 0
+    everything = Candidate('limit', {j: evidence.recordings[0].target[j][:, None]}, hidden=1.0)
+    assert evidence.fit((replace(everything, hidden=0.0),)).deviance < fit.deviance - 1000.0
+    assert evidence.fit((everything,)).deviance > fit.deviance
+
+
 def test_a_joint_that_idles_has_no_limit_near_zero():
     """A limit of 5e-324 N m was named, and a command of zero was a warning of numpy."""
     m = healthy_evidence()[0].recordings[0].joints[0]

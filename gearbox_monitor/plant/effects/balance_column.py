@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Flags
 
 ANY, COMMAND, TORQUE, SETPOINT = 'any', 'command', 'torque', 'setpoint'
 
@@ -121,6 +121,7 @@ class BalanceColumn:
     that is commanded, not measured), TORQUE, or SETPOINT. twins: ids of effects with the same
     columns in motion. states: the value by which a report states it, '' for the effect's first
     parameter: a name in _change is a difference to the model, one in _factor a ratio.
+    hides(m, setting): flags [N] of samples at which any input has the same effect, None for none.
     """
 
     series: Callable[[JointMotion, float], Array]
@@ -136,3 +137,4 @@ class BalanceColumn:
     needs: str = ANY
     twins: tuple[str, ...] = ()
     states: str = ''
+    hides: Callable[[JointMotion, float], Flags] | None = None
