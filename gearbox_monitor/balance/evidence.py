@@ -104,7 +104,7 @@ class RobotEvidence:
     The evidence of `recordings` of one robot about candidates.
 
     prior: what references taught; None, the tolerances of the file. variance [J, bands]: what they
-    left, below which no variance is taken. nuisance: columns by label, the first of each.
+    left, below which no variance is taken; rows where it is infinite are left out. nuisance: columns by label, the first of each.
     """
 
     def __init__(self, recordings: Sequence[Rows], prior: Prior | None = None,
@@ -164,6 +164,8 @@ class RobotEvidence:
         kept = np.flatnonzero(np.concatenate([
             rows.tests.frequency <= highest_kept(rows.motion, rows.settings.smoothed)[j]
             for rows in self.recordings]))
+        if self.variance is not None:
+            kept = kept[np.isfinite(self.variance[j])[np.concatenate(cell)[kept] % bands]]
         order = kept[np.argsort(np.concatenate(cell)[kept], kind='stable')]
         z, y, cells = np.concatenate(blocks)[order], np.concatenate(target)[order], np.concatenate(
             cell)[order]

@@ -21,7 +21,7 @@ from gearbox_monitor.balance.robot_effects import (
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import in_scale, RobotModel, Rows, rows_of
 from gearbox_monitor.balance.settings import SETTINGS, Settings
-from gearbox_monitor.balance.visits import unvisited_shares, with_unvisited
+from gearbox_monitor.balance.visits import farther, unvisited_shares, with_unvisited
 from gearbox_monitor.identification.findings import Finding, kind_of, Remainder
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
@@ -39,6 +39,7 @@ LARGER = 1.5       # bursts of healthy references that were as large are none
 OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
 OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the true scale
 LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
+FARTHER = 3.0      # from the references than they from themselves: 1.1 to 2.5 where both are random
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
           'm1_change': ('m1', 'armature')}
@@ -111,7 +112,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     blank = evidence.fit()
     search = _judged(evidence, blank, laws, free, knowledge, shares)
     remainders = _remainders(evidence, search, knowledge, settings)
-    cautions = _cautions(knowledge.joints, shares, settings) if knowledge else ()
+    cautions = _cautions(knowledge, recordings, shares) if knowledge else ()
     return RobotVerdict(
         _findings(evidence, search), remainders, _ranked(evidence, blank, search.fit),
         smallest_visible(evidence, blank, laws, search.scales),
@@ -577,12 +578,19 @@ def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
             'findings explain there',)
 
 
-def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], settings: Settings
-              ) -> tuple[str, ...]:
+def _cautions(knowledge: Knowledge, recordings: Sequence[Rows],
+              shares: Sequence[Mapping[str, float]]) -> tuple[str, ...]:
     """Return what the references did not visit, in words."""
-    return tuple(f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
-                 for name, of in zip(joints, shares) for variable, share in of.items()
-                 if share > 1.0 - settings.visited)
+    out = []
+    if knowledge.states is not None:
+        times = farther(recordings, knowledge.states)
+        if times > FARTHER:
+            out.append('no reference had such angles and speeds of all joints together: they are '
+                       f'{times:.2g} times as far from it as its own parts from each other')
+    return (*out, *(f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
+                    for name, of in zip(knowledge.joints, shares)
+                    for variable, share in of.items()
+                    if share > 1.0 - recordings[0].settings.visited))
 
 
 def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
