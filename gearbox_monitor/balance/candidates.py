@@ -192,8 +192,8 @@ def _of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate
         indices = [j * count + k for j in range(count) for k in range(count) if j != k]
     else:
         indices = [j for j in range(count) if recordings[0].zero[j]]
-    # At the origin of its link a mass has no inertia: a swing in which that cancels the weight would
-    # not show it.
+    # At the origin of its link a mass has no inertia: a swing in which that cancels the weight
+    # would not show it.
     centres = [[np.zeros(3)] if effect is not PAYLOAD else
                [np.zeros(3), chain.links[i].theta[1:4] / chain.links[i].mass] for i in indices]
     return [made(i, centre) for i, of in zip(indices, centres) for centre in of]

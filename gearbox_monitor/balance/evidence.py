@@ -104,7 +104,8 @@ class RobotEvidence:
     The evidence of `recordings` of one robot about candidates.
 
     prior: what references taught; None, the tolerances of the file. variance [J, bands]: what they
-    left, below which no variance is taken; rows where it is infinite are left out. nuisance: columns by label, the first of each.
+    left, below which no variance is taken; rows where it is infinite are left out. nuisance:
+    columns by label, the first of each.
     """
 
     def __init__(self, recordings: Sequence[Rows], prior: Prior | None = None,
@@ -268,25 +269,27 @@ class RobotEvidence:
         deviance = sum(float((a.count * np.log(s / a.count)).sum())
                        for a, s in zip(self.at, squares)) + float(
                            offset @ self.precision @ offset)
-        deviance += sum(self._hidden(c, squares) for c in chosen if c.hidden)
         residual = [a.y - a.z @ solution[a.index] - x @ solution[k + place]
                     for a, x, place in zip(self.at, extra, places)]
         inverse = scipy.linalg.cho_solve(factor, np.eye(size), check_finite=False)
         return RobotFit(tuple(chosen), deviance, solution[k:] / scale, offset, inverse, scale,
                         tuple(used), tuple(residual))
 
-    def _hidden(self, candidate: Candidate, squares: Sequence[Array]) -> float:
+    def hidden(self, fit: RobotFit) -> float:
         """
-        Return the deviance of what a candidate hides, beside that of the `squares` [C] it leaves.
+        Return the deviance of what the newest candidate of `fit` hides.
 
         Where any input has the same effect, it may have been anywhere in the range that is hidden:
         it is as improbable as noise of that size, not as what is left.
         """
-        (j, x), = candidate.columns.items()
-        a = self.at[j]
+        c = fit.chosen[-1]
+        if not c.hidden:
+            return 0.0
+        (j, x), = c.columns.items()
+        a, weights = self.at[j], fit.weights[j]
         size = np.array([np.sum(x[a.order[cell], 0] ** 2) for cell in a.cells])
-        more = np.log(np.maximum(size, 1e-300) / squares[j])
-        return candidate.hidden * float(a.count @ np.maximum(more, 0.0))
+        more = np.log(np.maximum(size, 1e-300) * weights / a.count)
+        return c.hidden * float(a.count @ np.maximum(more, 0.0))
 
     def _shrunk(self, squares: Array, a: JointRows) -> Array:
         """

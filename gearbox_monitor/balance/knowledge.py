@@ -123,9 +123,9 @@ def _noisy(recordings: Sequence[Rows]) -> Array:
     """
     Return a variance [J, bands] that is infinite where the model is worse than none, else 0.
 
-    The acceleration that positions tell is noise from some frequency on. There a fit draws masses
-    to 0: from the highest band down, those in which it leaves more than the effort are no evidence.
-    Where that is all of them, something else is wrong.
+    The acceleration that positions tell is noise from some frequency on, where a fit draws masses
+    to 0: from the highest band down, those in which it leaves more than the effort are out. Where
+    that is all of them, something else is wrong.
     """
     evidence = RobotEvidence(recordings)
     noisy = np.zeros((evidence.joints, len(evidence.settings.bands) - 1))

@@ -39,7 +39,7 @@ LARGER = 1.5       # bursts of healthy references that were as large are none
 OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
 OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the true scale
 LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
-FARTHER = 3.0      # from the references than they from themselves: 1.1 to 2.5 where both are random
+FARTHER = 3.0      # times as far from references as their parts: of random motions 1.1 to 2.5
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
           'm1_change': ('m1', 'armature')}
@@ -587,10 +587,10 @@ def _cautions(knowledge: Knowledge, recordings: Sequence[Rows],
         if times > FARTHER:
             out.append('no reference had such angles and speeds of all joints together: they are '
                        f'{times:.2g} times as far from it as its own parts from each other')
-    return (*out, *(f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
-                    for name, of in zip(knowledge.joints, shares)
-                    for variable, share in of.items()
-                    if share > 1.0 - recordings[0].settings.visited))
+    out += [f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
+            for name, of in zip(knowledge.joints, shares) for variable, share in of.items()
+            if share > 1.0 - recordings[0].settings.visited]
+    return tuple(out)
 
 
 def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:

@@ -117,7 +117,8 @@ def states_of(recordings: Sequence[Rows]) -> States:
 
 
 def farther(recordings: Sequence[Rows], states: States) -> float:
-    """Return how far `recordings` are from the references' `states`, over these from themselves.
+    """
+    Return how far `recordings` are from the references' `states`, over these from themselves.
 
     Parts of one swing that is repeated are near each other, and say nothing of another motion.
     """
