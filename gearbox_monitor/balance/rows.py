@@ -213,8 +213,8 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
                 measured=measured, setpoint=setpoint, settings=settings)
     if robot.learnt and mean:
         acceleration = _rate(motion, motion.v)
-        joints = [_taught(replace(m, model=m.model + more[:, j]), name, shapes, mean, j,
-                          acceleration[:, j])
+        joints = [_taught(replace(m, load=m.load + more[:, j], model=m.model + more[:, j]), name,
+                          shapes, mean, j, acceleration[:, j])
                   for j, (m, name) in enumerate(zip(joints, chain.joints))]
         rows = replace(rows, joints=tuple(joints))
     return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
