@@ -93,12 +93,12 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     """
     shapes = _shapes(robot, logs, settings, progress)
     recordings = [rows_of(log, robot, shapes, settings=settings) for log in logs]
+    noisy = _noisy(recordings)
     for _ in range(2):     # the second time with the torque that the first one taught
-        evidence = RobotEvidence(recordings, variance=_noisy(recordings))
+        evidence = RobotEvidence(recordings, variance=noisy)
         prior = evidence.posterior(evidence.fit())
         mean = dict(zip(prior.labels, prior.mean.tolist()))
         recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
-    noisy = _noisy(recordings)
     evidence = RobotEvidence(recordings, variance=noisy)
     fit = evidence.fit()
     candidates = [c for c in library(recordings) + free_functions(recordings)
@@ -137,11 +137,11 @@ def _noisy(recordings: Sequence[Rows]) -> Array:
             effort = np.concatenate([r.target[j] + r.model[j] for r in recordings])[a.order]
             of_effort, left = (np.bincount(a.spread(a.band), x ** 2)
                                for x in (effort, fit.residual[j]))
-            if left[-1] > of_effort[-1]:
+            if left[-1] <= of_effort[-1]:
+                open_joints.discard(j)
+            elif len(np.unique(a.band)) > 1:
                 noisy[j, len(left) - 1] = np.inf
             else:
-                open_joints.discard(j)
-            if len(np.unique(a.band)) == 1 and j in open_joints:
                 noisy[j] = 0.0
                 open_joints.discard(j)
         evidence = RobotEvidence(recordings, variance=noisy)

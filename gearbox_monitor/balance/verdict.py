@@ -110,9 +110,11 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     laws, free = library(recordings, effects), free_functions(recordings)
     shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
     blank = evidence.fit()
-    search = _judged(evidence, blank, laws, free, knowledge, shares)
+    away = (farther(recordings, knowledge.states) / FARTHER
+            if knowledge and knowledge.states is not None else 1.0)
+    search = _judged(evidence, blank, laws, free, knowledge, shares, max(away, 1.0))
     remainders = _remainders(evidence, search, knowledge, settings)
-    cautions = _cautions(knowledge, recordings, shares) if knowledge else ()
+    cautions = _cautions(knowledge.joints, shares, away, settings) if knowledge else ()
     return RobotVerdict(
         _findings(evidence, search), remainders, _ranked(evidence, blank, search.fit),
         smallest_visible(evidence, blank, laws, search.scales),
@@ -147,19 +149,20 @@ class RobotSearch:
 
 def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
             free: Sequence[Candidate], knowledge: Knowledge | None,
-            shares: Sequence[Mapping[str, float]]) -> RobotSearch:
+            shares: Sequence[Mapping[str, float]], away: float) -> RobotSearch:
     """
     Return the RobotSearch with the scales that the references and the recordings themselves show.
 
     With references only where they were (`shares` is the rest of each joint's motion), a
-    difference from them is evidence; and what parts of the recordings differ by beside all
+    difference from them is evidence, and the squared error of what they taught grows with the
+    distance (`away`, of parts of random motions 1) like that of a random walk; and what parts of the recordings differ by beside all
     findings shows that the model is not true there: it is over-dispersion as well.
     """
     scales = scales_of(laws, free, knowledge, evidence.joints)
     if knowledge is None:
         return _search(evidence, blank, laws, free, scales)
     visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
-    scales = replace(scales, dispersion=scales.dispersion / visible)
+    scales = replace(scales, dispersion=scales.dispersion * away / visible)
     search = _search(evidence, blank, laws, free, scales)
     if search.fit.chosen:
         of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
@@ -578,18 +581,16 @@ def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
             'findings explain there',)
 
 
-def _cautions(knowledge: Knowledge, recordings: Sequence[Rows],
-              shares: Sequence[Mapping[str, float]]) -> tuple[str, ...]:
+def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], away: float,
+              settings: Settings) -> tuple[str, ...]:
     """Return what the references did not visit, in words."""
     out = []
-    if knowledge.states is not None:
-        times = farther(recordings, knowledge.states)
-        if times > FARTHER:
-            out.append('no reference had such angles and speeds of all joints together: they are '
-                       f'{times:.2g} times as far from it as its own parts from each other')
+    if away > 1.0:
+        out.append('no reference had such angles and speeds of all joints together: this motion '
+                   f'is {away * FARTHER:.2g} times as far from them as their own parts are')
     out += [f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
-            for name, of in zip(knowledge.joints, shares) for variable, share in of.items()
-            if share > 1.0 - recordings[0].settings.visited]
+            for name, of in zip(joints, shares) for variable, share in of.items()
+            if share > 1.0 - settings.visited]
     return tuple(out)
 
 

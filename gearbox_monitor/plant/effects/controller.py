@@ -31,7 +31,8 @@ SERVO_GAIN = Effect(
     separated_by={'torque_gain': 'fast motion, in which the damping of the servo counts'},
     column=BalanceColumn(
         lambda m, _: (m.model + m.kd * m.v - m.compensation)[:, None],
-        lambda b, _: {'kp_factor': float(1.0 / (1.0 + b[0]))}, low=lambda m: -0.75, high=99.0,
+        lambda b, _: {'kp_factor': float(1.0 / (1.0 + b[0]))}, low=lambda m: -0.75,
+        high=99.0,  # files of hobby arms state 60 times the gain
         needs=OF_SETPOINT, states='kp_factor', twins=('torque_gain',)))
 
 SERVO_LIMIT = Effect(
