@@ -155,8 +155,9 @@ def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
 
     With references only where they were (`shares` is the rest of each joint's motion), a
     difference from them is evidence, and the squared error of what they taught grows with the
-    distance (`away`, of parts of random motions 1) like that of a random walk; and what parts of the recordings differ by beside all
-    findings shows that the model is not true there: it is over-dispersion as well.
+    distance (`away`, 1 or more) like that of a random walk; and what parts of the recordings
+    differ by beside all findings shows that the model is not true there: it is over-dispersion
+    as well.
     """
     scales = scales_of(laws, free, knowledge, evidence.joints)
     if knowledge is None:
