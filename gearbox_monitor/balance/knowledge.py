@@ -135,7 +135,7 @@ def _noisy(recordings: Sequence[Rows]) -> Array:
         for j in sorted(open_joints):
             a = evidence.at[j]
             effort = np.concatenate([r.target[j] + r.model[j] for r in recordings])[a.order]
-            of_effort, left = (np.bincount(a.spread(a.band), x ** 2)
+            of_effort, left = (np.bincount(a.band, [np.sum(x[c] ** 2) for c in a.cells])
                                for x in (effort, fit.residual[j]))
             if left[-1] <= of_effort[-1]:
                 open_joints.discard(j)
