@@ -28,7 +28,8 @@ class JointMotion:
     setpoint_speed, compensation (torque that it adds for the weight) [N], kp, kd: of a servo.
     noise: of the effort, N m. coulomb, viscous, armature: of the model file. learnt: the file's
     friction is not known but from a reference. taught [N]: what a reference taught beside bodies
-    and rotors; dry, wet: its parts that scale with direction and with speed; else 0.
+    and rotors; dry, wet: its parts that scale with direction and with speed; else 0. raw [N]:
+    effort with its noise, for columns that must not be weaker than the effort at any frequency.
     """
 
     t: Array
@@ -51,6 +52,7 @@ class JointMotion:
     taught: Array
     dry: Array
     wet: Array
+    raw: Array
 
 
 Named: TypeAlias = Mapping[str, float]
