@@ -208,13 +208,13 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
         motion.input_speed[:, j], added[:, j], kp[j], kd[j],
         float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
         float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
-        robot.learnt, *np.zeros((3, n)), effort[:, j]) for j in range(count)]
+        robot.learnt, *np.zeros((3, n)), effort[:, j], load[:, j]) for j in range(count)]
     rows = Rows('', robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
                 measured=measured, setpoint=setpoint, settings=settings)
     if robot.learnt and mean:
         acceleration = _rate(motion, motion.v)
-        joints = [_taught(replace(m, model=m.model + more[:, j]), name, shapes, mean, j,
-                          acceleration[:, j])
+        joints = [_taught(replace(m, bodies=m.load + more[:, j], model=m.model + more[:, j]), name,
+                          shapes, mean, j, acceleration[:, j])
                   for j, (m, name) in enumerate(zip(joints, chain.joints))]
         rows = replace(rows, joints=tuple(joints))
     return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))

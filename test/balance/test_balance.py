@@ -136,7 +136,7 @@ def test_no_limit_is_tried_inside_the_noise():
     effort = 5.0 + 0.1 * np.sin(np.arange(2000) / 50.0)
     zero = np.zeros(2000)
     m = JointMotion(*[zero] * 6, effort, *[zero] * 3, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, False,
-                    *[zero] * 4)
+                    *[zero] * 5)
     m = JointMotion(**{**vars(m), 'effort': effort})
     assert limits_reached(m) == []
     assert limits_reached(JointMotion(**{**vars(m), 'noise': 0.001}))

@@ -29,7 +29,8 @@ class JointMotion:
     noise: of the effort, N m. coulomb, viscous, armature: of the model file. learnt: the file's
     friction is not known but from a reference. taught [N]: what a reference taught beside bodies
     and rotors; dry, wet: its parts that scale with direction and with speed; else 0. raw [N]:
-    effort with its noise, for columns that must not be weaker than the effort at any frequency.
+    effort with its noise, for columns that must not be weaker than the effort at any frequency;
+    bodies: load with the masses that a reference taught.
     """
 
     t: Array
@@ -53,6 +54,7 @@ class JointMotion:
     dry: Array
     wet: Array
     raw: Array
+    bodies: Array
 
 
 Named: TypeAlias = Mapping[str, float]
