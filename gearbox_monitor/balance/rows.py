@@ -208,7 +208,8 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
         motion.input_speed[:, j], added[:, j], kp[j], kd[j],
         float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
         float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
-        robot.learnt, *np.zeros((3, n)), effort[:, j], load[:, j]) for j in range(count)]
+        robot.learnt, np.zeros(n), np.zeros(n), np.zeros(n), effort[:, j], load[:, j])
+              for j in range(count)]
     rows = Rows('', robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
                 measured=measured, setpoint=setpoint, settings=settings)
     if robot.learnt and mean:
