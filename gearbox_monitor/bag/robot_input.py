@@ -33,6 +33,7 @@ SETPOINTS = 'joint_setpoints'
 NO_SERVO = 'the model has none'
 NEEDED = 'setpoints need position actuators of all joints in the model, or gains in --values'
 STILL = 'of a joint that stands still, its position: locked in --values'
+UNSIGNED = 'no value is below 0: sizes without a direction'
 COLUMNS = 't, q_NAME and tau_NAME, i_NAME or setpoint_NAME of each joint'
 
 
@@ -96,6 +97,19 @@ def numbered_names(path: str | Path, joints: Sequence[str], topic: str = 'joint_
     return dict(zip(joints, (numbers[k] for k in sorted(numbers))))
 
 
+def unsigned(efforts: Array) -> bool:
+    """
+    Return whether `efforts` [N, J] are sizes: none is below 0, but one comes to 0 and rises again.
+
+    A joint may always push one way, against a weight; but then it does not turn around at 0.
+    """
+    return not (efforts < 0.0).any() and any((np.trim_zeros(x) == 0.0).any() for x in efforts.T)
+
+
+def _or_setpoints(no_servo: str) -> str:
+    return f', or setpoints; {NEEDED} ({no_servo})' if no_servo else ', or setpoints'
+
+
 def _text_columns(path: Path) -> dict[str, Array]:
     """Return {column: values} of a text with a header row; an empty value is NaN."""
     header: list[str] = []
@@ -142,8 +156,14 @@ def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str
     _expect_all(path, names, [c.partition('_')[2] for c in columns])
     position = {joint: columns[f'q_{name}'] for joint, name in names.items()
                 if f'q_{name}' in columns}
-    prefix = next((p for p in PREFIXES if (p != 'setpoint_' or not no_servo)
-                   and all(p + name in columns for name in names.values())), None)
+    whole = [p for p in PREFIXES if (p != 'setpoint_' or not no_servo)
+             and all(p + name in columns for name in names.values())]
+    sizes = [p for p in whole if p != 'setpoint_'
+             and unsigned(np.column_stack([columns[p + name] for name in names.values()]))]
+    prefix = next((p for p in whole if p not in sizes), None)
+    if prefix is None and sizes:
+        raise InputError(f'{path}: {sizes[0]}NAME: {UNSIGNED}, expected a torque or current with '
+                         f'its sign{_or_setpoints(no_servo)}')
     if prefix is None:
         listed = [c for c in columns if c.startswith(tuple(PREFIXES))]
         hint = f'; {NEEDED} ({no_servo})' if any(
@@ -151,7 +171,7 @@ def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str
         raise InputError(f'{path}: no torque of all joints ({", ".join(listed)[:120] or "none"}), '
                          f'expected tau_NAME, i_NAME or setpoint_NAME of {", ".join(joints)}'
                          f'{hint} (--recorded NAME=LOGNAME maps a name)')
-    kind, notes = PREFIXES[prefix], []
+    kind, notes = PREFIXES[prefix], [f'{p}NAME: {UNSIGNED}; not used' for p in sizes]
     inputs = {joint: columns[prefix + name] for joint, name in names.items()}
     if kind == CURRENT and constants is not None:
         lacking = [joint for joint in joints if joint not in constants]
@@ -191,10 +211,16 @@ def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], no
         t = (states.stamp_ns - states.stamp_ns[0]) * 1e-9
         setpoints = topics_called(reader, SETPOINTS)
         position = dict(zip(joints, states.position.T))
-        if np.isfinite(states.effort).any(axis=0).all():
+        sizes = unsigned(states.effort)
+        if np.isfinite(states.effort).any(axis=0).all() and not sizes:
             return RawLog(path.name, t, position, dict(zip(joints, states.effort.T)), TORQUE,
                           notes=tuple(notes))
-        if no_servo or not setpoints:
+        if sizes and (no_servo or not setpoints):
+            raise InputError(f'{path}: effort: {UNSIGNED}, expected torques with their sign'
+                             f'{_or_setpoints(no_servo)}')
+        if sizes:
+            notes.append(f'effort: {UNSIGNED}; {SETPOINTS} are used')
+        elif no_servo or not setpoints:
             without = [j for j, e in zip(joints, states.effort.T) if not np.isfinite(e).any()]
             raise InputError(
                 f'{path}: no effort of {", ".join(without)}, expected the torque of all joints, '

@@ -39,7 +39,8 @@ class Candidate:
     twins: effects with the same columns. over: variable of a free function, or what tells an
     effect from another one of its id at the same place. next_setting(b): the setting that follows
     from the coefficients b, None if it is searched. span: of a setting that is a position, how far
-    the joint moves (standard deviation); 0 for one that is refined in ratios.
+    the joint moves (standard deviation); 0 for one that is refined in ratios. hidden: share of the
+    joint's motion in which any input has the same effect.
     """
 
     effect: str
@@ -57,6 +58,7 @@ class Candidate:
     extra: int = 0
     next_setting: Callable[[Array], Any] | None = None
     span: float = 0.0
+    hidden: float = 0.0
 
     @property
     def width(self) -> int:
@@ -142,8 +144,12 @@ def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Seq
     def made(setting: float) -> Candidate:
         parts = [{joint: rows.tested(joint, column.series(m, setting), column.momentum)}
                  for rows, m in zip(recordings, motions)]
+        hidden = 0.0 if column.hides is None else float(np.average(
+            np.concatenate([column.hides(m, setting) for m in motions]),
+            weights=np.concatenate([rows.tests.mask[:, joint] ** 2 + 1e-9
+                                    for rows in recordings])))
         return Candidate(
-            name[0], _stacked(parts), joint=name[1],
+            name[0], _stacked(parts), joint=name[1], hidden=hidden,
             setting=setting if column.setting else None,
             again=made if column.setting and not column.whole else None,
             low=max(column.low(m) for m in motions), high=column.high,
@@ -186,7 +192,11 @@ def _of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate
         indices = [j * count + k for j in range(count) for k in range(count) if j != k]
     else:
         indices = [j for j in range(count) if recordings[0].zero[j]]
-    return [made(i, np.zeros(3)) for i in indices]
+    # At the origin of its link a mass has no inertia: a swing in which that cancels the weight
+    # would not show it.
+    centres = [[np.zeros(3)] if effect is not PAYLOAD else
+               [np.zeros(3), chain.links[i].theta[1:4] / chain.links[i].mass] for i in indices]
+    return [made(i, centre) for i, of in zip(indices, centres) for centre in of]
 
 
 def splines(x: Array, count: int = 8, robust: bool = True) -> Array:

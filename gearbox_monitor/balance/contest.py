@@ -189,7 +189,7 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
         return []
     likeliest = max(fits, key=lambda e: e[0])[1]
     phi = over_dispersion(evidence, likeliest.chosen[-1], scales, likeliest)
-    entries = [Contender(own, fit, (current.deviance - fit.deviance) / phi
+    entries = [Contender(own, fit, (current.deviance - fit.deviance - evidence.hidden(fit)) / phi
                          - cost(evidence, fit.chosen[-1], scales)) for own, fit in fits]
 
     def rank(e: Contender) -> tuple[bool, float]:
@@ -227,7 +227,8 @@ def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
     covariance = fit.covariance[columns, columns] / np.outer(fit.scale[own], fit.scale[own])
     share = tempered(fit.values[own], covariance, scales.scatter.get(key_of(c)),
                      over_dispersion(evidence, c, scales, fit))
-    return (current.deviance - fit.deviance) * share - cost(evidence, c, scales)
+    gain = current.deviance - fit.deviance - evidence.hidden(fit)
+    return gain * share - cost(evidence, c, scales)
 
 
 def _allowed(fit: RobotFit) -> bool:

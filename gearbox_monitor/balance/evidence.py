@@ -104,7 +104,8 @@ class RobotEvidence:
     The evidence of `recordings` of one robot about candidates.
 
     prior: what references taught; None, the tolerances of the file. variance [J, bands]: what they
-    left, below which no variance is taken. nuisance: columns by label, the first of each.
+    left, below which no variance is taken; rows where it is infinite are left out. nuisance:
+    columns by label, the first of each.
     """
 
     def __init__(self, recordings: Sequence[Rows], prior: Prior | None = None,
@@ -164,6 +165,8 @@ class RobotEvidence:
         kept = np.flatnonzero(np.concatenate([
             rows.tests.frequency <= highest_kept(rows.motion, rows.settings.smoothed)[j]
             for rows in self.recordings]))
+        if self.variance is not None:
+            kept = kept[np.isfinite(self.variance[j])[np.concatenate(cell)[kept] % bands]]
         order = kept[np.argsort(np.concatenate(cell)[kept], kind='stable')]
         z, y, cells = np.concatenate(blocks)[order], np.concatenate(target)[order], np.concatenate(
             cell)[order]
@@ -271,6 +274,22 @@ class RobotEvidence:
         inverse = scipy.linalg.cho_solve(factor, np.eye(size), check_finite=False)
         return RobotFit(tuple(chosen), deviance, solution[k:] / scale, offset, inverse, scale,
                         tuple(used), tuple(residual))
+
+    def hidden(self, fit: RobotFit) -> float:
+        """
+        Return the deviance of what the newest candidate of `fit` hides.
+
+        Where any input has the same effect, it may have been anywhere in the range that is hidden:
+        it is as improbable as noise of that size, not as what is left.
+        """
+        c = fit.chosen[-1]
+        if not c.hidden:
+            return 0.0
+        (j, x), = c.columns.items()
+        a, weights = self.at[j], fit.weights[j]
+        size = np.array([np.sum(x[a.order[cell], 0] ** 2) for cell in a.cells])
+        more = np.log(np.maximum(size, 1e-300) * weights / a.count)
+        return c.hidden * float(a.count @ np.maximum(more, 0.0))
 
     def _shrunk(self, squares: Array, a: JointRows) -> Array:
         """

@@ -17,10 +17,10 @@ from gearbox_monitor.balance.bursts import worst_segments
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library
 from gearbox_monitor.balance.evidence import Prior, RobotEvidence, RobotFit
 from gearbox_monitor.balance.robot_log import RobotLog
-from gearbox_monitor.balance.rows import nuisance_of, RobotModel, rows_of
+from gearbox_monitor.balance.rows import nuisance_of, RobotModel, Rows, rows_of
 from gearbox_monitor.balance.settings import SETTINGS, Settings
 from gearbox_monitor.balance.shapes import dictionary, shape_of
-from gearbox_monitor.balance.visits import Visits, visits_of
+from gearbox_monitor.balance.visits import States, states_of, Visits, visits_of
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_RIPPLE
 from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
@@ -44,7 +44,8 @@ class Knowledge:
     {variable: Visits}}; sizes [J]: rms of the taught torque, N m. variance [J, bands]: of what is
     left, per row: a part of it is no noise, and other recordings have it as well.
     joints, kind, measured, rate: of the logs; references: their names; seconds: their length;
-    model: hash of the file; parts: number of parts compared.
+    model: hash of the file; parts: number of parts compared. states: of all joints at once, None
+    in files of before.
     """
 
     prior: Prior
@@ -64,6 +65,7 @@ class Knowledge:
     parts: int
     model: str = ''
     version: int = VERSION
+    states: States | None = None
 
     @property
     def mean(self) -> dict[str, float]:
@@ -91,12 +93,13 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     """
     shapes = _shapes(robot, logs, settings, progress)
     recordings = [rows_of(log, robot, shapes, settings=settings) for log in logs]
+    noisy = _noisy(recordings)
     for _ in range(2):     # the second time with the torque that the first one taught
-        evidence = RobotEvidence(recordings)
+        evidence = RobotEvidence(recordings, variance=noisy)
         prior = evidence.posterior(evidence.fit())
         mean = dict(zip(prior.labels, prior.mean.tolist()))
         recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
-    evidence = RobotEvidence(recordings)
+    evidence = RobotEvidence(recordings, variance=noisy)
     fit = evidence.fit()
     candidates = [c for c in library(recordings) + free_functions(recordings)
                   if c.effect not in (SATURATION.id, SERVO_LIMIT.id, COGGING.id, TORQUE_RIPPLE.id)]
@@ -109,10 +112,40 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
         another_day(evidence, fit, dispersion, settings), tuple(shapes), scatter, dispersion,
         worst_segments(evidence, fit),
         {name: visits_of(recordings, j) for j, name in enumerate(robot.chain.joints)},
-        np.array([np.sqrt(np.mean(x ** 2)) for x in taught]), _variance(evidence, fit),
+        np.array([np.sqrt(np.mean(x ** 2)) for x in taught]),
+        np.maximum(_variance(evidence, fit), noisy),
         logs[0].joints, logs[0].kind, logs[0].measured,
         float(np.median([log.rate for log in logs])), tuple(log.name for log in logs),
-        sum(log.seconds for log in logs), parts, model)
+        sum(log.seconds for log in logs), parts, model, states=states_of(recordings))
+
+
+def _noisy(recordings: Sequence[Rows]) -> Array:
+    """
+    Return a variance [J, bands] that is infinite where the model is worse than none, else 0.
+
+    The acceleration that positions tell is noise from some frequency on, where a fit draws masses
+    to 0: from the highest band down, those in which it leaves more than the effort are out. Where
+    that is all of them, something else is wrong.
+    """
+    evidence = RobotEvidence(recordings)
+    noisy = np.zeros((evidence.joints, len(evidence.settings.bands) - 1))
+    open_joints = set(range(evidence.joints))
+    while open_joints:
+        fit = evidence.fit()
+        for j in sorted(open_joints):
+            a = evidence.at[j]
+            effort = np.concatenate([r.target[j] + r.model[j] for r in recordings])[a.order]
+            of_effort, left = (np.bincount(a.band, [np.sum(x[c] ** 2) for c in a.cells])
+                               for x in (effort, fit.residual[j]))
+            if left[-1] <= of_effort[-1]:
+                open_joints.discard(j)
+            elif len(np.unique(a.band)) > 1:
+                noisy[j, len(left) - 1] = np.inf
+            else:
+                noisy[j] = 0.0
+                open_joints.discard(j)
+        evidence = RobotEvidence(recordings, variance=noisy)
+    return noisy
 
 
 def _variance(evidence: RobotEvidence, fit: RobotFit) -> Array:

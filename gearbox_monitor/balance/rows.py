@@ -208,13 +208,14 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
         motion.input_speed[:, j], added[:, j], kp[j], kd[j],
         float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
         float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
-        robot.learnt, *np.zeros((3, n))) for j in range(count)]
+        robot.learnt, np.zeros(n), np.zeros(n), np.zeros(n), effort[:, j], load[:, j])
+              for j in range(count)]
     rows = Rows('', robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
                 measured=measured, setpoint=setpoint, settings=settings)
     if robot.learnt and mean:
         acceleration = _rate(motion, motion.v)
-        joints = [_taught(replace(m, model=m.model + more[:, j]), name, shapes, mean, j,
-                          acceleration[:, j])
+        joints = [_taught(replace(m, bodies=m.load + more[:, j], model=m.model + more[:, j]), name,
+                          shapes, mean, j, acceleration[:, j])
                   for j, (m, name) in enumerate(zip(joints, chain.joints))]
         rows = replace(rows, joints=tuple(joints))
     return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
@@ -293,7 +294,7 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
         # The command itself acts late; the model's torque lacks a load that the file lacks.
-        acting = m.model if rows.setpoint or rows.measured else m.effort
+        acting = m.model if rows.setpoint or rows.measured else m.raw
         delays[j] = rows.tested(j, moved(m.t, acting, 0.0))[:, 0]
         columns.append(NuisanceColumn(f'lag {name}', {j: delays[j]}, s.lag_joint))
         slow = m.sign * np.exp(-(m.v / s.creep) ** 2)

@@ -21,7 +21,7 @@ from gearbox_monitor.balance.robot_effects import (
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import in_scale, RobotModel, Rows, rows_of
 from gearbox_monitor.balance.settings import SETTINGS, Settings
-from gearbox_monitor.balance.visits import unvisited_shares, with_unvisited
+from gearbox_monitor.balance.visits import farther, unvisited_shares, with_unvisited
 from gearbox_monitor.identification.findings import Finding, kind_of, Remainder
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
@@ -39,6 +39,7 @@ LARGER = 1.5       # bursts of healthy references that were as large are none
 OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
 OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the true scale
 LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
+FARTHER = 3.0      # times as far from references as their parts: of random motions 1.1 to 2.5
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
           'm1_change': ('m1', 'armature')}
@@ -109,9 +110,11 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     laws, free = library(recordings, effects), free_functions(recordings)
     shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
     blank = evidence.fit()
-    search = _judged(evidence, blank, laws, free, knowledge, shares)
+    away = (farther(recordings, knowledge.states) / FARTHER
+            if knowledge and knowledge.states is not None else 1.0)
+    search = _judged(evidence, blank, laws, free, knowledge, shares, max(away, 1.0))
     remainders = _remainders(evidence, search, knowledge, settings)
-    cautions = _cautions(knowledge.joints, shares, settings) if knowledge else ()
+    cautions = _cautions(knowledge.joints, shares, away, settings) if knowledge else ()
     return RobotVerdict(
         _findings(evidence, search), remainders, _ranked(evidence, blank, search.fit),
         smallest_visible(evidence, blank, laws, search.scales),
@@ -146,19 +149,21 @@ class RobotSearch:
 
 def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
             free: Sequence[Candidate], knowledge: Knowledge | None,
-            shares: Sequence[Mapping[str, float]]) -> RobotSearch:
+            shares: Sequence[Mapping[str, float]], away: float) -> RobotSearch:
     """
     Return the RobotSearch with the scales that the references and the recordings themselves show.
 
     With references only where they were (`shares` is the rest of each joint's motion), a
-    difference from them is evidence; and what parts of the recordings differ by beside all
-    findings shows that the model is not true there: it is over-dispersion as well.
+    difference from them is evidence, and the squared error of what they taught grows with the
+    distance (`away`, 1 or more) like that of a random walk; and what parts of the recordings
+    differ by beside all findings shows that the model is not true there: it is over-dispersion
+    as well.
     """
     scales = scales_of(laws, free, knowledge, evidence.joints)
     if knowledge is None:
         return _search(evidence, blank, laws, free, scales)
     visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
-    scales = replace(scales, dispersion=scales.dispersion / visible)
+    scales = replace(scales, dispersion=scales.dispersion * away / visible)
     search = _search(evidence, blank, laws, free, scales)
     if search.fit.chosen:
         of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
@@ -577,12 +582,17 @@ def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
             'findings explain there',)
 
 
-def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], settings: Settings
-              ) -> tuple[str, ...]:
+def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], away: float,
+              settings: Settings) -> tuple[str, ...]:
     """Return what the references did not visit, in words."""
-    return tuple(f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
-                 for name, of in zip(joints, shares) for variable, share in of.items()
-                 if share > 1.0 - settings.visited)
+    out = []
+    if away > 1.0:
+        out.append('no reference had such angles and speeds of all joints together: this motion '
+                   f'is {away * FARTHER:.2g} times as far from them as their own parts are')
+    out += [f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
+            for name, of in zip(joints, shares) for variable, share in of.items()
+            if share > 1.0 - settings.visited]
+    return tuple(out)
 
 
 def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:

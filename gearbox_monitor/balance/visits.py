@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from gearbox_monitor.balance.rows import NuisanceColumn, Rows
 from gearbox_monitor.kernels.types import Array, Integers
@@ -19,10 +20,14 @@ from gearbox_monitor.plant.effects.balance_column import JointMotion
 VARIABLES = ('angle', 'speed', 'load')
 # Of half the range of a slide (a hinge: by the turn); of the largest; of the deviation.
 SPACING = {'angle': 0.3, 'speed': 0.3, 'load': 0.5}
+# m, rad/s and N m: of a joint that stands, noise is no range.
+LEAST_SPACING = {'angle': 0.01, 'speed': 0.02, 'load': 1e-6}
 TURN = 21         # knots of a turn: the torque of a hinge is the same in every turn
 SECONDS = 0.5     # spent at a knot from which it is visited
 LEAST_LOAD = 0.2  # of the effort's deviation: a load that is less matters to no friction
 UNSURE = 0.3      # of the taught torque: what it may be elsewhere
+EVERY = 0.05      # s between the states that are kept, unless they are more than MOST
+MOST = 2000
 
 
 @dataclass(frozen=True)
@@ -31,6 +36,20 @@ class Visits:
 
     spacing: float
     seconds: Mapping[int, float]
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """
+    Angles and speeds of all joints at once, as references had them.
+
+    points [N, K]: cosine and sine of each hinge, position of each slide, speeds, over their
+    deviations [K]. apart: median distance of a point from the nearest one of another part.
+    """
+
+    points: Array
+    deviations: Array
+    apart: float
 
 
 def _value(m: JointMotion, variable: str) -> Array:
@@ -61,7 +80,8 @@ def visits_of(recordings: Sequence[Rows], joint: int) -> dict[str, Visits]:
                 'load': max(float(np.std(whole)), LEAST_LOAD * max(
                     float(np.std(rows.joints[joint].effort)) for rows in recordings))}[variable]
         turns = _turns(recordings[0], joint, variable)
-        spacing = 2.0 * np.pi / TURN if turns else max(SPACING[variable] * size, 1e-6)
+        spacing = 2.0 * np.pi / TURN if turns else max(
+            SPACING[variable] * size, LEAST_SPACING[variable])
         seconds: dict[int, float] = {}
         for rows, x in zip(recordings, values):
             low, high, share = _hats(x, spacing, turns)
@@ -71,6 +91,40 @@ def visits_of(recordings: Sequence[Rows], joint: int) -> dict[str, Visits]:
                     seconds[int(knot)] = seconds.get(int(knot), 0.0) + spent
         out[variable] = Visits(spacing, seconds)
     return out
+
+
+def _features(rows: Rows) -> Array:
+    slides = np.array([link.slides for link in rows.robot.chain.links])
+    q, keep = rows.motion.q, max(round(EVERY / rows.motion.step), 1)
+    return np.hstack([np.where(slides, q, np.cos(q)), np.where(slides, 0.0, np.sin(q)),
+                      rows.motion.v])[::keep]
+
+
+def states_of(recordings: Sequence[Rows]) -> States:
+    """Return the States of `recordings`."""
+    count, settings = len(recordings[0].joints), recordings[0].settings
+    x = np.concatenate([_features(rows) for rows in recordings])
+    parts = max(round(len(x) * EVERY / settings.part), 2)
+    part = np.arange(len(x)) * parts // len(x)
+    keep = np.arange(0, len(x), -(-len(x) // MOST))
+    x, part = x[keep], part[keep]
+    angle = np.hypot(x[:, :count].std(axis=0), x[:, count:2 * count].std(axis=0))
+    deviations = np.maximum(np.r_[angle, angle, x[:, 2 * count:].std(axis=0)], settings.slow)
+    x = x / deviations
+    apart = np.concatenate([scipy.spatial.cKDTree(x[part != p]).query(x[part == p])[0]
+                            for p in range(parts)])
+    return States(x, deviations, float(np.median(apart)))
+
+
+def farther(recordings: Sequence[Rows], states: States) -> float:
+    """
+    Return how far `recordings` are from the references' `states`, over these from themselves.
+
+    Parts of one swing that is repeated are near each other, and say nothing of another motion.
+    """
+    x = np.concatenate([_features(rows) for rows in recordings]) / states.deviations
+    distance = scipy.spatial.cKDTree(states.points).query(x)[0]
+    return float(np.median(distance)) / max(states.apart, 1e-9)
 
 
 def unvisited(rows: Rows, joint: int, variable: str, visits: Visits

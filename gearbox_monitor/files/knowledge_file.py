@@ -11,7 +11,7 @@ import numpy as np
 
 from gearbox_monitor.balance.evidence import Prior
 from gearbox_monitor.balance.knowledge import Knowledge, VERSION
-from gearbox_monitor.balance.visits import Visits
+from gearbox_monitor.balance.visits import States, Visits
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import read_bytes, write_new
 
@@ -25,10 +25,13 @@ def save_knowledge(path: str | Path, knowledge: Knowledge) -> None:
     """Write `knowledge` into the new file `path`. Raises InputError."""
     arrays = {'mean': knowledge.prior.mean, 'covariance': knowledge.prior.covariance,
               **{name: getattr(knowledge, name) for name in ARRAYS[2:]}}
+    states = knowledge.states
+    if states is not None:
+        arrays |= {'states': states.points, 'state_deviations': states.deviations}
     arrays |= {f'scatter/{i}': x for i, x in enumerate(knowledge.scatter.values())}
     text = json.dumps({
         'version': VERSION, 'labels': knowledge.prior.labels, 'shapes': knowledge.shapes,
-        'scatter': list(knowledge.scatter),
+        'scatter': list(knowledge.scatter), 'apart': states and states.apart,
         'visits': {joint: {variable: [v.spacing, sorted(v.seconds.items())]
                            for variable, v in table.items()}
                    for joint, table in knowledge.visits.items()},
@@ -54,6 +57,9 @@ def load_knowledge(path: str | Path, model: str) -> Knowledge:
             arrays = {name: np.array(file[name], float) for name in ARRAYS}
             scatter = {key: np.array(file[f'scatter/{i}'], float)
                        for i, key in enumerate(text['scatter'])}
+            if 'states' in file:
+                arrays |= {name: np.array(file[name], float)
+                           for name in ('states', 'state_deviations')}
         knowledge = _made(text, arrays, scatter)
     except InputError:
         raise
@@ -73,7 +79,8 @@ def _made(text: dict[str, Any], arrays: dict[str, Any], scatter: dict[str, Any])
     if arrays['mean'].shape != (n,) or arrays['covariance'].shape != (n, n) or any(
             arrays[name].shape[:1] != (len(joints),) for name in ARRAYS[2:]):
         raise ValueError('arrays do not fit the labels')
-    if not all(np.isfinite(x).all() for x in (*arrays.values(), *scatter.values())):
+    finite = [*scatter.values(), *(x for name, x in arrays.items() if name != 'variance')]
+    if not all(np.isfinite(x).all() for x in finite) or np.isnan(arrays['variance']).any():
         raise ValueError('a number is not finite')
     visits = {joint: {variable: Visits(float(spacing), {int(k): float(s) for k, s in seconds})
                       for variable, (spacing, seconds) in table.items()}
@@ -83,4 +90,6 @@ def _made(text: dict[str, Any], arrays: dict[str, Any], scatter: dict[str, Any])
         tuple((int(j), str(name)) for j, name in text['shapes']), scatter, arrays['dispersion'],
         arrays['bursts'], visits, arrays['sizes'], arrays['variance'], joints, str(text['kind']),
         bool(text['measured']), float(text['rate']), tuple(str(x) for x in text['references']),
-        float(text['seconds']), int(text['parts']), str(text['model']))
+        float(text['seconds']), int(text['parts']), str(text['model']),
+        states=None if 'states' not in arrays else States(
+            arrays['states'], arrays['state_deviations'], float(text['apart'])))

@@ -16,15 +16,17 @@ from scipy.signal import butter, sosfreqz
 
 from gearbox_monitor.balance.bursts import burstiness
 from gearbox_monitor.balance.candidates import Candidate, free_functions, library, stops, swing
-from gearbox_monitor.balance.contest import _allowed, contest, scales_of
+from gearbox_monitor.balance.contest import _allowed, contest, scales_of, worth_of
 from gearbox_monitor.balance.evidence import RobotEvidence
+from gearbox_monitor.balance.knowledge import _noisy
 from gearbox_monitor.balance.local_cosines import local_cosines
 from gearbox_monitor.balance.motion import highest_kept, RobotMotion
 from gearbox_monitor.balance.robot_effects import compact
 from gearbox_monitor.balance.rows import RobotModel, rows_of
 from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.balance.verdict import _deviations, _joined, _spreads, diagnose
-from gearbox_monitor.balance.visits import visits_of, with_unvisited
+from gearbox_monitor.balance.visits import (
+    farther, states_of, unvisited, visits_of, with_unvisited)
 from gearbox_monitor.export.robot_model import chain_of_compiled
 from gearbox_monitor.identification.findings import Finding
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, limits_reached
@@ -134,7 +136,7 @@ def test_no_limit_is_tried_inside_the_noise():
     effort = 5.0 + 0.1 * np.sin(np.arange(2000) / 50.0)
     zero = np.zeros(2000)
     m = JointMotion(*[zero] * 6, effort, *[zero] * 3, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, False,
-                    *[zero] * 3)
+                    *[zero] * 5)
     m = JointMotion(**{**vars(m), 'effort': effort})
     assert limits_reached(m) == []
     assert limits_reached(JointMotion(**{**vars(m), 'noise': 0.001}))
@@ -263,6 +265,49 @@ def test_angles_of_a_slide_have_knots_within_its_range():
         assert any('friction angle' in c.label for c in beyond.nuisance) or not strange
 
 
+def test_a_slide_that_stood_has_no_range_of_its_noise():
+    """Knots 1e-6 m apart: when it moved, two thousand of them were unvisited."""
+    case = random_robots.make(32045, True, [], 100)
+    rows = rows_of(random_robots.log(case, 2, 12.0, False)[0], model_of(case))
+    slide = next(j for j, link in enumerate(rows.robot.chain.links) if link.slides)
+    moving = rows.joints[slide]
+    noise = 1e-5 * np.random.default_rng(0).normal(size=(2, len(moving.q)))
+    standing = replace(moving, q=moving.q.mean() + noise[0], v=noise[1])
+    still = replace(rows, joints=(*rows.joints[:slide], standing, *rows.joints[slide + 1:]))
+    visits = visits_of([still], slide)
+    for variable in ('angle', 'speed'):
+        assert unvisited(still, slide, variable, visits[variable])[2] < 0.01
+        knots, _, share = unvisited(rows, slide, variable, visits[variable])
+        assert len(knots) < 30 and share > 0.5
+
+
+def test_one_swing_that_is_repeated_says_nothing_of_another_motion():
+    evidence, _ = healthy_evidence()
+    rows = evidence.recordings[0]
+    t, path = rows.motion.t[:, None], np.ones(len(rows.joints))
+
+    def swings(phase):
+        q, v = (np.hstack([x(3.0 * t), x(3.0 * t + phase) * path[1:]]) for x in (np.sin, np.cos))
+        return replace(rows, motion=replace(rows.motion, q=q, v=3.0 * v))
+    assert farther([swings(0.3)], states_of([swings(0.3)])) < 1.0
+    assert farther([swings(2.0)], states_of([swings(0.3)])) > 10.0
+    assert farther([rows], states_of([rows])) < 1.0
+
+
+def test_bands_in_which_noise_hides_the_motion_are_no_evidence():
+    """Masses of a free swing came out at half their size, beside its friction."""
+    rows = healthy_evidence()[0].recordings[0]
+    assert not _noisy([rows]).any()
+    model = rows.model.copy()
+    model[0] += np.where(rows.tests.frequency > 4.0, 20.0 * np.random.default_rng(0).normal(
+        size=model.shape[1]) * rows.model[0].std(), 0.0)
+    noisy = _noisy([replace(rows, model=model, target=rows.target + rows.model - model)])
+    assert np.isinf(noisy[0][6:8]).all() and np.isfinite(noisy[0][:6]).all()
+    assert not noisy[1:].any()
+    evidence = RobotEvidence([rows], variance=noisy)
+    assert rows.tests.frequency[evidence.at[0].order].max() < 4.0
+
+
 def test_a_gain_is_held_against_all_that_a_reference_taught():
     """The bodies that it taught were left out of the torque: gains came out at half their size."""
     record = robot_gap.case_of(32056, True)
@@ -346,6 +391,17 @@ def test_of_two_that_explain_the_same_the_one_of_fewer_coefficients_is_first():
     scales = scales_of([wide, narrow], [], None, evidence.joints)
     for laws in ([wide, narrow], [narrow, wide]):
         assert [e.candidate for e in contest(evidence, fit, laws, scales, 6)] == [narrow, wide]
+
+
+def test_what_a_limit_hides_is_no_evidence():
+    """Beyond a limit near 0 nothing is left to explain, and that was the best of all laws."""
+    evidence, fit = healthy_evidence()
+    j = 0
+    everything = Candidate('limit', {j: evidence.recordings[0].target[j][:, None]}, hidden=1.0)
+    scales = scales_of([everything], [], None, evidence.joints)
+    hidden, seen = (worth_of(evidence, fit, evidence.fit((c,)), scales)
+                    for c in (everything, replace(everything, hidden=0.0)))
+    assert seen > 1000.0 and hidden < 0.0
 
 
 def test_a_joint_that_idles_has_no_limit_near_zero():

@@ -104,6 +104,32 @@ def test_table_with_mapped_names_and_current(tmp_path):
     np.testing.assert_allclose(log.input['b'], 8 * t, atol=1e-4)
 
 
+def test_an_effort_without_a_direction_is_no_torque(tmp_path):
+    """The load of hobby servos: taken for a torque, it was a limit of 0.02 N m at each joint."""
+    t = np.arange(0, 5, 0.01)
+    columns = [t, np.sin(t), np.cos(t), *np.abs([np.sin(t), np.cos(t)]).round(2)]
+    header = 't,q_a,q_b,tau_a,tau_b'
+    path = table(tmp_path / 'log.csv', header, columns)
+    with pytest.raises(InputError, match='tau_NAME: no value is below 0'):
+        read_robot_log(path, JOINTS, {}, no_servo='')
+    path = table(tmp_path / 'goal.csv', header + ',setpoint_a,setpoint_b', [*columns, t, t])
+    assert read_robot_log(path, JOINTS, {}, no_servo='').kind == 'setpoint'
+    stamps = np.rint((1.0 + t) * 1e9).astype(np.int64)
+    efforts = {'sizes': np.column_stack(columns[3:]), 'signed': np.column_stack(columns[1:3])}
+    for name, effort in efforts.items():
+        with BagWriter(tmp_path / name) as writer:
+            for topic in ('/joint_states', '/joint_setpoints'):
+                writer.add_topic(topic, JOINT_STATE)
+                for stamp, message in zip(stamps.tolist(), encode_joint_states(
+                        stamps, JOINTS, np.column_stack(columns[1:3]), effort=effort)):
+                    writer.write(topic, stamp, message)
+    log = read_robot_log(tmp_path / 'sizes', JOINTS, {}, no_servo='')
+    assert log.kind == 'setpoint' and 'no value is below 0' in log.notes[0]
+    assert read_robot_log(tmp_path / 'signed', JOINTS, {}, no_servo='').kind == 'torque'
+    with pytest.raises(InputError, match='effort: no value is below 0'):
+        read_robot_log(tmp_path / 'sizes', JOINTS, {})
+
+
 @pytest.mark.parametrize('header, row, words', [
     ('q_a,q_b,tau_a,tau_b', '0,0,0,0', 'no column t'),
     ('t,q_a,q_b,tau_a', '0,0,0,0', 'no torque of all joints .tau_a.'),

@@ -363,7 +363,8 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushe
         acting.dof_frictionloss[:] = np.maximum(loss, 1e-4)
         data.qfrc_applied[:] = extra + act + pushed(t[k])
         mujoco.mj_step(acting, data)
-        load = act + extra - model.dof_frictionloss * s - model.dof_damping.ravel()[:n] * v
+        load = (act + extra - model.dof_frictionloss * s - model.dof_damping.ravel()[:n] * v
+                - model.dof_armature * data.qacc)  # what the gear transmits
     period = 1 / case.rate
     when = np.arange(.5, seconds - .1, period)
     if case.uneven:

@@ -74,7 +74,7 @@ ACTUATOR_DELAY = Effect(
     meaning='torque follows the command with a dead time', torque_only=True,
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
     column=BalanceColumn(
-        lambda m, late: moved(m.t, m.effort, late), one('T'), setting='T',
+        lambda m, late: moved(m.t, m.raw, late), one('T'), setting='T',
         grid=lambda m: (0.005, 0.015), fixed_point=True, low=lambda m: 0.0, high=3.0 * MAX_DELAY,
         needs=COMMAND, twins=('actuator_lag', 'motor_encoder_delay')))
 
@@ -128,7 +128,7 @@ def limit_column(needs: str, twins: tuple[str, ...] = ()) -> BalanceColumn:
     return BalanceColumn(
         lambda m, u: (m.effort - np.clip(m.effort, -u, u))[:, None],
         lambda b, u: {'umax': u}, setting='umax', grid=limits_reached, low=lambda m: 0.85,
-        high=1.15, needs=needs, twins=twins)
+        high=1.15, needs=needs, twins=twins, hides=lambda m, u: np.abs(m.effort) > u)
 
 
 SATURATION = Effect(

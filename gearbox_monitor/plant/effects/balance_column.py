@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Flags
 
 ANY, COMMAND, TORQUE, SETPOINT = 'any', 'command', 'torque', 'setpoint'
 
@@ -28,7 +28,9 @@ class JointMotion:
     setpoint_speed, compensation (torque that it adds for the weight) [N], kp, kd: of a servo.
     noise: of the effort, N m. coulomb, viscous, armature: of the model file. learnt: the file's
     friction is not known but from a reference. taught [N]: what a reference taught beside bodies
-    and rotors; dry, wet: its parts that scale with direction and with speed; else 0.
+    and rotors; dry, wet: its parts that scale with direction and with speed; else 0. raw [N]:
+    effort with its noise, for columns that must not be weaker than the effort at any frequency;
+    bodies: load with the masses that a reference taught.
     """
 
     t: Array
@@ -51,6 +53,8 @@ class JointMotion:
     taught: Array
     dry: Array
     wet: Array
+    raw: Array
+    bodies: Array
 
 
 Named: TypeAlias = Mapping[str, float]
@@ -121,6 +125,7 @@ class BalanceColumn:
     that is commanded, not measured), TORQUE, or SETPOINT. twins: ids of effects with the same
     columns in motion. states: the value by which a report states it, '' for the effect's first
     parameter: a name in _change is a difference to the model, one in _factor a ratio.
+    hides(m, setting): flags [N] of samples at which any input has the same effect, None for none.
     """
 
     series: Callable[[JointMotion, float], Array]
@@ -136,3 +141,4 @@ class BalanceColumn:
     needs: str = ANY
     twins: tuple[str, ...] = ()
     states: str = ''
+    hides: Callable[[JointMotion, float], Flags] | None = None

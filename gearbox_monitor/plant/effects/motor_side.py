@@ -283,7 +283,7 @@ LOAD_FRICTION = Effect(
     starts=lambda s: [[FreeParameter('Cl', 0.0, 0.1, 0.0, 1.0)]],
     separated_by={'motor_coulomb': 'several load amplitudes'},
     column=BalanceColumn(
-        lambda m, _: (np.abs(m.load) * m.sign)[:, None], one('Cl'), low=not_negative))
+        lambda m, _: (np.abs(m.bodies) * m.sign)[:, None], one('Cl'), low=not_negative))
 
 MOTOR_INERTIA = Effect(
     'motor_inertia', 'motor_side', 'm1 differs from the model file', (_M1,),
