@@ -100,7 +100,10 @@ def _refuse(m: Any, path: Path) -> None:
     for i in range(m.neq):
         if m.eq_active0[i] and not (disabled(m, 'EQUALITY', 'CONSTRAINT') or _is_rigid(m, i)):
             name = m.equality(i).name or f'equality {i + 1}'
-            raise InputError(f'{path}: {name}: an active equality closes or couples the chain, '
+            ends = [int(m.eq_obj1id[i]), int(m.eq_obj2id[i])]
+            tied = ', '.join(name_of(m, 'joint', j) for j in ends if j >= 0) if int(
+                m.eq_type[i]) == mujoco.mjtEq.mjEQ_JOINT else 'or closes the chain'
+            raise InputError(f'{path}: {name}: an active equality couples {tied}, '
                              f'expected an open chain of independent joints, {LOCKED_IN_VALUES}')
     for i in range(m.ntendon):
         acts = tendon_forces(m, i)
@@ -108,9 +111,12 @@ def _refuse(m: Any, path: Path) -> None:
                   & (m.actuator_trnid[:, 0] == i)):
             acts.append('actuator')
         if acts:
+            wraps = range(int(m.tendon_adr[i]), int(m.tendon_adr[i] + m.tendon_num[i]))
+            tied = ', '.join(name_of(m, 'joint', int(m.wrap_objid[w])) for w in wraps
+                             if int(m.wrap_type[w]) == mujoco.mjtWrap.mjWRAP_JOINT)
             raise InputError(f'{path}: tendon {name_of(m, "tendon", i)}: {", ".join(acts)}: '
-                             'couples joints, expected an open chain of independent joints, '
-                             + LOCKED_IN_VALUES)
+                             f'couples {tied or "joints"}, expected an open chain of independent '
+                             f'joints, {LOCKED_IN_VALUES}')
     joints: dict[str, list[str]] = {}   # one line for what acts on several joints alike
     for refusal in undecided_of_robot(m):
         joints.setdefault(str(refusal), []).append(refusal.joint)
