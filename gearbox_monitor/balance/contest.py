@@ -203,10 +203,10 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
     if entries[0].candidate.effect != PAYLOAD.id:
         return entries
     # Of links that carry a load alike it hangs at the outermost, which most joints move.
-    alike = [e for e in entries if e.candidate.effect == PAYLOAD.id
-             and rank(e) > (pays, largest - evidence.settings.margin)
-             and e.candidate.columns.keys() >= entries[0].candidate.columns.keys()]
-    outermost = max(alike, key=lambda e: len(e.candidate.columns))
+    carriers = [e for e in entries if e.candidate.effect == PAYLOAD.id
+                and rank(e) > (pays, largest - evidence.settings.margin)
+                and e.candidate.columns.keys() >= entries[0].candidate.columns.keys()]
+    outermost = max(carriers, key=lambda e: len(e.candidate.columns))
     return [outermost, *(e for e in entries if e is not outermost)]
 
 

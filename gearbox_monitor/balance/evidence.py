@@ -288,8 +288,8 @@ class RobotEvidence:
         (j, x), = c.columns.items()
         a, weights = self.at[j], fit.weights[j]
         size = np.array([np.sum(x[a.order[cell], 0] ** 2) for cell in a.cells])
-        more = np.log(np.maximum(size, 1e-300) * weights / a.count)
-        return c.hidden * float(a.count @ np.maximum(more, 0.0))
+        ratio = np.log(np.maximum(size, 1e-300) * weights / a.count)
+        return c.hidden * float(a.count @ np.maximum(ratio, 0.0))
 
     def _shrunk(self, squares: Array, a: JointRows) -> Array:
         """

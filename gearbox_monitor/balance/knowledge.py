@@ -135,12 +135,12 @@ def _noisy(recordings: Sequence[Rows]) -> Array:
         for j in sorted(open_joints):
             a = evidence.at[j]
             effort = np.concatenate([r.target[j] + r.model[j] for r in recordings])[a.order]
-            of_effort, left = (np.bincount(a.band, [np.sum(x[c] ** 2) for c in a.cells])
-                               for x in (effort, fit.residual[j]))
-            if left[-1] <= of_effort[-1]:
+            of_effort, of_residual = (np.bincount(a.band, [np.sum(x[c] ** 2) for c in a.cells])
+                                      for x in (effort, fit.residual[j]))
+            if of_residual[-1] <= of_effort[-1]:
                 open_joints.discard(j)
             elif len(np.unique(a.band)) > 1:
-                noisy[j, len(left) - 1] = np.inf
+                noisy[j, len(of_residual) - 1] = np.inf
             else:
                 noisy[j] = 0.0
                 open_joints.discard(j)

@@ -87,16 +87,17 @@ def _at_stamps(t: Array, values: Array, rows: Integers, kind: str, settings: Set
         own = own[np.diff(t[own], prepend=-np.inf) > 0.0]
         if len(own) < 2:
             continue
-        after = np.clip(np.searchsorted(t[own], at), 1, len(own) - 1)
+        following = np.clip(np.searchsorted(t[own], at), 1, len(own) - 1)
         wide = max(settings.gap * float(np.median(np.diff(t[own]))), settings.gap_seconds)
-        near = (t[own[after]] - t[own[after - 1]] <= wide) & (at >= t[own[0]]) & (at <= t[own[-1]])
+        step = t[own[following]] - t[own[following - 1]]
+        bridged = (step <= wide) & (at >= t[own[0]]) & (at <= t[own[-1]])
         if column < values.shape[1] // 2:
             y = scipy.interpolate.CubicSpline(t[own], x[own])(at)
         elif kind == SETPOINT:
             y = x[own[np.searchsorted(t[own], at, 'right') - 1]]
         else:
             y = np.interp(at, t[own], x[own])
-        out[near, column] = y[near]
+        out[bridged, column] = y[bridged]
     return at, out
 
 
@@ -133,9 +134,9 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
     if np.sum(own.all(axis=1)) < 0.5 * own.sum(axis=0).min():
         rarest = int(np.argmin(own.sum(axis=0)))
         rows = np.flatnonzero(own[:, rarest])
-        apart = [joint for i, joint in enumerate(joints) if not own[rows, i].all()]
-        notes.append(f'{", ".join(apart)}: messages of their own, interpolated to the stamps of '
-                     f'{joints[rarest % len(joints)]}')
+        separate = [joint for i, joint in enumerate(joints) if not own[rows, i].all()]
+        notes.append(f'{", ".join(separate)}: messages of their own, interpolated to the stamps '
+                     f'of {joints[rarest % len(joints)]}')
         t, values = _at_stamps(t, values, rows, raw.kind, settings)
     good = np.logical_and.reduce(np.isfinite(values), axis=1)
     if not good.all():

@@ -386,8 +386,8 @@ def _deviations(c: Candidate, b: Array, covariance: Array, determined: bool
         place = name in ('cx', 'cy', 'cz') and deviation > WIDE_PLACE
         far = c.searched and slope[-1] != 0.0 and deviation > (c.span or c.setting)
         idle = bool(slope[:c.width][~c.acting].any())
-        known = determined and not (place or far or idle)
-        out[name] = 0.0 if not slope.any() else deviation if known else None
+        stated = determined and not (place or far or idle)
+        out[name] = 0.0 if not slope.any() else deviation if stated else None
     return out
 
 

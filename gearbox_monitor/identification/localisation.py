@@ -331,24 +331,24 @@ def _location(place: str, shares: Mapping[str, float]) -> str:
     return 'actuator' if place == 'motor_side' and follows else place
 
 
-def least_left(found: Mapping[str, Any]) -> float:
-    """Return the chi2 per reading that a free signal leaves at the best place of `found`."""
-    return float(min(figures['left'] for figures in found['places'].values()))
+def least_left(free_signal: Mapping[str, Any]) -> float:
+    """Return the chi2 per reading that a free signal leaves at the best place of `free_signal`."""
+    return float(min(figures['left'] for figures in free_signal['places'].values()))
 
 
-def tied(found: Mapping[str, Any], dependence: Dependence | None) -> tuple[str, ...]:
+def tied(free_signal: Mapping[str, Any], dependence: Dependence | None) -> tuple[str, ...]:
     """
     Return the locations at which a free signal explains as much as at the best one, best first.
 
     A dependence on the motion, if beyond chance, decides between them.
 
     Args:
-        found: result of `places`.
+        free_signal: result of `places`.
         dependence: of what is explained on the motion, None if there is none.
     """
-    left = {place: figures['left'] for place, figures in found['places'].items()}
-    limit = THRESHOLDS.place_tie * least_left(found)
-    near = [place for place in sorted(left, key=left.__getitem__) if left[place] <= limit]
-    if dependence is not None and dependence.beyond_chance and dependence.place in near:
-        near = [dependence.place]
-    return tuple(_location(place, found['actuator']) for place in near)
+    chi2 = {place: figures['left'] for place, figures in free_signal['places'].items()}
+    limit = THRESHOLDS.place_tie * least_left(free_signal)
+    tied_places = [place for place in sorted(chi2, key=chi2.__getitem__) if chi2[place] <= limit]
+    if dependence is not None and dependence.beyond_chance and dependence.place in tied_places:
+        tied_places = [dependence.place]
+    return tuple(_location(place, free_signal['actuator']) for place in tied_places)
