@@ -280,7 +280,7 @@ class RobotEvidence:
         Return the deviance of what the newest candidate of `fit` hides.
 
         Where any input has the same effect, it may have been anywhere in the range that is hidden:
-        it is as improbable as noise of that size, not as what is left.
+        it is as improbable as noise of that size, not as the residual.
         """
         c = fit.chosen[-1]
         if not c.hidden:

@@ -363,7 +363,7 @@ def _at_one(fit: InnovationFit, locations: Sequence[str]) -> bool:
 
 def _one_cause(judge: Judge, fit: InnovationFit, none: InnovationFit) -> list[str] | None:
     """
-    Return the locations of the one cause that stands for `fit` and what it leaves, None for none.
+    Return the locations of the one cause that stands for `fit` and its remainder, or None.
 
     A free signal at one place that leaves as little alone as a free signal beside `fit` does is
     one unknown cause, which the effects of `fit` imitate unless they act there (Occam's razor).
