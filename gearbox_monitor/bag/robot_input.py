@@ -9,6 +9,7 @@ tau_NAME (N m or N), i_NAME (A) and setpoint_NAME (rad or m). v_NAME is not need
 from the positions.
 """
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 import gzip
 from pathlib import Path
 import re
@@ -39,7 +40,8 @@ COLUMNS = 't, q_NAME and tau_NAME, i_NAME or setpoint_NAME of each joint'
 
 def read_robot_log(path: str | Path, joints: Sequence[str], recorded: Mapping[str, str],
                    constants: Mapping[str, float] | None = None, no_servo: str = NO_SERVO,
-                   topic: str = 'joint_states') -> RawLog:
+                   topic: str = 'joint_states', locked: Mapping[str, float] | None = None
+                   ) -> RawLog:
     """
     Return the RawLog of a file.
 
@@ -50,6 +52,7 @@ def read_robot_log(path: str | Path, joints: Sequence[str], recorded: Mapping[st
         constants: torque per current, N m/A, of each joint; None where they are not known.
         no_servo: why setpoints make no torque with the model, '' where they do.
         topic: of the joint states in a bag.
+        locked: {joint that the model holds still: its position}; where the log has it is a note.
 
     Raises:
         InputError: it cannot be read, or lacks a joint.
@@ -66,8 +69,10 @@ def read_robot_log(path: str | Path, joints: Sequence[str], recorded: Mapping[st
         columns = {c: np.asarray(table[c].to_numpy(), float) for c in table.column_names
                    if c == 't' or c.startswith(('q_', *PREFIXES))}
     else:
-        return _from_bag(path, joints, recorded, no_servo, topic)
-    return _from_columns(path, columns, joints, recorded, constants, no_servo)
+        return _from_bag(path, joints, recorded, no_servo, topic, locked or {})
+    raw = _from_columns(path, columns, joints, recorded, constants, no_servo)
+    return replace(raw, notes=(*raw.notes, *_locked_notes(locked or {}, {
+        name: columns[f'q_{name}'] for name in locked or {} if f'q_{name}' in columns})))
 
 
 def numbered_names(path: str | Path, joints: Sequence[str], topic: str = 'joint_states'
@@ -196,8 +201,14 @@ def _expect_all(path: Path, names: Mapping[str, str], present: Sequence[str]) ->
                          f'model (--recorded NAME=LOGNAME maps a name); {STILL}')
 
 
+def _locked_notes(locked: Mapping[str, float], positions: Mapping[str, Array]) -> list[str]:
+    """Return where a log has joints that are `locked`, by their `positions` {joint: [N]}."""
+    return [f'{joint}: locked at {locked[joint]:g}; the log has it from {np.nanmin(q):.3g} to '
+            f'{np.nanmax(q):.3g}' for joint, q in positions.items() if np.isfinite(q).any()]
+
+
 def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], no_servo: str,
-              topic: str) -> RawLog:
+              topic: str, locked: Mapping[str, float]) -> RawLog:
     names = [recorded.get(joint, joint) for joint in joints]
     with open_bag(path) as reader:
         topic = find_topic(reader, topic)
@@ -208,6 +219,10 @@ def _from_bag(path: Path, joints: Sequence[str], recorded: Mapping[str, str], no
         unused = [name for name in present if name not in names]
         if unused:
             notes.append(f'joints that are not used: {", ".join(unused)[:200]}')
+        seen = [name for name in unused if name in locked]
+        if seen:
+            notes += _locked_notes(locked, dict(zip(
+                seen, reader.joint_states(topic, seen).position.T)))
         t = (states.stamp_ns - states.stamp_ns[0]) * 1e-9
         setpoints = topics_called(reader, SETPOINTS)
         position = dict(zip(joints, states.position.T))

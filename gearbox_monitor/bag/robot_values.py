@@ -158,7 +158,7 @@ def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
                                                 names.items())
                          + ' (others: --recorded NAME=LOGNAME)')
     raw = read_robot_log(path, joints, names, values.constants, '' if servo else file.no_servo,
-                         topic)
+                         topic, file.locked)
     raw = replace(raw, notes=(*raw.notes, *notes))
     if raw.kind == CURRENT and values.constants is None:
         raise InputError(f'{path}: current without torque_constants, expected N m/A of each joint '

@@ -26,7 +26,7 @@ from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_RIPPLE
 from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
 from gearbox_monitor.plant.effects.motor_side import COGGING
 
-VERSION = 4
+VERSION = 5
 MOST_PARTS = 12
 CALMED = 0.9  # the shapes have made parts alike where their over-dispersion falls to this
 MOST_PASSES = 4
@@ -44,8 +44,7 @@ class Knowledge:
     {variable: Visits}}; sizes [J]: rms of the taught torque, N m. variance [J, bands]: of what is
     left, per row: a part of it is no noise, and other recordings have it as well.
     joints, kind, measured, rate: of the logs; references: their names; seconds: their length;
-    model: hash of the file; parts: number of parts compared. states: of all joints at once, None
-    in files of before.
+    model: hash of the file; parts: number of parts compared. states: of all joints at once.
     """
 
     prior: Prior
@@ -63,9 +62,9 @@ class Knowledge:
     references: tuple[str, ...]
     seconds: float
     parts: int
+    states: States
     model: str = ''
     version: int = VERSION
-    states: States | None = None
 
     @property
     def mean(self) -> dict[str, float]:
@@ -116,7 +115,8 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
         np.maximum(_variance(evidence, fit), noisy),
         logs[0].joints, logs[0].kind, logs[0].measured,
         float(np.median([log.rate for log in logs])), tuple(log.name for log in logs),
-        sum(log.seconds for log in logs), parts, model, states=states_of(recordings))
+        sum(log.seconds for log in logs), parts,
+        states_of(recordings), model)
 
 
 def _noisy(recordings: Sequence[Rows]) -> Array:

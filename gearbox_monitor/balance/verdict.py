@@ -63,8 +63,8 @@ class RobotVerdict:
     A diagnosis of a robot.
 
     findings, remainders; ranked: gaps, the worst first; visible {effect: {place: smallest size
-    that would have been seen}}; not_tried {effect: why}; cautions: what weakens the verdict.
-    fit, evidence: behind it.
+    that would have been seen}}; not_tried {effect: why}; cautions: what weakens the verdict;
+    unvisited: whether the references lack a part of the motion. fit, evidence: behind it.
     """
 
     findings: tuple[Finding, ...]
@@ -73,6 +73,7 @@ class RobotVerdict:
     visible: Mapping[str, Mapping[str, float]]
     not_tried: Mapping[str, str]
     cautions: tuple[str, ...]
+    unvisited: bool
     fit: RobotFit
     evidence: RobotEvidence
 
@@ -110,8 +111,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     laws, free = library(recordings, effects), free_functions(recordings)
     shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
     blank = evidence.fit()
-    away = (farther(recordings, knowledge.states) / FARTHER
-            if knowledge and knowledge.states is not None else 1.0)
+    away = farther(recordings, knowledge.states) / FARTHER if knowledge else 1.0
     search = _judged(evidence, blank, laws, free, knowledge, shares, max(away, 1.0))
     remainders = _remainders(evidence, search, knowledge, settings)
     cautions = _cautions(knowledge.joints, shares, away, settings) if knowledge else ()
@@ -120,7 +120,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
         smallest_visible(evidence, blank, laws, search.scales),
         _not_tried(recordings[0], laws),
         (*cautions, *_of_gains(evidence, search.fit), *_of_small(evidence, search)),
-        search.fit, evidence)
+        bool(cautions), search.fit, evidence)
 
 
 @dataclass(frozen=True, eq=False)
@@ -607,4 +607,4 @@ def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
                     'evidence': g.evidence, 'axis': g.axis} for g in verdict.ranked],
         'visible': {k: dict(v) for k, v in verdict.visible.items()},
         'not_tried': dict(verdict.not_tried),
-        'cautions': list(verdict.cautions)}
+        'cautions': list(verdict.cautions), 'unvisited': verdict.unvisited}

@@ -18,20 +18,19 @@ from gearbox_monitor.files.opening import read_bytes, write_new
 SUFFIX = '.knowledge'
 MAX_BYTES = 256 << 20
 ARRAYS = ('mean', 'covariance', 'dispersion', 'bursts', 'sizes', 'variance')
+OF_STATES = ('states', 'state_deviations')
 TEXTS = ('joints', 'kind', 'measured', 'rate', 'references', 'seconds', 'parts', 'model')
 
 
 def save_knowledge(path: str | Path, knowledge: Knowledge) -> None:
     """Write `knowledge` into the new file `path`. Raises InputError."""
     arrays = {'mean': knowledge.prior.mean, 'covariance': knowledge.prior.covariance,
-              **{name: getattr(knowledge, name) for name in ARRAYS[2:]}}
-    states = knowledge.states
-    if states is not None:
-        arrays |= {'states': states.points, 'state_deviations': states.deviations}
+              **{name: getattr(knowledge, name) for name in ARRAYS[2:]},
+              'states': knowledge.states.points, 'state_deviations': knowledge.states.deviations}
     arrays |= {f'scatter/{i}': x for i, x in enumerate(knowledge.scatter.values())}
     text = json.dumps({
         'version': VERSION, 'labels': knowledge.prior.labels, 'shapes': knowledge.shapes,
-        'scatter': list(knowledge.scatter), 'apart': states and states.apart,
+        'scatter': list(knowledge.scatter), 'apart': knowledge.states.apart,
         'visits': {joint: {variable: [v.spacing, sorted(v.seconds.items())]
                            for variable, v in table.items()}
                    for joint, table in knowledge.visits.items()},
@@ -54,12 +53,9 @@ def load_knowledge(path: str | Path, model: str) -> Knowledge:
             version = text.get('version')
             if version != VERSION:
                 raise InputError(f'{path}: version: {version}, expected {VERSION}: learn it again')
-            arrays = {name: np.array(file[name], float) for name in ARRAYS}
+            arrays = {name: np.array(file[name], float) for name in (*ARRAYS, *OF_STATES)}
             scatter = {key: np.array(file[f'scatter/{i}'], float)
                        for i, key in enumerate(text['scatter'])}
-            if 'states' in file:
-                arrays |= {name: np.array(file[name], float)
-                           for name in ('states', 'state_deviations')}
         knowledge = _made(text, arrays, scatter)
     except InputError:
         raise
@@ -90,6 +86,6 @@ def _made(text: dict[str, Any], arrays: dict[str, Any], scatter: dict[str, Any])
         tuple((int(j), str(name)) for j, name in text['shapes']), scatter, arrays['dispersion'],
         arrays['bursts'], visits, arrays['sizes'], arrays['variance'], joints, str(text['kind']),
         bool(text['measured']), float(text['rate']), tuple(str(x) for x in text['references']),
-        float(text['seconds']), int(text['parts']), str(text['model']),
-        states=None if 'states' not in arrays else States(
-            arrays['states'], arrays['state_deviations'], float(text['apart'])))
+        float(text['seconds']), int(text['parts']),
+        States(arrays['states'], arrays['state_deviations'], float(text['apart'])),
+        str(text['model']))

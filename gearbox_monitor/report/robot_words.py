@@ -130,7 +130,7 @@ def robot_headline(data: Mapping[str, Any]) -> str:
                 f'more than noise ({gap["joint"]}, the largest: {gap["before"]:.2g} '
                 f'{on_axis("N m", axes[gap["joint"]])} rms).')
     if data['verdict'] == 'unknown':
-        cause = ('or they do not know this motion' if _elsewhere(data) else
+        cause = ('or they do not know this motion' if data['unvisited'] else
                  'and no known effect explains it')
         return (f'The robot differs from {against}, {cause}: '
                 f'{remainder_words(remainders[0], axes)}.')
@@ -142,17 +142,12 @@ def robot_headline(data: Mapping[str, Any]) -> str:
     return f'{words}. The rest has no known cause: {remainder_words(remainders[0], axes)}.'
 
 
-def _elsewhere(data: Mapping[str, Any]) -> bool:
-    """Return whether the references visited less than the motion of the verdict `data`."""
-    return any('no reference had' in caution for caution in data['cautions'])
-
-
 def next_steps(data: Mapping[str, Any]) -> list[str]:
     """Return what to do after the verdict `data`, with its own file names."""
     logs = shlex.join(data['logs'])
     model = ' '.join(filter(None, (shlex.quote(data['model']), data['options'])))
     steps = []
-    if _elsewhere(data):
+    if data['unvisited']:
         steps.append('the reference visited less than this motion: record the healthy robot on it '
                      'too, and learn both: gearbox_monitor learn '
                      f'{shlex.join(data["references"])} NEW --model {model} --out robot.knowledge')

@@ -104,6 +104,23 @@ def test_table_with_mapped_names_and_current(tmp_path):
     np.testing.assert_allclose(log.input['b'], 8 * t, atol=1e-4)
 
 
+def test_where_a_log_has_locked_joints_is_said(tmp_path):
+    """One that moves all the same would be a load that nobody knows."""
+    t = np.arange(0, 5, 0.01)
+    path = table(tmp_path / 'log.csv', 't,q_a,q_b,q_grip,tau_a,tau_b', [t, t, t, t, -t, t])
+    stamps = np.rint((1.0 + t) * 1e9).astype(np.int64)
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        for stamp, message in zip(stamps.tolist(), encode_joint_states(
+                stamps, (*JOINTS, 'grip'), np.column_stack([t, t, t]),
+                effort=np.column_stack([-t, t, np.nan * t]))):
+            writer.write('/joint_states', stamp, message)
+    for log in (path, tmp_path / 'bag'):
+        notes = read_robot_log(log, JOINTS, {}, locked={'grip': 0.5, 'thumb': 0.0}).notes
+        assert 'grip: locked at 0.5; the log has it from 0 to 4.99' in notes
+        assert not any('thumb' in note for note in notes)
+
+
 def test_an_effort_without_a_direction_is_no_torque(tmp_path):
     """The load of hobby servos: taken for a torque, it was a limit of 0.02 N m at each joint."""
     t = np.arange(0, 5, 0.01)
