@@ -8,6 +8,8 @@ numba makes machine code of every function, and optimises it twice; what is comp
 callers needs none of its own. numba changes the inside of its compiler: a version that was not
 tried compiles as it always does, which takes longer.
 """
+from collections.abc import Iterator
+from contextlib import contextmanager
 from copy import copy
 import hashlib
 from typing import Any
@@ -15,10 +17,43 @@ from typing import Any
 import numba
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
+from numba.core.types import Function
 
 from gearbox_monitor.kernels.kernel_cache import content
 
 TRIED = (0, 62) <= numba.version_info.short <= (0, 68)
+
+# For each set of flags, by the identity of a function that numba brings: the function, and its
+# signature for types of arguments.
+_signatures: dict[str, dict[int, tuple[Function, dict[Any, Any]]]] = {}
+_numba: Any = Function
+_look_up = Function.get_call_type
+
+
+@contextmanager
+def remembered_signatures(flags: str) -> Iterator[None]:
+    """
+    Let numba look up once for each types of arguments what an operator or numpy function returns.
+
+    numba tries all overloads again at each place and in each round of its inference, for a third
+    of the time that a kernel takes to compile. The caller holds numba's lock.
+
+    flags: of the compilation, by which overloads are compiled
+    """
+    of_flags = _signatures.setdefault(flags, {})
+
+    def _remembered(function: Function, context: Any, args: Any, kws: Any) -> Any:
+        signatures = of_flags.setdefault(id(function), (function, {}))[1]
+        key = context, tuple(args), tuple(dict(kws).items())
+        if key not in signatures:
+            signatures[key] = _look_up(function, context, args, kws)
+        return signatures[key]
+
+    before, _numba.get_call_type = _numba.get_call_type, _remembered
+    try:
+        yield
+    finally:
+        _numba.get_call_type = before
 
 
 class LinkingLibrary(JITCodeLibrary):
@@ -85,6 +120,10 @@ class AllocatingCompiler(CompilerBase):
         state.library = self.library(self.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
         return [DefaultPassBuilder.define_nopython_pipeline(state)]
+
+    def _compile_core(self) -> Any:
+        with remembered_signatures(self.state.flags.summary()):
+            return super()._compile_core()
 
     def _number(self, function: Any) -> None:
         """
