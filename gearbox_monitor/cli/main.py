@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import contextlib
 from functools import partial
 import importlib
+from itertools import takewhile
 import os
 import re
 import sys
@@ -48,8 +49,26 @@ COMMANDS = {
 LIVE = ('demo', 'live', 'play')  # print on their own what they do
 
 
+ENDS = ('--', '--ros-args')  # of options: what follows is for somebody else
+
+
 class OneLineParser(argparse.ArgumentParser):
     """A parser whose errors are one line, as those of bad input."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuse a mistyped option before what it leaves out: `--modle` is no missing --model."""
+        if self._subparsers is None:
+            for word in takewhile(lambda word: word not in ENDS, args):
+                name = word.partition('=')[0]
+                if name.startswith('--') and not any(
+                        option.startswith(name) for option in self._option_string_actions):
+                    self.refuse(name)
+        return super().parse_known_args(args, namespace)
+
+    def refuse(self, option: str) -> NoReturn:
+        """Refuse an `option` that the command does not have."""
+        self.error(f'{option}: no option of this command, '
+                   + unknown(option, self._option_string_actions))
 
     def error(self, message: str) -> NoReturn:
         """Print `message` in the words of other bad input, and end with exit code 2."""
@@ -97,9 +116,9 @@ def parsed_whole(parser: argparse.ArgumentParser,
     if unparsed:
         chosen = subparsers.choices[getattr(args, subparsers.dest)]
         word = unparsed[0].partition('=')[0]
-        chosen.error(f'{word}: ' + (
-            f'no option of this command, {unknown(word, chosen._option_string_actions)}'
-            if word.startswith('-') else 'one argument too many, expected none'))
+        if word.startswith('-'):
+            chosen.refuse(word)
+        chosen.error(f'{word}: one argument too many, expected none')
     return args
 
 

@@ -9,6 +9,8 @@ from gearbox_monitor.cli.main import main
 
 
 @pytest.mark.parametrize('words, says', [
+    (['diagnose', 'BAG', '--modle', 'M'],
+     "diagnose: --modle: no option of this command, did you mean '--model'?;"),
     (['diagnose', 'BAG'],
      '--model: missing; see gearbox_monitor diagnose --help'),
     ([], 'COMMAND: missing; see gearbox_monitor --help'),
