@@ -49,11 +49,11 @@ def remembered_signatures(flags: str) -> Iterator[None]:
             signatures[key] = _look_up(function, context, args, kws)
         return signatures[key]
 
-    before, _numba.get_call_type = _numba.get_call_type, _remembered
+    replaced, _numba.get_call_type = _numba.get_call_type, _remembered
     try:
         yield
     finally:
-        _numba.get_call_type = before
+        _numba.get_call_type = replaced
 
 
 class LinkingLibrary(JITCodeLibrary):
