@@ -167,8 +167,8 @@ class Demo:
     def start_monitoring(self) -> None:
         """Start recorder and estimator."""
         self.start_recorder()
-        self.start('estimator', filter=self.filter, arm_load='model', drift_window=self.window,
-                   **DRIFT, **RELIABLE)
+        self.start('estimator', filter=self.filter, tau_k_model='mixed', arm_load='model',
+                   drift_window=self.window, **DRIFT, **RELIABLE)
 
     def start_recorder(self, **parameters: Any) -> None:
         """Start the recorder with further `parameters`."""
