@@ -1,13 +1,27 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Start-up: CPU time of a process until the monitor has taken its first step, kernels cached."""
+"""
+Start-up: CPU time of the first commands that a user types, kernels compiled and from the cache.
+
+`example`, `replay` and `diagnose` run one after the other, each in a process of its own, first
+with an empty cache of kernels, then again with what that has left.
+
+usage examples:
+  python -m benchmarks startup
+"""
+from argparse import ArgumentParser, Namespace
 import os
+from pathlib import Path
 import subprocess
 import sys
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from benchmarks.harness import add_json_option, require_compiled, write_json
+
+TOUR = ('example {bag}', 'replay {bag}', 'diagnose {bag} --model {bag}.drive.yaml')
 CODES = {
     'import numba': 'import numba',
     'first step': """
@@ -31,6 +45,39 @@ def cpu_seconds(rounds: int) -> dict[str, float]:
             if k:  # the first one fills the cache
                 times[name].append(_of_children() - begin)
     return {name: float(np.median(values)) for name, values in times.items()}
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the options of this benchmark to `parser`."""
+    add_json_option(parser)
+
+
+def run(args: Namespace) -> int:
+    """Run the benchmark with the options `args`; returns the exit code."""
+    require_compiled('startup')
+    seconds = tour()
+    print('CPU s         first   again')
+    for command, (first, again) in seconds.items():
+        print(f'{command:12s}{first:7.1f} {again:7.1f}')
+    print(f'{"all":12s}{sum(s[0] for s in seconds.values()):7.1f} '
+          f'{sum(s[1] for s in seconds.values()):7.1f}')
+    write_json(seconds, args.json)
+    return 0
+
+
+def tour() -> dict[str, list[float]]:
+    """Return the CPU times (s) of each command of TOUR: [with an empty cache, with its result]."""
+    seconds: dict[str, list[float]] = {line.split()[0]: [] for line in TOUR}
+    with TemporaryDirectory() as folder:
+        environment = {**os.environ, 'NUMBA_CACHE_DIR': folder}
+        for bag in ('first', 'again'):
+            for line in TOUR:
+                words = line.format(bag=Path(folder, bag)).split()
+                begin = _of_children()
+                subprocess.run([sys.executable, '-m', 'gearbox_monitor', *words], check=True,
+                               env=environment, capture_output=True)
+                seconds[words[0]].append(_of_children() - begin)
+    return seconds
 
 
 def _of_children() -> float:
