@@ -397,4 +397,4 @@ class WearData:
 def _trust(level: Any) -> int:
     if not (isinstance(level, int) and level <= TRUSTED):
         raise ValueError(f'trust {level!r}, expected an integer up to {TRUSTED}')
-    return level
+    return int(level)
