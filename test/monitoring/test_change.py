@@ -191,8 +191,10 @@ def test_points_are_kept_apart_and_found_again():
     assert not alarmed(gearbox.go(3, -0.03)) and alarmed(gearbox.go(6, 0.02))
 
 
-@pytest.mark.parametrize('trust, found', [(ERRORS_LARGER, False), (AT_ODDS, True)])
-def test_larger_errors_are_a_distrust_of_their_own(trust, found):
+@pytest.mark.parametrize('usual, trust, found', [
+    (AT_ODDS, ERRORS_LARGER, False), (AT_ODDS, AT_ODDS, True),
+    (ERRORS_LARGER, ERRORS_LARGER - 1, False), (ERRORS_LARGER, ERRORS_LARGER, True)])
+def test_larger_errors_are_a_distrust_of_their_own(usual, trust, found):
     """Windows at odds with the filter had no bias; that of noisier encoders is another one."""
     gearbox = Gearbox(5)
 
@@ -200,7 +202,7 @@ def test_larger_errors_are_a_distrust_of_their_own(trust, found):
         return judged(gearbox.tracker, gearbox.window(growth), trust, comparable=True)
     for _ in range(60):
         go(TRUSTED)
-        go(AT_ODDS)
+        go(usual)
     alarms = alarmed([go(trust, -0.02) for _ in range(6)])
     assert bool(alarms) == found == ('gap_loss' in gearbox.tracker.changes)
     assert not alarmed([go(TRUSTED) for _ in range(20)][-6:])

@@ -603,8 +603,8 @@ class Tracker:
                     self.ended.get(ended.component), text)))
             self._end(column)
             return
-        if old is None and (told or abs(growth) < LIMITS.over_std * std):
-            return  # it is another feature's, or a new motion may hide as much
+        if told and old is None:
+            return
         if test.key not in self.changes:
             self.changes.pop(opposite.key, None)
             self.changes[test.key] = Change(
