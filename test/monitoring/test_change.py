@@ -210,6 +210,24 @@ def test_larger_errors_are_a_distrust_of_their_own(usual, trust, found):
     assert again.data.trust == gearbox.tracker.data.trust
 
 
+def test_an_octave_of_errors_is_one_of_variance():
+    """Encoders with twice the deviation: a quarter of the weight, once they are known or not."""
+    weights = []
+    for factor, trust in ((1.0, ERRORS_LARGER), (2.0, ERRORS_LARGER - 2)):
+        gearbox = Gearbox(6)
+        gearbox.go(5)
+        for _ in range(60):
+            window = gearbox.window()
+            gearbox.tracker.update(replace(
+                window, gap=1.2 + factor * (window.gap - 1.2), gap_std=factor * window.gap_std),
+                trust, comparable=True)
+        observed, _ = gearbox.tracker.data.observations(gearbox.stamp, WINDOW)
+        weights.append(observed[0].weight)
+    quiet, loud = weights
+    assert loud[:5] == pytest.approx(quiet[:5], rel=0.1)
+    assert loud[5:] == pytest.approx(quiet[5:] / 4.0, rel=0.1)
+
+
 def test_what_is_not_compared_is_never_ok():
     gearbox = Gearbox(9)
     found = gearbox.go(20, 0.3, trusted=False)

@@ -31,6 +31,11 @@ COUNT, TOTAL, KELVIN, KELVIN_2, PRODUCT = range(5)  # rows of the sums of a cell
 ERRORS_LARGER, AT_ODDS, TRUSTED = -1, 0, 1
 
 
+def excess(trust: int) -> float:
+    """Return the variance of a window over that of one whose prediction errors are not larger."""
+    return 2.0 ** min(max(ERRORS_LARGER - trust, 0), 99)
+
+
 @dataclass
 class WearBlock:
     """Windows of the past, as sums: cells {(point, trust): [5, F + 1]}, see COUNT and after."""
@@ -120,7 +125,7 @@ class WearData:
         place = self.points[point]
         place.since_ns = place.since_ns or stamp_ns
         place.last_ns = stamp_ns
-        place.scatter(self.sharpened(values[None])[0], kelvin, self.slopes)
+        place.scatter(self.sharpened(values[None])[0], kelvin, self.slopes, excess(trust))
 
     def sharpened(self, values: Array) -> Array:
         """Return values [N, F] with SHARP beside them, NaN where that is not known."""
@@ -166,7 +171,8 @@ class WearData:
         for point in self.points:
             point.forget_sharp()
         for k, where in enumerate(self.where):
-            self.points[where].scatter(rows[k], self.kelvin[k], self.slopes)
+            self.points[where].scatter(
+                rows[k], self.kelvin[k], self.slopes, excess(self.trust[k]))
 
     def count(self, point: int) -> int:
         """Return the number of windows of a `point`, of the feature with most of them."""
@@ -330,7 +336,8 @@ class WearData:
                 design[k, larger.get(key, wear.DISTRUST)] = 1.0
         design[:, wear.SHIFT] = stamps <= self.shift_ns
         variances = {point: self.points[point].variance() for point in points}
-        noise = np.array([variances[point] for point, _ in keys]).reshape(n + m, N_COLUMNS)
+        noise = np.array([variances[point] * excess(trust) for point, trust in keys]).reshape(
+            n + m, N_COLUMNS)
         age = wear.ages(stamps, now_ns, window_ns)
         safe = np.maximum(sums[:, COUNT], 1.0)
         mean = np.concatenate([sums[:, TOTAL] / safe, np.nan_to_num(rows)])
