@@ -525,7 +525,7 @@ class Monitor:
         larger = np.array(self._window_nis) / LIMITS.nis_high
         if (larger > 1.0).sum() <= LIMITS.chance_flags:
             return AT_ODDS
-        return ERRORS_LARGER - int(np.log2(max(np.nan_to_num(np.median(larger)), 1.0)))
+        return ERRORS_LARGER - int(2.0 * np.log2(max(np.nan_to_num(np.median(larger)), 1.0)))
 
     def _comparable(self) -> bool:
         """

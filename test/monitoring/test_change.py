@@ -213,7 +213,7 @@ def test_larger_errors_are_a_distrust_of_their_own(usual, trust, found):
 def test_an_octave_of_errors_is_one_of_variance():
     """Encoders with twice the deviation: a quarter of the weight, once they are known or not."""
     weights = []
-    for factor, trust in ((1.0, ERRORS_LARGER), (2.0, ERRORS_LARGER - 2)):
+    for factor, trust in ((1.0, ERRORS_LARGER), (2.0, ERRORS_LARGER - 4)):
         gearbox = Gearbox(6)
         gearbox.go(5)
         for _ in range(60):

@@ -571,15 +571,15 @@ def test_nothing_alarms_without_a_fault():
     assert monitor.outcomes['backlash'].level == Level.OK
 
 
-def test_each_octave_of_prediction_errors_is_a_trust_of_its_own(monkeypatch):
+def test_each_half_octave_of_prediction_errors_is_a_trust_of_its_own(monkeypatch):
     samples, out = drive(11.0)
     noise, trusts, update = samples.y - out.x[:, :2], [], Tracker.update
     monkeypatch.setattr(Tracker, 'update', lambda self, window, trust, *others: (
         trusts.append(trust), update(self, window, trust, *others)))
-    for factor in (1.0, 1.3, 2.0, 3.0):
+    for factor in (1.0, 1.3, 1.6, 2.0):
         Monitor(MODEL, {'drift_window': 5.0}).run(Samples(
             samples.stamp_ns, samples.u, samples.y + (factor - 1.0) * noise))
-    assert trusts == [TRUSTED, ERRORS_LARGER, ERRORS_LARGER - 1, ERRORS_LARGER - 2]
+    assert trusts == [TRUSTED, ERRORS_LARGER, ERRORS_LARGER - 1, ERRORS_LARGER - 4]
 
 
 @pytest.mark.parametrize('name', EACH_FILTER)

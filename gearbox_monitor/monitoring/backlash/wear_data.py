@@ -27,13 +27,14 @@ PER_SIZE = 16      # blocks of one size, before the two oldest of them become on
 MAX_ACTIVE = 48    # points that take part in a fit, beside those of the newest windows
 COUNT, TOTAL, KELVIN, KELVIN_2, PRODUCT = range(5)  # rows of the sums of a cell
 # Trust in a window: whether the filter agrees with the drive, and if not, whether prediction
-# errors are larger than predicted, as of an encoder with more noise; another 1 below per octave.
+# errors are larger than predicted, as of an encoder with more noise: 1 below per half octave of
+# their variance, which of one motion stays within a tenth, and doubles with such an encoder.
 ERRORS_LARGER, AT_ODDS, TRUSTED = -1, 0, 1
 
 
 def excess(trust: int) -> float:
     """Return the variance of a window over that of one whose prediction errors are not larger."""
-    return 2.0 ** min(max(ERRORS_LARGER - trust, 0), 99)
+    return 2.0 ** (0.5 * min(max(ERRORS_LARGER - trust, 0), 99))
 
 
 @dataclass
