@@ -207,7 +207,8 @@ class Monitor:
         self._window_start: int | None = None  # stamp of its first row
         self._window_whole = True  # whether its rows are at hand from there on
         # Evaluations in it that any indicator of trust flagged, and one outside DRIFT_SHOWS.
-        self._window_flagged = self._window_broken = self._window_larger = 0
+        self._window_flagged = self._window_broken = 0
+        self._window_nis: list[float] = []  # over degrees of freedom, of the evaluations in it
 
     def _evaluate_at(self, stamp_ns: int) -> None:
         """Evaluate with the first sample at or after `stamp_ns`; 0: a second after the next."""
@@ -473,7 +474,7 @@ class Monitor:
             self._window_broken += 1
         if 'prediction error' in outcomes:
             values = outcomes['prediction error'].values
-            self._window_larger += values.get('nis_over_dof', 1.0) > LIMITS.nis_high
+            self._window_nis.append(values.get('nis_over_dof', 1.0))
         stamps = self._rows.stamps
         if not len(stamps):
             return {}
@@ -490,7 +491,8 @@ class Monitor:
             following = int(stamps[np.searchsorted(stamps, end)])
             begin += (following - begin) // length * length
             self._window_whole = True
-            self._window_flagged = self._window_broken = self._window_larger = 0
+            self._window_flagged = self._window_broken = 0
+            self._window_nis = []
         self._window_start = begin
         return result
 
@@ -520,7 +522,10 @@ class Monitor:
         if self._window_flagged <= LIMITS.chance_flags and not self._alarmed(
                 (*COMPONENTS[:3], 'input')):
             return TRUSTED
-        return ERRORS_LARGER if self._window_larger > LIMITS.chance_flags else AT_ODDS
+        larger = np.array(self._window_nis) / LIMITS.nis_high
+        if (larger > 1.0).sum() <= LIMITS.chance_flags:
+            return AT_ODDS
+        return ERRORS_LARGER - int(2.0 * np.log2(max(np.nan_to_num(np.median(larger)), 1.0)))
 
     def _comparable(self) -> bool:
         """

@@ -191,8 +191,10 @@ def test_points_are_kept_apart_and_found_again():
     assert not alarmed(gearbox.go(3, -0.03)) and alarmed(gearbox.go(6, 0.02))
 
 
-@pytest.mark.parametrize('trust, found', [(ERRORS_LARGER, False), (AT_ODDS, True)])
-def test_larger_errors_are_a_distrust_of_their_own(trust, found):
+@pytest.mark.parametrize('usual, trust, found', [
+    (AT_ODDS, ERRORS_LARGER, False), (AT_ODDS, AT_ODDS, True),
+    (ERRORS_LARGER, ERRORS_LARGER - 1, False), (ERRORS_LARGER, ERRORS_LARGER, True)])
+def test_larger_errors_are_a_distrust_of_their_own(usual, trust, found):
     """Windows at odds with the filter had no bias; that of noisier encoders is another one."""
     gearbox = Gearbox(5)
 
@@ -200,12 +202,30 @@ def test_larger_errors_are_a_distrust_of_their_own(trust, found):
         return judged(gearbox.tracker, gearbox.window(growth), trust, comparable=True)
     for _ in range(60):
         go(TRUSTED)
-        go(AT_ODDS)
+        go(usual)
     alarms = alarmed([go(trust, -0.02) for _ in range(6)])
     assert bool(alarms) == found == ('gap_loss' in gearbox.tracker.changes)
     assert not alarmed([go(TRUSTED) for _ in range(20)][-6:])
     again = Tracker(gearbox.tracker.settings, json.loads(json.dumps(gearbox.tracker.to_dict())))
     assert again.data.trust == gearbox.tracker.data.trust
+
+
+def test_an_octave_of_errors_is_one_of_variance():
+    """Encoders with twice the deviation: a quarter of the weight, once they are known or not."""
+    weights = []
+    for factor, trust in ((1.0, ERRORS_LARGER), (2.0, ERRORS_LARGER - 4)):
+        gearbox = Gearbox(6)
+        gearbox.go(5)
+        for _ in range(60):
+            window = gearbox.window()
+            gearbox.tracker.update(replace(
+                window, gap=1.2 + factor * (window.gap - 1.2), gap_std=factor * window.gap_std),
+                trust, comparable=True)
+        observed, _ = gearbox.tracker.data.observations(gearbox.stamp, WINDOW)
+        weights.append(observed[0].weight)
+    quiet, loud = weights
+    assert loud[:5] == pytest.approx(quiet[:5], rel=0.1)
+    assert loud[5:] == pytest.approx(quiet[5:] / 4.0, rel=0.1)
 
 
 def test_what_is_not_compared_is_never_ok():

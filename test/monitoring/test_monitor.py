@@ -19,6 +19,8 @@ from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.monitoring.backlash.change import Tracker
+from gearbox_monitor.monitoring.backlash.wear_data import ERRORS_LARGER, TRUSTED
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor
 from gearbox_monitor.plant.drive import DriveModel
@@ -567,6 +569,17 @@ def test_nothing_alarms_without_a_fault():
                       if c not in ('backlash', 'friction')}
             assert not any(levels.values()), (k, levels)
     assert monitor.outcomes['backlash'].level == Level.OK
+
+
+def test_each_half_octave_of_prediction_errors_is_a_trust_of_its_own(monkeypatch):
+    samples, out = drive(11.0)
+    noise, trusts, update = samples.y - out.x[:, :2], [], Tracker.update
+    monkeypatch.setattr(Tracker, 'update', lambda self, window, trust, *others: (
+        trusts.append(trust), update(self, window, trust, *others)))
+    for factor in (1.0, 1.3, 1.6, 2.0):
+        Monitor(MODEL, {'drift_window': 5.0}).run(Samples(
+            samples.stamp_ns, samples.u, samples.y + (factor - 1.0) * noise))
+    assert trusts == [TRUSTED, ERRORS_LARGER, ERRORS_LARGER - 1, ERRORS_LARGER - 3]
 
 
 @pytest.mark.parametrize('name', EACH_FILTER)

@@ -69,6 +69,16 @@ def test_a_little_in_a_new_motion_is_not_separable_until_the_old_one():
     assert size(gearbox, 'gap', 0.08).std < 0.005
 
 
+def test_a_step_in_a_new_motion_is_told_though_its_size_is_not_known():
+    gearbox = learnt(9)
+    gearbox.go(60, load=9.0)
+    told = gearbox.go(30, 0.015, load=9.0)[-1]['backlash'].message
+    assert 'since' in told and ', its size not separable from the new motion: watch it' in told
+    size(gearbox, 'gap', 0.015)
+    told = gearbox.go(20, 0.015)[-1]['backlash'].message
+    assert size(gearbox, 'gap', 0.015).std < 0.005 and 'separable' not in told
+
+
 def test_a_motion_that_hides_a_service_is_a_warning():
     outcome = learnt(9).go(3, 0.07, load=9.0)[-1]['backlash']
     assert outcome.level == Level.WARN and len(outcome.message) <= 120

@@ -22,7 +22,7 @@ from gearbox_monitor.monitoring.backlash.change_tests import (
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.monitoring.backlash.forecast import Trend
 from gearbox_monitor.monitoring.backlash.operating_point import Bins, OperatingPoint
-from gearbox_monitor.monitoring.backlash.wear_data import OTHERS, TRUSTED, WearData
+from gearbox_monitor.monitoring.backlash.wear_data import excess, OTHERS, TRUSTED, WearData
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -200,9 +200,10 @@ class Tracker:
         point = data.points.find(features, self.temperature, settings.bins)
         place = data.points[point]
         values, variances = self._measure(features, place)
+        usual = variances / excess(trust)
         if trust != TRUSTED:
-            values = np.where(self._fits(variances, place), values, math.nan)
-        place.state(np.where(np.isfinite(values), variances, math.nan))
+            values = np.where(self._fits(variances, usual, place), values, math.nan)
+        place.state(np.where(np.isfinite(values), usual, math.nan))
         self.point = point
         self.compared = bool(np.isfinite(values).any())
         if not self.compared:
@@ -228,14 +229,25 @@ class Tracker:
         return sorted({stamp for feature in self.wear
                        for stamp in (*feature.steps, *feature.pending)})
 
-    def _fits(self, variances: Array, place: OperatingPoint) -> Flags:
-        """Return which features [F] of a window are as certain as comparing them requires."""
+    def _fits(self, variances: Array, usual: Array, place: OperatingPoint) -> Flags:
+        """
+        Return which features [F] of a window are as certain as comparing them requires.
+
+        Args:
+            variances: that it states [F].
+            usual: these without what larger prediction errors explain [F].
+            place: its operating point.
+
+        Returns:
+            The flags.
+
+        """
         warn = np.zeros(len(FEATURES))
         for test in TESTS:
             if test.column < len(FEATURES) and test.key in self.settings.limits:
                 warn[test.column] = self.settings.limits[test.key][1]
         with np.errstate(invalid='ignore'):
-            result: Flags = (variances <= LIMITS.stated_ratio ** 2 * place.stated) \
+            result: Flags = (usual <= LIMITS.stated_ratio ** 2 * place.stated) \
                 | (variances <= (LIMITS.precise * warn) ** 2)
         return result & (self._windows() >= LIMITS.min_baseline)
 

@@ -63,6 +63,7 @@ def _leading(tracker: Tracker, component: str) -> int:
     return LOST_MOTION if window is not None and not window.separable else GAP
 
 
+NOT_SEPARABLE = 'not separable from the new motion'
 NOUN = {GAP: 'backlash', LOST_MOTION: 'lost motion', FRICTION: 'friction'}
 
 
@@ -87,8 +88,7 @@ def _hidden(tracker: Tracker, column: int) -> str:
     growth, std = tracker.growth(column)
     if not (abs(growth) > std and abs(growth) + LIMITS.open_std * std >= tracker.limits(test)[1]):
         return ''
-    return (f'{NOUN[column]} {_percent(growth, std)}, not separable from the new motion: '
-            'drive the old one')
+    return f'{NOUN[column]} {_percent(growth, std)}, {NOT_SEPARABLE}: drive the old one'
 
 
 def _percent(growth: float, std: float, sign: str = '+') -> str:
@@ -156,6 +156,8 @@ def _described(tracker: Tracker, test: ChangeTest, values: dict[str, Any]) -> st
     values[f'{name}_since'] = when(change.since_ns)
     sign = '+' if test.sign > 0 else ''  # "dropped by" says the sign itself
     text = f'{test.words} {_percent(change.growth, std, sign)} since {when(change.since_ns)}'
+    if tracker.wear[test.column].pending and change.growth < LIMITS.over_std * std:
+        text += f', its size {NOT_SEPARABLE}'
     coefficients = tracker.coefficients() if test.column == VISCOUS_SHARE else None
     if coefficients:
         text += ' (viscous {}, Coulomb {})'.format(*(_percent(*c) for c in coefficients))

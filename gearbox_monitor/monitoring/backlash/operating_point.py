@@ -77,7 +77,7 @@ class OperatingPoint:
             finite, np.nan_to_num(variances) - self.stated, 0.0) / np.maximum(
                 self.stated_count, 1.0)
 
-    def scatter(self, values: Array, kelvin: float, slopes: Array) -> None:
+    def scatter(self, values: Array, kelvin: float, slopes: Array, excess: float = 1.0) -> None:
         """
         Take the difference of a window to the previous one into the noise.
 
@@ -85,11 +85,12 @@ class OperatingPoint:
             values: of the window [F + 1].
             kelvin: its temperature.
             slopes: temperature coefficients [F + 1].
+            excess: its variance over the usual one.
 
         """
         off = values - self.previous - slopes * (kelvin - self.kelvin)
         finite = np.isfinite(off)
-        squares = np.minimum(0.5 * np.where(finite, off, 0.0) ** 2,
+        squares = np.minimum(0.5 * np.where(finite, off, 0.0) ** 2 / excess,
                              LIMITS.wild ** 2 * self.variance())
         self.squares = self.squares + LIMITS.difference * np.where(finite, squares, 0.0)
         self.freedom = self.freedom + LIMITS.difference * finite

@@ -37,8 +37,8 @@ class Observations:
     """
     Cells (sums of old windows) and the newest windows of one feature, oldest first.
 
-    design [N, N_COMMON + P + L]: columns of level, temperatures, distrust, shift, points, and of
-    the points where prediction errors were larger than predicted: a distrust of each. y [N];
+    design [N, N_COMMON + P + L]: columns of level, temperatures, distrust, shift, points, and a
+    distrust of each half octave of prediction errors that were larger at a point. y [N];
     weight [N]: 1 over the variance of y, 0 where nothing was measured; count [N]: windows behind
     each; age [N]: windows since, >= 0; the newest `rows` of them are single windows. within: what
     the temperatures inside of cells add to the information [2, 2] on both c, and to its right

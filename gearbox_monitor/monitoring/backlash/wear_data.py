@@ -27,8 +27,14 @@ PER_SIZE = 16      # blocks of one size, before the two oldest of them become on
 MAX_ACTIVE = 48    # points that take part in a fit, beside those of the newest windows
 COUNT, TOTAL, KELVIN, KELVIN_2, PRODUCT = range(5)  # rows of the sums of a cell
 # Trust in a window: whether the filter agrees with the drive, and if not, whether prediction
-# errors are larger than predicted, as of an encoder with more noise.
+# errors are larger than predicted, as of an encoder with more noise: 1 below per half octave of
+# their variance, which of one motion stays within a tenth, and doubles with such an encoder.
 ERRORS_LARGER, AT_ODDS, TRUSTED = -1, 0, 1
+
+
+def excess(trust: int) -> float:
+    """Return the variance of a window over that of one whose prediction errors are not larger."""
+    return 2.0 ** (0.5 * min(max(ERRORS_LARGER - trust, 0), 99))
 
 
 @dataclass
@@ -107,7 +113,7 @@ class WearData:
         Args:
             stamp_ns: its end.
             point: its operating point.
-            trust: TRUSTED, AT_ODDS or ERRORS_LARGER.
+            trust: TRUSTED, AT_ODDS, ERRORS_LARGER or less.
             kelvin: of warmth.
             values: of relative [F].
 
@@ -120,7 +126,7 @@ class WearData:
         place = self.points[point]
         place.since_ns = place.since_ns or stamp_ns
         place.last_ns = stamp_ns
-        place.scatter(self.sharpened(values[None])[0], kelvin, self.slopes)
+        place.scatter(self.sharpened(values[None])[0], kelvin, self.slopes, excess(trust))
 
     def sharpened(self, values: Array) -> Array:
         """Return values [N, F] with SHARP beside them, NaN where that is not known."""
@@ -166,7 +172,8 @@ class WearData:
         for point in self.points:
             point.forget_sharp()
         for k, where in enumerate(self.where):
-            self.points[where].scatter(rows[k], self.kelvin[k], self.slopes)
+            self.points[where].scatter(
+                rows[k], self.kelvin[k], self.slopes, excess(self.trust[k]))
 
     def count(self, point: int) -> int:
         """Return the number of windows of a `point`, of the feature with most of them."""
@@ -310,8 +317,8 @@ class WearData:
                  for key, sums in block.cells.items() if key[0] in place]
         n, m = len(cells), len(self)
         keys = [key for _, key, _ in cells] + list(zip(self.where, self.trust))
-        larger = {point: wear.N_COMMON + len(points) + k for k, point in enumerate(sorted({
-            point for point, trust in keys if trust == ERRORS_LARGER}))}
+        larger = {key: wear.N_COMMON + len(points) + k for k, key in enumerate(sorted({
+            key for key in keys if key[1] <= ERRORS_LARGER}))}
         design = np.zeros((n + m, wear.N_COMMON + len(points) + len(larger)))
         design[:, wear.LEVEL] = 1.0
         stamps = np.array([stamp for stamp, _, _ in cells] + self.stamps, np.int64)
@@ -324,13 +331,14 @@ class WearData:
         design[:n, wear.TEMPERATURE] = np.where(
             np.abs(warmth) > np.abs(coldness), warmth, coldness) / largest
         design[n:, wear.TEMPERATURE] = self.kelvin
-        for k, (point, trust) in enumerate(keys):
-            design[k, place[point]] = 1.0
-            if trust != TRUSTED:
-                design[k, larger[point] if trust == ERRORS_LARGER else wear.DISTRUST] = 1.0
+        for k, key in enumerate(keys):
+            design[k, place[key[0]]] = 1.0
+            if key[1] != TRUSTED:
+                design[k, larger.get(key, wear.DISTRUST)] = 1.0
         design[:, wear.SHIFT] = stamps <= self.shift_ns
         variances = {point: self.points[point].variance() for point in points}
-        noise = np.array([variances[point] for point, _ in keys]).reshape(n + m, N_COLUMNS)
+        noise = np.array([variances[point] * excess(trust) for point, trust in keys]).reshape(
+            n + m, N_COLUMNS)
         age = wear.ages(stamps, now_ns, window_ns)
         safe = np.maximum(sums[:, COUNT], 1.0)
         mean = np.concatenate([sums[:, TOTAL] / safe, np.nan_to_num(rows)])
@@ -395,6 +403,6 @@ class WearData:
 
 
 def _trust(level: Any) -> int:
-    if level not in (ERRORS_LARGER, AT_ODDS, TRUSTED):
-        raise ValueError(f'trust {level!r}, expected {ERRORS_LARGER}, {AT_ODDS} or {TRUSTED}')
+    if not (isinstance(level, int) and level <= TRUSTED):
+        raise ValueError(f'trust {level!r}, expected an integer up to {TRUSTED}')
     return int(level)
