@@ -23,7 +23,8 @@ from gearbox_monitor.identification.windows import WindowRuns
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.quality.recording import UniformRecording
 
-REFITTED = 6  # iterations of the fit beside bursts
+REFITTED = 6      # iterations of the fit beside bursts
+QUARTILE = 0.25   # of the bursts: the law misses one of five or more
 
 
 @dataclass(frozen=True)
@@ -114,15 +115,16 @@ def pulses_in(runs: WindowRuns, jobs: int) -> tuple[Array | None, float, list[Bu
     # From the same states: what these are worth is no merit of a burst.
     quiet = fit.solve(free.states, fixed=np.ones_like(mask))
     use = mask.any(axis=1) & (np.minimum(quiet.chi2, runs.chi2) - pulse.chi2 > cost)
+    bursting = use[:, None] & mask
     if (not use.any() or (~use).mean() < THRESHOLDS.quiet_share
-            or motion_share(runs, free) > THRESHOLDS.burst_law
-            or at_ends_of_travel(runs, free, use[:, None] & mask) < THRESHOLDS.burst_chance
+            or motion_share(runs, free, bursting) > THRESHOLDS.burst_law
+            or at_ends_of_travel(runs, free, bursting) < THRESHOLDS.burst_chance
             or sine_share(runs, free) > THRESHOLDS.burst_sine
             or advantage_of_other_places(runs, free, jobs) > THRESHOLDS.elsewhere):
         return nothing
     recording = runs.recording
     basis = triangles(data.windows.length, 0, recording.dt)
-    signal = np.where(use[:, None] & mask, pulse.signal, 0.0)
+    signal = np.where(bursting, pulse.signal, 0.0)
     torque = np.zeros(len(recording.u))
     bursts = []
     for first, row in zip(data.windows.first, signal):
@@ -165,13 +167,17 @@ def best_pulses(free: input_estimation.InputEstimate, price: float) -> tuple[Fla
     return runs, cost
 
 
-def motion_share(runs: WindowRuns, free: InputEstimate) -> float:
+def motion_share(runs: WindowRuns, free: InputEstimate, mask: Flags) -> float:
     """
-    Return the largest share of a InputEstimate that is a function of what the drive does.
+    Return the largest share of bursts that a function of what the drive does foretells.
+
+    A law acts whenever its condition is met: it must foretell a burst from all the others, and no
+    torque where there is none. Of few bursts a law that is fitted to them explains all.
 
     Args:
         runs: free runs over the windows of one recording.
         free: free-form input estimate.
+        mask: values in a burst [W, H].
     """
     recording, windows = runs.recording, runs.data.windows
     at = windows.first[:, None] + np.arange(windows.length)
@@ -181,8 +187,18 @@ def motion_share(runs: WindowRuns, free: InputEstimate) -> float:
              'speed of the arm': basis_functions.motion(
                  positions[:, ::-1], recording.dt)['speed']}
     del moved['time']
-    laws = localisation.laws(runs, free, {name: value[at] for name, value in moved.items()})
-    return max(law.explained for law in laws.values())
+    # A burst across the edge of two windows is one.
+    burst, across = mask.any(axis=1), mask[:-1, -2:].any(axis=1) & mask[1:, :2].any(axis=1)
+    number = np.cumsum(burst & ~np.concatenate([[False], across]))
+    fold = np.where(burst, number - 1, number[-1] + np.arange(len(burst)) % basis_functions.FOLDS)
+    basis, most = triangles(windows.length, 0, recording.dt), 0.0
+    for name, value in moved.items():
+        x = value[at]
+        shares, overall = basis_functions.shares_foretold(
+            x, free.signal, free.precision, basis, basis_functions.edges_over(name, x), fold)
+        each = np.quantile(shares[:, :number[-1]], QUARTILE, axis=1, method='lower')
+        most = max(most, float(each[overall > 0.0].max(initial=0.0)))
+    return most
 
 
 def at_ends_of_travel(runs: WindowRuns, free: InputEstimate, mask: Flags) -> float:
