@@ -162,9 +162,9 @@ def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Inte
         reach[:, 2] = np.maximum(np.abs(at.theta[:, 2]), least)
         J = np.empty((at.run.variance.size, theta.size))
         for i, step in enumerate((LITTLE * reach).ravel()):
-            moved = at.theta.copy()
-            moved.flat[i] += step
-            change = beside(moved).run.innovation - at.run.innovation
+            moved = at.theta.ravel().copy()
+            moved[i] += step
+            change = beside(moved.reshape(-1, 3)).run.innovation - at.run.innovation
             J[:, i] = (change / np.sqrt(at.run.variance)).ravel() / step
         better = damped_step(
             J.T @ J, J.T @ at.run.residual.ravel(), partial(_moved, beside, at, reach, shortest),
