@@ -33,6 +33,8 @@ REFITTED = 6      # iterations of the fit beside bursts
 ROUNDS = 3        # of the search: again in what bursts leave
 ITERATIONS = 8    # of each fit of bursts
 ANNEALED = 3      # fits of bursts, each with less torque noise, before one with the least
+APART = 3         # s, after which a filter has forgotten a burst
+FAR = 1e9         # s, from one recording to the next
 LONGEST = 0.24    # s, of one burst where it is found
 LITTLE = 0.02     # of the largest step: of finite differences
 ENOUGH = 0.5      # gain in -2 log L for another iteration
@@ -157,15 +159,23 @@ def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Inte
     def beside(theta: Array) -> _Beside:
         return _Beside(theta, with_bursts(evidence, theta, owner).whole.run(model, fit.torque))
     at = beside(theta)
+    times = np.concatenate([number * FAR + np.repeat(np.arange(len(recording.u)) * recording.dt, 2)
+                            for number, recording in enumerate(evidence.recordings)])
     for _ in range(ITERATIONS):
         reach = np.full(theta.shape, SPACING)
         reach[:, 2] = np.maximum(np.abs(at.theta[:, 2]), least)
-        J = np.empty((at.run.variance.size, theta.size))
-        for i, step in enumerate((LITTLE * reach).ravel()):
-            moved = at.theta.ravel().copy()
-            moved[i] += step
-            change = beside(moved.reshape(-1, 3)).run.innovation - at.run.innovation
-            J[:, i] = (change / np.sqrt(at.run.variance)).ravel() / step
+        steps, J = LITTLE * reach, np.zeros((at.run.variance.size, theta.size))
+        for members in _apart(at.theta, owner):
+            begins = owner[members] * FAR + at.theta[members, 0] - SPACING
+            cause = np.searchsorted(begins, times) - 1
+            for i in range(3):
+                moved = at.theta.copy()
+                moved[members, i] += steps[members, i]
+                change = (beside(moved).run.innovation - at.run.innovation) / np.sqrt(
+                    at.run.variance)
+                for number, member in enumerate(members):
+                    J[cause == number, 3 * member + i] = (
+                        change.ravel()[cause == number] / steps[member, i])
         better = damped_step(
             J.T @ J, J.T @ at.run.residual.ravel(), partial(_moved, beside, at, reach, shortest),
             partial(_gain, at), damping, RULE)
@@ -173,6 +183,15 @@ def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Inte
             break
         at, damping = better
     return at.theta
+
+
+def _apart(theta: Array, owner: Integers) -> list[Integers]:
+    """Return numbers of bursts in the order of time, in groups of those that are APART."""
+    begins = owner * FAR + theta[:, 0]
+    order = np.argsort(begins)
+    groups = next(count for count in range(1, len(order) + 1)
+                  if (begins[order[count:]] - begins[order[:-count]] > APART).all())
+    return [order[first::groups] for first in range(groups)]
 
 
 def _moved(beside: Callable[[Array], _Beside], at: _Beside, reach: Array, shortest: float,
