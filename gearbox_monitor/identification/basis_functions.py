@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 BINS = 24
 TAIL = 0.5        # percent of the samples on either end that share the outermost bins
@@ -74,6 +74,11 @@ def edges_of(x: Array, bins: int = BINS) -> Array:
     return np.linspace(low, high, bins + 1)
 
 
+def edges_over(quantity: str, x: Array) -> Array:
+    """Return the edges [B + 1] of a law over the values `x` of a motion variable, by its name."""
+    return edges_about_zero(x) if 'speed' in quantity else edges_of(x)
+
+
 def edges_about_zero(x: Array, bins: int = BINS) -> Array:
     """Return edges [bins + 1] over x that are closest about 0, where friction changes."""
     top = float(np.percentile(np.abs(x), 100.0 - TAIL)) or 0.5
@@ -98,23 +103,14 @@ def law(x: Array, signal: Array, precision: Array, basis: Array, edges: Array) -
         edges: edges of the bins [B + 1], in the unit of the motion variable.
     """
     bins = len(edges) - 1
-    at = np.clip(np.searchsorted(edges, x, side='right') - 1, 0, bins - 1)
-    spread = (basis / basis.sum(axis=0)).T
-    columns = np.stack([spread @ (row[:, None] == np.arange(bins)) for row in at])
-    weighted = precision @ columns
-    grams = columns.transpose(0, 2, 1) @ weighted
-    pulls = np.einsum('whb,wh->wb', weighted, signal)
-    gram = grams.sum(axis=0)
-    populated = np.bincount(at.ravel(), minlength=bins) >= max(1.0, FEWEST * x.size)
-    populated &= np.diag(gram) > 1e-6 * np.diag(gram).max()
+    columns, grams, pulls, populated = _normal_equations(x, signal, precision, basis, edges)
     value, error, explained = np.full(bins, np.nan), np.full(bins, np.nan), 0.0
     if populated.any():
-        grams, pulls = grams[:, populated][:, :, populated], pulls[:, populated]
-        bend = np.diff(np.eye(int(populated.sum())), 2, axis=0)
-        bend = bend.T @ bend * np.trace(grams.sum(axis=0)) / len(bend.T)
-        foretold, stiffness = max((_foretold(grams, pulls, s * bend), s) for s in STIFFNESSES)
+        bend, fold = _bend(grams), np.arange(len(grams)) % min(FOLDS, len(grams))
+        foretold, stiffness = max((_foretold(grams, pulls, s * bend, fold).sum(), s)
+                                  for s in STIFFNESSES)
         value[populated], inverse = _solve(grams, pulls, stiffness * bend)
-        residual = signal - columns[:, :, populated] @ value[populated]
+        residual = signal - columns @ value[populated]
         signal_power, residual_power = (np.einsum('wh,whk,wk->', v, precision,
                                                   v) for v in (signal, residual))
         freedom = max(1, signal.size - int(populated.sum()))
@@ -127,18 +123,66 @@ def law(x: Array, signal: Array, precision: Array, basis: Array, edges: Array) -
     return Law(edges, value, error, explained)
 
 
+def shares_foretold(x: Array, signal: Array, precision: Array, basis: Array, edges: Array,
+                    fold: Integers) -> tuple[Array, Array]:
+    """
+    Return what laws of each of STIFFNESSES explain of windows that they were not fitted to.
+
+    Args:
+        x: motion variable in each sample [W, L].
+        signal: free signal [W, H].
+        precision: its inverse covariance [W, H, H].
+        basis: triangles [L, H].
+        edges: edges of the bins [B + 1].
+        fold: of each window [W], from 0; windows of one fold are left out together.
+
+    Returns:
+        Share of the signal in each fold [S, F] and in all windows [S].
+    """
+    _, grams, pulls, _ = _normal_equations(x, signal, precision, basis, edges)
+    gains = np.array([_foretold(grams, pulls, s * _bend(grams), fold) for s in STIFFNESSES])
+    power = np.bincount(fold, np.einsum('wh,whk,wk->w', signal, precision, signal)) + 1e-300
+    return gains / power, gains.sum(axis=1) / power.sum()
+
+
+def _normal_equations(x: Array, signal: Array, precision: Array, basis: Array,
+                      edges: Array) -> tuple[Array, Array, Array, Flags]:
+    """
+    Return (columns [W, H, P], grams [W, P, P], pulls [W, P], which bins [B] they are of).
+
+    Of the bins of which the signal says something.
+    """
+    bins = len(edges) - 1
+    at = np.clip(np.searchsorted(edges, x, side='right') - 1, 0, bins - 1)
+    spread = (basis / basis.sum(axis=0)).T
+    columns = np.stack([spread @ (row[:, None] == np.arange(bins)) for row in at])
+    weighted = precision @ columns
+    grams = columns.transpose(0, 2, 1) @ weighted
+    pulls = np.einsum('whb,wh->wb', weighted, signal)
+    strength = np.diag(grams.sum(axis=0))
+    populated = np.bincount(at.ravel(), minlength=bins) >= max(1.0, FEWEST * x.size)
+    populated &= strength > 1e-6 * strength.max()
+    return (columns[:, :, populated], grams[:, populated][:, :, populated], pulls[:, populated],
+            populated)
+
+
+def _bend(grams: Array) -> Array:
+    """Return the normal matrix [P, P] of second differences, as strong as `grams` [W, P, P]."""
+    bend = np.diff(np.eye(grams.shape[1]), 2, axis=0)
+    return np.asarray(bend.T @ bend * np.trace(grams.sum(axis=0)) / max(grams.shape[1], 1))
+
+
 def _solve(grams: Array, pulls: Array, bend: Array) -> tuple[Array, Array]:
-    """Return (values [B], covariance [B, B]) from normal equations of windows, bend [B, B]."""
+    """Return (values [P], covariance [P, P]) from normal equations of windows, bend [P, P]."""
     covariance = np.linalg.pinv(grams.sum(axis=0) + bend, rcond=1e-9, hermitian=True)
     return covariance @ pulls.sum(axis=0), covariance
 
 
-def _foretold(grams: Array, pulls: Array, bend: Array) -> float:
-    """Return the gain in chi2 on windows that interleaved fits without them foretell."""
-    fold = np.arange(len(grams)) % min(FOLDS, len(grams))
-    gain = 0.0
+def _foretold(grams: Array, pulls: Array, bend: Array, fold: Integers) -> Array:
+    """Return the gain in chi2 [F] on each fold of windows that a fit without them foretells."""
+    gain = np.zeros(fold.max() + 1)
     for k in np.unique(fold) if len(grams) > 1 else ():
         out = fold == k
         values, _ = _solve(grams[~out], pulls[~out], bend)
-        gain += 2.0 * values @ pulls[out].sum(axis=0) - values @ grams[out].sum(axis=0) @ values
+        gain[k] = 2.0 * values @ pulls[out].sum(axis=0) - values @ grams[out].sum(axis=0) @ values
     return gain

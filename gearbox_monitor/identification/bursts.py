@@ -5,10 +5,13 @@
 Bursts: torque on the arm at times of its own, such as contacts.
 
 A free-form torque is estimated in each window (input estimation) and reduced to one interval per
-window, as far as BIC allows. What the bursts are worth is then said by the same likelihood as
-that of any effect: innovations with their torque put in.
+window, as far as BIC allows: that tells whether there are bursts, and about where. Begin, duration
+and amplitude are those of the largest likelihood of innovations with their torque put in, which
+knows no windows, and says what they are worth as for any effect.
 """
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import scipy
@@ -17,13 +20,26 @@ from gearbox_monitor.identification import basis_functions, input_estimation, lo
 from gearbox_monitor.identification.adequacy import adequacy_of
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
+from gearbox_monitor.identification.innovations import JointlyFiltered
 from gearbox_monitor.identification.input_estimation import InputEstimate, SPACING, triangles
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.windows import WindowRuns
-from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.kernels.levenberg_marquardt import Damping, damped_step
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.plant.effects.arm_side import burst
 from gearbox_monitor.quality.recording import UniformRecording
 
-REFITTED = 6  # iterations of the fit beside bursts
+REFITTED = 6      # iterations of the fit beside bursts
+ROUNDS = 3        # of the search: again in what bursts leave
+ITERATIONS = 8    # of each fit of bursts
+ANNEALED = 3      # fits of bursts, each with less torque noise, before one with the least
+APART = 3         # s, after which a filter has forgotten a burst
+FAR = 1e9         # s, from one recording to the next
+LONGEST = 0.24    # s, of one burst where it is found
+LITTLE = 0.02     # of the largest step: of finite differences
+ENOUGH = 0.5      # gain in -2 log L for another iteration
+RULE = Damping(1e-2, 20.0, 1e-3, smallest=1e-9, attempts=5)
+QUARTILE = 0.25   # of the bursts: the law misses one of five or more
 
 
 @dataclass(frozen=True)
@@ -52,6 +68,14 @@ class Bursts:
     adequate: bool
 
 
+@dataclass(frozen=True, eq=False)
+class _Beside:
+    """Bursts `theta` [B, 3] (begin, s, duration, s, amplitude, N m), and the filter with them."""
+
+    theta: Array
+    run: JointlyFiltered
+
+
 def bursts_beside(evidence: Evidence, fit: InnovationFit,
                   runs: tuple[WindowRuns, ...]) -> Bursts | None:
     """
@@ -62,20 +86,125 @@ def bursts_beside(evidence: Evidence, fit: InnovationFit,
         fit: that leaves more than noise.
         runs: its free runs over the windows.
     """
-    pulses = [pulses_in(run, evidence.jobs) for run in runs]
-    if all(torque is None for torque, _, _ in pulses):
+    theta: Array = np.zeros((0, 3))
+    owner: Integers = np.zeros(0, int)
+    at, adequate, beside = fit, False, evidence
+    for number in range(ROUNDS):
+        rows = [pulses_in(run, evidence.jobs, number > 0) for run in runs]
+        if not any(map(len, rows)):
+            break
+        theta = np.concatenate([theta, *rows])
+        owner = np.concatenate([owner, *(np.full(len(own), i) for i, own in enumerate(rows))])
+        theta, at = sharpened(evidence, at, theta, owner)
+        beside = with_bursts(evidence, theta, owner)
+        adequacy = adequacy_of(beside, at)
+        adequate, runs = adequacy.adequate, adequacy.runs
+        if adequate:
+            break
+    if not len(theta):
         return None
-    recordings = tuple(
-        recording if torque is None else with_arm_torque(recording, torque)
-        for recording, (torque, _, _) in zip(evidence.recordings, pulses))
-    beside = replace(evidence, recordings=recordings)
-    at = fitted(beside.fine, fit, REFITTED)
-    deviance = evaluated(beside.whole, at.candidate, at.z, at.torque).deviance
-    gain = evaluated(evidence.whole, fit.candidate, fit.z, fit.torque).deviance - deviance
-    bursts = sorted((burst for _, _, rows in pulses for burst in rows),
-                    key=lambda b: -abs(b.amplitude) * b.duration)
-    return Bursts(at, tuple(bursts), gain, sum(price for _, price, _ in pulses),
-                  adequacy_of(beside, at).adequate)
+    gain = evaluated(evidence.whole, fit.candidate, fit.z, fit.torque).deviance - evaluated(
+        beside.whole, at.candidate, at.z, at.torque).deviance
+    bursts = [Burst(evidence.recordings[i].name, *map(float, row)) for i, row in zip(owner, theta)]
+    return Bursts(at, tuple(sorted(bursts, key=lambda b: -abs(b.amplitude) * b.duration)), gain,
+                  theta.size * float(np.log(evidence.whole.readings)), adequate)
+
+
+def with_bursts(evidence: Evidence, theta: Array, owner: Integers) -> Evidence:
+    """
+    Return the evidence of recordings in which bursts act on the arm.
+
+    Args:
+        evidence: the recordings.
+        theta: begin (s), duration (s) and amplitude (N m) of each burst [B, 3].
+        owner: number of its recording [B].
+    """
+    recordings = list(evidence.recordings)
+    for number, values in zip(owner, theta):
+        recording = recordings[number]
+        torque = burst(dict(zip(('t0', 'duration', 'amplitude'), values)),
+                       np.arange(len(recording.u)) * recording.dt, recording.dt)
+        recordings[number] = with_arm_torque(recording, torque)
+    return replace(evidence, recordings=tuple(recordings))
+
+
+def sharpened(evidence: Evidence, fit: InnovationFit, theta: Array,
+              owner: Integers) -> tuple[Array, InnovationFit]:
+    """
+    Return (bursts [B, 3], fit beside them) of largest likelihood, from where they were found.
+
+    Torque noise that bears what they leave makes the likelihood smooth; it goes as they fit.
+
+    Args:
+        evidence: the recordings.
+        fit: that leaves the bursts.
+        theta: see with_bursts.
+        owner: see with_bursts.
+    """
+    fits = []
+    for cold in (False,) * ANNEALED + (True,):
+        torque = evidence.whole.least_noise if cold else fit.torque
+        theta = _likeliest(evidence, replace(fit, torque=torque), theta, owner)
+        fit = fitted(with_bursts(evidence, theta, owner).fine, fit, REFITTED)
+        fits.append((theta, fit))
+    return min(fits, key=lambda pair: pair[1].deviance)
+
+
+def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Integers) -> Array:
+    """Return the bursts [B, 3] of largest likelihood beside `fit` as it is, from `theta` on."""
+    model, damping = fit.candidate.model(fit.z), RULE.start
+    shortest = min(recording.dt for recording in evidence.recordings)
+    least = LITTLE * evidence.torque
+
+    def beside(theta: Array) -> _Beside:
+        return _Beside(theta, with_bursts(evidence, theta, owner).whole.run(model, fit.torque))
+    at = beside(theta)
+    times = np.concatenate([number * FAR + np.repeat(np.arange(len(recording.u)) * recording.dt, 2)
+                            for number, recording in enumerate(evidence.recordings)])
+    for _ in range(ITERATIONS):
+        reach = np.full(theta.shape, SPACING)
+        reach[:, 2] = np.maximum(np.abs(at.theta[:, 2]), least)
+        steps, J = LITTLE * reach, np.zeros((at.run.variance.size, theta.size))
+        for members in _apart(at.theta, owner):
+            begins = owner[members] * FAR + at.theta[members, 0] - SPACING
+            cause = np.searchsorted(begins, times) - 1
+            for i in range(3):
+                moved = at.theta.copy()
+                moved[members, i] += steps[members, i]
+                change = (beside(moved).run.innovation - at.run.innovation) / np.sqrt(
+                    at.run.variance)
+                for number, member in enumerate(members):
+                    J[cause == number, 3 * member + i] = (
+                        change.ravel()[cause == number] / steps[member, i])
+        better = damped_step(
+            J.T @ J, J.T @ at.run.residual.ravel(), partial(_moved, beside, at, reach, shortest),
+            partial(_gain, at), damping, RULE)
+        if better is None:
+            break
+        at, damping = better
+    return at.theta
+
+
+def _apart(theta: Array, owner: Integers) -> list[Integers]:
+    """Return numbers of bursts in the order of time, in groups of those that are APART."""
+    begins = owner * FAR + theta[:, 0]
+    order = np.argsort(begins)
+    groups = next(count for count in range(1, len(order) + 1)
+                  if (begins[order[count:]] - begins[order[:-count]] > APART).all())
+    return [order[first::groups] for first in range(groups)]
+
+
+def _moved(beside: Callable[[Array], _Beside], at: _Beside, reach: Array, shortest: float,
+           change: Array) -> _Beside:
+    """Return where a step leads to from `at`, at most `reach` [B, 3] away."""
+    theta = at.theta - np.clip(change.reshape(-1, 3), -reach, reach)
+    theta[:, 1] = np.maximum(theta[:, 1], shortest)
+    return beside(theta)
+
+
+def _gain(at: _Beside, trial: _Beside) -> float:
+    """Return by how much `trial` beats `at`, above 0 if that is enough."""
+    return at.run.deviance - ENOUGH - trial.run.deviance
 
 
 def with_arm_torque(recording: UniformRecording, torque: Array) -> UniformRecording:
@@ -90,88 +219,83 @@ def with_arm_torque(recording: UniformRecording, torque: Array) -> UniformRecord
     return replace(recording, arm_torque=load - torque)
 
 
-def pulses_in(runs: WindowRuns, jobs: int) -> tuple[Array | None, float, list[Burst]]:
+def pulses_in(runs: WindowRuns, jobs: int, beside: bool = False) -> Array:
     """
-    Return (torque [N] on the arm, N m, its price in BIC, bursts), (None, 0, []) without bursts.
+    Return the bursts [B, 3] that free runs leave, see with_bursts.
 
     Args:
         runs: free runs over the windows of one recording.
         jobs: number of threads.
+        beside: whether bursts act that the checks have passed: what they leave is theirs.
     """
-    nothing: tuple[Array | None, float, list[Burst]] = None, 0.0, []
     data, size = runs.data, runs.data.size
     places = localisation.visible_places(runs)
     if 'arm_side' not in places or (
             runs.chi2 < THRESHOLDS.quiet * size).mean() < THRESHOLDS.quiet_share:
-        return nothing
+        return np.zeros((0, 3))
     free = localisation.free_forms(runs, jobs, places=('arm_side',))['arm_side']
-    price = float(np.log(size))
-    mask, cost = best_pulses(free, price)
-    if not mask.any():
-        return nothing
-    fit = input_estimation.InputEstimator(data, runs.model, free.place, runs.point)
-    pulse = fit.solve(free.states, free.signal * mask, fixed=~mask)
-    # From the same states: what these are worth is no merit of a burst.
-    quiet = fit.solve(free.states, fixed=np.ones_like(mask))
-    use = mask.any(axis=1) & (np.minimum(quiet.chi2, runs.chi2) - pulse.chi2 > cost)
-    if (not use.any() or (~use).mean() < THRESHOLDS.quiet_share
-            or motion_share(runs, free) > THRESHOLDS.burst_law
-            or at_ends_of_travel(runs, free, use[:, None] & mask) < THRESHOLDS.burst_chance
+    bursts, bursting = rectangles(free, 3.0 * float(np.log(size)),
+                                  runs.chi2 > THRESHOLDS.quiet * size)
+    use = bursting.any(axis=1)
+    if not use.any() or (~use).mean() < THRESHOLDS.quiet_share or not beside and (
+            motion_share(runs, free, bursting) > THRESHOLDS.burst_law
+            or at_ends_of_travel(runs, free, bursting) < THRESHOLDS.burst_chance
             or sine_share(runs, free) > THRESHOLDS.burst_sine
             or advantage_of_other_places(runs, free, jobs) > THRESHOLDS.elsewhere):
-        return nothing
-    recording = runs.recording
-    basis = triangles(data.windows.length, 0, recording.dt)
-    signal = np.where(use[:, None] & mask, pulse.signal, 0.0)
-    torque = np.zeros(len(recording.u))
-    bursts = []
-    for first, row in zip(data.windows.first, signal):
-        torque[first:first + data.windows.length] = basis @ row
-        own = np.flatnonzero(row)
-        if len(own):
-            bursts.append(Burst(recording.name, float(first * recording.dt + own[0] * SPACING),
-                                float((own[-1] - own[0] + 1) * SPACING),
-                                float(row[np.argmax(np.abs(row))])))
-    return torque, float(cost[use].sum()), bursts
+        return np.zeros((0, 3))
+    bursts[:, 0] += data.windows.first[use] * runs.recording.dt
+    return bursts
 
 
-def best_pulses(free: input_estimation.InputEstimate, price: float) -> tuple[Flags, Array]:
+def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array, Flags]:
     """
-    Return (mask [W, H] of the values in a pulse, cost [W] of the pulse), to first order.
+    Return the bursts in a free-form torque to first order, and which values [W, H] they cover.
 
-    Each window holds one interval of values or none; its position costs two more numbers.
+    At most one in each window: that of the largest likelihood ratio (Willsky and Jones, 1976),
+    the torque elsewhere being free.
 
     Args:
         free: free-form input estimate.
-        price: chi2 that one value of the signal must gain (BIC).
+        price: chi2 that a burst must gain (BIC), beside that of its place.
+        lacking: windows [W] that may have one.
+
+    Returns:
+        Bursts [B, 3], their begin from that of the window, and the values [W, H] that they cover.
     """
     windows, values = free.signal.shape
-    b = np.einsum('wij,wj->wi', free.precision, free.signal)
-    # A window in which nothing moves says nothing of a torque: its precision may be all 0.
-    trace = np.trace(free.precision, axis1=1, axis2=2)
-    weak = np.maximum(1e-9 * trace, 1e-300)[:, None, None]
-    place = 2.0 * np.log(values * (values + 1) / 2)
-    runs, cost, highest = np.zeros((windows, values), bool), np.zeros(windows), np.zeros(windows)
-    for size in range(1, values + 1):
-        for first in range(values + 1 - size):
-            run = slice(first, first + size)
-            gain = np.einsum('wi,wi->w', b[:, run], np.linalg.solve(
-                free.precision[:, run, run] + weak * np.eye(size), b[:, run, None])[:, :, 0])
-            improved = gain - price * size - place > highest
-            highest[improved] = (gain - price * size - place)[improved]
-            cost[improved] = price * size + place
-            runs[improved] = False
-            runs[improved, run] = True
-    return runs, cost
+    price += 2.0 * float(np.log(values * (values + 1) / 2))
+    bursts, covered = [], np.zeros((windows, values), bool)
+    for window in np.flatnonzero(lacking):
+        precision, signal = free.precision[window], free.signal[window]
+        # A window in which nothing moves says nothing of a torque: its precision may be all 0.
+        weak = max(1e-9 * float(np.trace(precision)), 1e-300)
+        covariance = np.linalg.inv(precision + weak * np.eye(values))
+        highest, amplitude, begin, end = price, 0.0, 0, 0
+        for first in range(values):
+            for last in range(first, min(first + round(LONGEST / SPACING), values)):
+                run = slice(first, last + 1)
+                weight = np.linalg.solve(covariance[run, run], np.ones(last + 1 - first))
+                along, power = float(weight @ signal[run]), float(weight.sum())
+                if along ** 2 / power > highest:
+                    highest, amplitude = along ** 2 / power, along / power
+                    begin, end = first, last + 1
+        if end:
+            covered[window, begin:end] = True
+            bursts.append(((begin - 0.5) * SPACING, (end - begin) * SPACING, amplitude))
+    return np.array(bursts).reshape(-1, 3), covered
 
 
-def motion_share(runs: WindowRuns, free: InputEstimate) -> float:
+def motion_share(runs: WindowRuns, free: InputEstimate, mask: Flags) -> float:
     """
-    Return the largest share of a InputEstimate that is a function of what the drive does.
+    Return the largest share of bursts that a function of what the drive does foretells.
+
+    A law acts whenever its condition is met: it must foretell a burst from all the others, and no
+    torque where there is none. Of few bursts a law that is fitted to them explains all.
 
     Args:
         runs: free runs over the windows of one recording.
         free: free-form input estimate.
+        mask: values in a burst [W, H].
     """
     recording, windows = runs.recording, runs.data.windows
     at = windows.first[:, None] + np.arange(windows.length)
@@ -181,8 +305,20 @@ def motion_share(runs: WindowRuns, free: InputEstimate) -> float:
              'speed of the arm': basis_functions.motion(
                  positions[:, ::-1], recording.dt)['speed']}
     del moved['time']
-    laws = localisation.laws(runs, free, {name: value[at] for name, value in moved.items()})
-    return max(law.explained for law in laws.values())
+    # A burst across the edge of two windows is one.
+    bursting = mask.any(axis=1)
+    across = mask[:-1, -2:].any(axis=1) & mask[1:, :2].any(axis=1)
+    number = np.cumsum(bursting & ~np.concatenate([[False], across]))
+    quiet = number[-1] + np.arange(len(mask)) % basis_functions.FOLDS
+    fold = np.where(bursting, number - 1, quiet)
+    basis, most = triangles(windows.length, 0, recording.dt), 0.0
+    for name, value in moved.items():
+        x = value[at]
+        shares, overall = basis_functions.shares_foretold(
+            x, free.signal, free.precision, basis, basis_functions.edges_over(name, x), fold)
+        each = np.quantile(shares[:, :number[-1]], QUARTILE, axis=1, method='lower')
+        most = max(most, float(each[overall > 0.0].max(initial=0.0)))
+    return most
 
 
 def at_ends_of_travel(runs: WindowRuns, free: InputEstimate, mask: Flags) -> float:

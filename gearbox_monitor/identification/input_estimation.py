@@ -16,7 +16,7 @@ import numpy as np
 from gearbox_monitor.identification import window_data
 from gearbox_monitor.identification.shooting import ShootingWindows
 from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 
 SPACING = 0.04      # s between the peaks of the triangles
@@ -168,8 +168,8 @@ class InputEstimator:
                              / steps[part, None, None]).transpose(1, 2, 0)
         return J
 
-    def solve(self, states: Array, signal: Array | None = None, iterations: int = ITERATIONS,
-              fixed: Flags | None = None) -> InputEstimate:
+    def solve(self, states: Array, signal: Array | None = None, iterations: int = ITERATIONS
+              ) -> InputEstimate:
         """
         Return the InputEstimate, by Levenberg-Marquardt with a damping for each window.
 
@@ -177,19 +177,15 @@ class InputEstimator:
             states: states of the drive where the windows start [W, 4].
             signal: free signal [W, H] at the peaks of the triangles, N m or rad.
             iterations: largest number of iterations.
-            fixed: values of the signal [W, H] that stay as they are.
         """
         windows, count = len(states), self.basis.shape[1]
         both = np.hstack([np.zeros((windows, count)) if signal is None else signal, states])
-        free = np.ones((windows, count + 4))
-        if fixed is not None:
-            free[:, :count] = ~fixed
         ridge = np.zeros(count + 4)
         ridge[:count] = self.scale ** -2  # weak: for values that the readings say nothing of
         gram = np.empty((windows, count + 4, count + 4))
-        problems = _Inputs(self, free, gram)
+        problems = _Inputs(self, gram)
         both, residual, _ = minimise(problems, both, RULE, LEAST_GAIN, RULE.attempts * iterations,
-                                     iterations, ridge * free)
+                                     iterations, np.tile(ridge, (windows, 1)))
         A = gram + np.diag(ridge)
         own, cross, inner = A[:, :count, :count], A[:, :count, count:], A[:, count:, count:]
         precision = own - np.diag(ridge[:count]) - cross @ np.linalg.solve(
@@ -203,10 +199,9 @@ class InputEstimator:
 
 @dataclass(frozen=True, eq=False)
 class _Inputs:
-    """Signal and states of windows as problems; free [W, P]: 1 or 0; gram [W, P, P]: written."""
+    """Signal and states of windows as problems; gram [W, P, P]: written."""
 
     estimator: InputEstimator
-    free: Array
     gram: Array
 
     def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
@@ -217,7 +212,6 @@ class _Inputs:
     def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
         """See LeastSquaresProblems: `theta`, `residual` of the problems `index`."""
         J = self.estimator.sensitivity(theta[:, :-4], theta[:, -4:], residual, index)
-        J *= self.free[index, None]
         self.gram[index] = _gram(J)
         return self.gram[index], np.einsum('wl,wlj->wj', residual, J)
 

@@ -91,13 +91,9 @@ def laws(runs: WindowRuns, free: InputEstimate,
         moved: motion variables by name [W, L].
     """
     basis = triangles(runs.data.windows.length, 0, runs.recording.dt)
-    out = {}
-    for name, value in moved.items():
-        edges_of = (basis_functions.edges_about_zero if 'speed' in name
-                    else basis_functions.edges_of)
-        edges = edges_of(value)
-        out[name] = basis_functions.law(value, free.signal, free.precision, basis, edges)
-    return out
+    return {name: basis_functions.law(value, free.signal, free.precision, basis,
+                                      basis_functions.edges_over(name, value))
+            for name, value in moved.items()}
 
 
 def _motion(runs: WindowRuns) -> tuple[dict[str, Array], Flags]:

@@ -66,7 +66,9 @@ class Thresholds:
     quiet_share: float = 0.35
     # chi2 by which a torque at another place may explain bursts better: true ones, up to 10.
     elsewhere: float = 50.0
-    # Share of bursts that one quantity of the motion explains: they come at times of their own.
+    # Share of a burst that a law of the motion foretells from the others: 29 of 30 simulated sets
+    # of bursts at times of their own have 0.3 at most. Of eleven sets that follow a threshold of
+    # the motion six have 0.54 and more; the other five pass for bursts.
     burst_law: float = 0.4
     # Probability that bursts meet the ends of travel by chance: 1 %.
     burst_chance: float = 0.01

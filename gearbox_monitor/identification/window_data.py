@@ -23,7 +23,6 @@ from gearbox_monitor.quality.recording import UniformRecording
 
 
 STATE_STEPS = np.array([1e-5, 1e-5, 1e-3, 1e-3])
-ROBUST = 2.5   # times the median chi2: windows above count less
 WORST = 1e6  # standard deviations
 UNSET: Any = None  # of a FitPoint that is not evaluated
 Reduced: TypeAlias = tuple[Array, Array, Array, Array]

@@ -227,7 +227,6 @@ def test_what_needs_both_encoders_of_an_elastic_drive_says_so(folder, tmp_path, 
 
 
 @pytest.mark.system
-@pytest.mark.xfail(reason='a law of the motion fits four bursts too well', strict=True)
 @pytest.mark.parametrize('follows', [False, True])
 def test_bursts_that_follow_the_torque_are_no_disturbance(folder, tmp_path, capsys, follows):
     """The same torque on the arm, at times of its own or whenever the command is near its peak."""

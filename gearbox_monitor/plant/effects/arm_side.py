@@ -8,7 +8,8 @@ from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.effects.balance_column import (
     BalanceColumn, wave as wave_values, waves)
 from gearbox_monitor.plant.effects.effect import (
-    Effect, FreeParameter, of_model, Parameter, positive, Scales, Starts, wave)
+    Effect, FreeParameter, of_model, Parameter, positive, PROFILE, Scales, Starts,
+    wave)
 
 _M2 = Parameter('m2', 'kg m^2', 1e-9)
 
@@ -68,7 +69,7 @@ ARM_INERTIA = Effect(
     since='0.1.0',
     meaning='inertia of the arm differs from the model, as with a payload',
     replaces='arm_inertia', merges_if_rigid=True,
-    starts=of_model(_M2, 'arm_inertia', (1.0, 0.7, 1.4)))
+    starts=of_model(_M2, 'arm_inertia', PROFILE))
 
 
 def burst(effect: Values, t: Array, dt: float) -> Array:
@@ -88,7 +89,7 @@ def burst(effect: Values, t: Array, dt: float) -> Array:
     return effect['amplitude'] * np.clip(covered / dt, 0.0, 1.0)
 
 
-# Found as a free-form torque on the arm, see identification.disturbance_pulses.
+# Found as a free-form torque on the arm, see identification.bursts.
 DISTURBANCE = Effect(
     'disturbance', 'arm_side', 'tau_arm += amplitude from t0 for duration, a few times',
     (Parameter('t0', 's', 0.0), positive('duration', 's'), Parameter('amplitude', 'N m')),

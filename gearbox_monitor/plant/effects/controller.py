@@ -16,7 +16,7 @@ from gearbox_monitor.plant.effects.balance_column import (
     BalanceColumn, JointMotion, not_negative, one, SETPOINT as OF_SETPOINT)
 from gearbox_monitor.plant.effects.effect import (
     Effect, FreeParameter, MAX_SERVO_DELAY, MAX_SETPOINT_DELAY, of_model, Parameter, positive,
-    replaced, Scales, Starts)
+    PROFILE, replaced, Scales, Starts)
 
 _KP = Parameter('kp', 'N m/rad', 1e-9)
 
@@ -27,7 +27,7 @@ SERVO_GAIN = Effect(
           ' sags further under load.',
     since='0.2.0',
     meaning='proportional gain of the servo differs from the model', replaces='kp',
-    starts=of_model(_KP, 'kp', (1.0, 0.7, 1.4)),
+    starts=of_model(_KP, 'kp', PROFILE),
     separated_by={'torque_gain': 'fast motion, in which the damping of the servo counts'},
     column=BalanceColumn(
         lambda m, _: (m.model + m.kd * m.v - m.compensation)[:, None],

@@ -8,13 +8,12 @@ from gearbox_monitor.kernels.elementary import sine
 from gearbox_monitor.kernels.jit import jit_part
 from gearbox_monitor.plant.effects.effect import (
     Coefficients, Effect, FreeParameter, logarithmic, MotorFriction, of_model, Parameter, PERIOD,
-    positive, replaced, Scales, Starts, wave)
+    positive, PROFILE, replaced, Scales, Starts, wave)
 from gearbox_monitor.plant.effects.motor_side import relaxed
 from gearbox_monitor.plant.transmission import dead_zone
 
 BACKLASH_SHARES = (0.2, 0.45)  # of the swing of the measured twist: half gaps to start from
 FARTHEST = 10.0  # times the twist: a wider loop never closes, and is like a constant torque
-RESONANCE = (1.0, 0.7, 1.4)  # a resonance that is far off fits in several places
 LOOP_STARTS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # the memory of a hysteresis goes from -1 to 1
 _B, _K = positive('b', 'rad'), Parameter('K', 'N m/rad', 1e-9)
 _D = positive('D', 'N m s/rad')
@@ -25,7 +24,7 @@ _D = positive('D', 'N m s/rad')
 
 def _backlash_starts(s: Scales) -> Starts:
     value = s.values['half_gap']
-    sizes, scale = [f * value for f in RESONANCE], value
+    sizes, scale = [f * value for f in PROFILE], value
     if s.swing:
         sizes += [f * s.swing for f in BACKLASH_SHARES]
         scale = max(scale, 0.1 * s.swing)
@@ -45,7 +44,7 @@ BACKLASH_GAP = Effect(
 
 def _stiffness_starts(s: Scales) -> Starts:
     value = s.values['stiffness']
-    sizes = [f * value for f in RESONANCE]
+    sizes = [f * value for f in PROFILE]
     if s.swing:
         sizes.append(2.0 * s.torque / s.swing)
     return [[replaced(_K, size, value, value)] for size in sizes]

@@ -12,7 +12,7 @@ from gearbox_monitor.plant.effects.balance_column import (
     BalanceColumn, not_negative, one, per_unit, wave as wave_values, waves, whole_friction)
 from gearbox_monitor.plant.effects.effect import (
     AtRest, Coefficients, Effect, FreeParameter, logarithmic, MotorFriction, of_model, Parameter,
-    PERIOD, positive, Scales, Starts, wave)
+    PERIOD, positive, PROFILE, Scales, Starts, wave)
 from gearbox_monitor.plant.friction_law import side, TANH, TWO_OVER_PI
 
 _CV, _CC = positive('Cv', 'N m s/rad'), positive('Cc', 'N m')
@@ -292,7 +292,7 @@ MOTOR_INERTIA = Effect(
           'separates it from the arm.',
     since='0.1.0',
     meaning='inertia of the motor differs from the model', replaces='motor_inertia',
-    starts=of_model(_M1, 'motor_inertia', (1.0, 0.7, 1.4)),
+    starts=of_model(_M1, 'motor_inertia', PROFILE),
     column=BalanceColumn(
         lambda m, _: m.v[:, None], one('m1_change'), momentum=True,
         low=lambda m: -math.inf if m.learnt else -m.armature, states='m1_change'))
