@@ -56,7 +56,7 @@ class OneLineParser(argparse.ArgumentParser):
     """A parser whose errors are one line, as those of bad input."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Refuse a mistyped option before what it leaves out: `--modle` is no missing --model."""
+        """Refuse a mistyped option before a missing one: `--modle` is no missing --model."""
         if self._subparsers is None:
             for word in takewhile(lambda word: word not in ENDS, args):
                 name = word.partition('=')[0]

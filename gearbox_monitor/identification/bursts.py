@@ -154,7 +154,7 @@ def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Inte
     """Return the bursts [B, 3] of largest likelihood beside `fit` as it is, from `theta` on."""
     model, damping = fit.candidate.model(fit.z), RULE.start
     shortest = min(recording.dt for recording in evidence.recordings)
-    least = LITTLE * evidence.torque
+    amplitude = LITTLE * evidence.torque
 
     def beside(theta: Array) -> _Beside:
         return _Beside(theta, with_bursts(evidence, theta, owner).whole.run(model, fit.torque))
@@ -163,7 +163,7 @@ def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Inte
                             for number, recording in enumerate(evidence.recordings)])
     for _ in range(ITERATIONS):
         reach = np.full(theta.shape, SPACING)
-        reach[:, 2] = np.maximum(np.abs(at.theta[:, 2]), least)
+        reach[:, 2] = np.maximum(np.abs(at.theta[:, 2]), amplitude)
         steps, J = LITTLE * reach, np.zeros((at.run.variance.size, theta.size))
         for members in _apart(at.theta, owner):
             begins = owner[members] * FAR + at.theta[members, 0] - SPACING
@@ -176,12 +176,12 @@ def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Inte
                 for number, member in enumerate(members):
                     J[cause == number, 3 * member + i] = (
                         change.ravel()[cause == number] / steps[member, i])
-        better = damped_step(
+        step = damped_step(
             J.T @ J, J.T @ at.run.residual.ravel(), partial(_moved, beside, at, reach, shortest),
             partial(_gain, at), damping, RULE)
-        if better is None:
+        if step is None:
             break
-        at, damping = better
+        at, damping = step
     return at.theta
 
 
@@ -311,14 +311,14 @@ def motion_share(runs: WindowRuns, free: InputEstimate, mask: Flags) -> float:
     number = np.cumsum(bursting & ~np.concatenate([[False], across]))
     quiet = number[-1] + np.arange(len(mask)) % basis_functions.FOLDS
     fold = np.where(bursting, number - 1, quiet)
-    basis, most = triangles(windows.length, 0, recording.dt), 0.0
+    basis, share = triangles(windows.length, 0, recording.dt), 0.0
     for name, value in moved.items():
         x = value[at]
         shares, overall = basis_functions.shares_foretold(
             x, free.signal, free.precision, basis, basis_functions.edges_over(name, x), fold)
         each = np.quantile(shares[:, :number[-1]], QUARTILE, axis=1, method='lower')
-        most = max(most, float(each[overall > 0.0].max(initial=0.0)))
-    return most
+        share = max(share, float(each[overall > 0.0].max(initial=0.0)))
+    return share
 
 
 def at_ends_of_travel(runs: WindowRuns, free: InputEstimate, mask: Flags) -> float:

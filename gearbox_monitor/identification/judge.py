@@ -373,15 +373,15 @@ def _one_cause(judge: Judge, fit: InnovationFit, none: InnovationFit) -> list[st
     if evidence.balances or evidence.lasting or any(
             len(recording.channels) == 1 for recording in evidence.recordings):
         return None
-    alone = judge.places(none)
-    allowed = [*localisation.tied(alone, judge.adequacy(none).dependence)]
+    of_none = judge.places(none)
+    allowed = [*localisation.tied(of_none, judge.adequacy(none).dependence)]
     if set(allowed) & set(ON_MOTOR):
         allowed += ON_MOTOR
     if _at_one(fit, allowed):
         return allowed
-    beside = localisation.places(judge.adequacy(fit).runs, evidence.jobs)
-    less = THRESHOLDS.place_tie * localisation.least_left(beside) < localisation.least_left(alone)
-    return None if less else allowed
+    of_fit = localisation.places(judge.adequacy(fit).runs, evidence.jobs)
+    none_left, fit_left = map(localisation.least_left, (of_none, of_fit))
+    return None if THRESHOLDS.place_tie * fit_left < none_left else allowed
 
 
 def _parts(judge: Judge, chosen: InnovationFit, none: InnovationFit,
