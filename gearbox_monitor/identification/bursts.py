@@ -235,7 +235,7 @@ def pulses_in(runs: WindowRuns, jobs: int, beside: bool = False) -> Array:
         return np.zeros((0, 3))
     free = localisation.free_forms(runs, jobs, places=('arm_side',))['arm_side']
     bursts, bursting = rectangles(free, 3.0 * float(np.log(size)),
-                                  runs.chi2 > THRESHOLDS.quiet * size)
+                                  beside | (runs.chi2 > THRESHOLDS.quiet * size))
     use = bursting.any(axis=1)
     if not use.any() or (~use).mean() < THRESHOLDS.quiet_share or not beside and (
             motion_share(runs, free, bursting) > THRESHOLDS.burst_law
@@ -252,7 +252,7 @@ def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array
     Return the bursts in a free-form torque to first order, and which values [W, H] they cover.
 
     At most one in each window: that of the largest likelihood ratio (Willsky and Jones, 1976),
-    the torque elsewhere being free.
+    the torque elsewhere being 0.
 
     Args:
         free: free-form input estimate.
@@ -267,16 +267,13 @@ def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array
     bursts, covered = [], np.zeros((windows, values), bool)
     for window in np.flatnonzero(lacking):
         precision, signal = free.precision[window], free.signal[window]
-        # A window in which nothing moves says nothing of a torque: its precision may be all 0.
-        weak = max(1e-9 * float(np.trace(precision)), 1e-300)
-        covariance = np.linalg.inv(precision + weak * np.eye(values))
+        force = precision @ signal
         highest, amplitude, begin, end = price, 0.0, 0, 0
         for first in range(values):
             for last in range(first, min(first + round(LONGEST / SPACING), values)):
                 run = slice(first, last + 1)
-                weight = np.linalg.solve(covariance[run, run], np.ones(last + 1 - first))
-                along, power = float(weight @ signal[run]), float(weight.sum())
-                if along ** 2 / power > highest:
+                along, power = float(force[run].sum()), float(precision[run, run].sum())
+                if along ** 2 > highest * power:
                     highest, amplitude = along ** 2 / power, along / power
                     begin, end = first, last + 1
         if end:
