@@ -35,8 +35,8 @@ def remembered_signatures(flags: str) -> Iterator[None]:
     """
     Let numba look up once for each types of arguments what an operator or numpy function returns.
 
-    numba tries all overloads again at each place and in each round of its inference, for a third
-    of the time that a kernel takes to compile. The caller holds numba's lock.
+    numba tries all overloads again at each place and in each round of its inference: an eighth of
+    the CPU time of a first replay. The caller holds numba's lock.
 
     flags: of the compilation, by which overloads are compiled
     """
