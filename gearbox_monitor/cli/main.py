@@ -49,7 +49,7 @@ COMMANDS = {
 LIVE = ('demo', 'live', 'play')  # print on their own what they do
 
 
-ENDS = ('--', '--ros-args')  # of options: what follows is for somebody else
+ENDS = ('--', '--ros-args')  # end the options of the command
 
 
 class OneLineParser(argparse.ArgumentParser):

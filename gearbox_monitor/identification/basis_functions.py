@@ -150,7 +150,7 @@ def _normal_equations(x: Array, signal: Array, precision: Array, basis: Array,
     """
     Return (columns [W, H, P], grams [W, P, P], pulls [W, P], which bins [B] they are of).
 
-    Of the bins of which the signal says something.
+    Only of bins that the signal determines.
     """
     bins = len(edges) - 1
     at = np.clip(np.searchsorted(edges, x, side='right') - 1, 0, bins - 1)

@@ -30,7 +30,7 @@ from gearbox_monitor.plant.effects.arm_side import burst
 from gearbox_monitor.quality.recording import UniformRecording
 
 REFITTED = 6      # iterations of the fit beside bursts
-ROUNDS = 3        # of the search: again in what bursts leave
+ROUNDS = 3        # searches, each in the remainder of the previous one
 ITERATIONS = 8    # of each fit of bursts
 ANNEALED = 3      # fits of bursts, each with less torque noise, before one with the least
 APART = 3         # s, after which a filter has forgotten a burst
@@ -131,14 +131,14 @@ def with_bursts(evidence: Evidence, theta: Array, owner: Integers) -> Evidence:
 def sharpened(evidence: Evidence, fit: InnovationFit, theta: Array,
               owner: Integers) -> tuple[Array, InnovationFit]:
     """
-    Return (bursts [B, 3], fit beside them) of largest likelihood, from where they were found.
+    Return (bursts [B, 3], fit beside them) of largest likelihood, searched from `theta` on.
 
-    Torque noise that bears what they leave makes the likelihood smooth; it goes as they fit.
+    Torque noise as large as the remainder smooths the likelihood; it shrinks as the bursts fit.
 
     Args:
         evidence: the recordings.
         fit: that leaves the bursts.
-        theta: see with_bursts.
+        theta: bursts to begin with, see with_bursts.
         owner: see with_bursts.
     """
     fits = []
@@ -221,12 +221,12 @@ def with_arm_torque(recording: UniformRecording, torque: Array) -> UniformRecord
 
 def pulses_in(runs: WindowRuns, jobs: int, beside: bool = False) -> Array:
     """
-    Return the bursts [B, 3] that free runs leave, see with_bursts.
+    Return the bursts [B, 3] that free runs lack, see with_bursts.
 
     Args:
         runs: free runs over the windows of one recording.
         jobs: number of threads.
-        beside: whether bursts act that the checks have passed: what they leave is theirs.
+        beside: whether bursts act that have passed the checks: any window may hold another one.
     """
     data, size = runs.data, runs.data.size
     places = localisation.visible_places(runs)

@@ -23,8 +23,8 @@ from gearbox_monitor.kernels.kernel_cache import content
 
 TRIED = (0, 62) <= numba.version_info.short <= (0, 68)
 
-# For each set of flags, by the identity of a function that numba brings: the function, and its
-# signature for types of arguments.
+# For each set of flags and each function of numba, by its identity: the function, and its
+# signature for each combination of argument types.
 _signatures: dict[str, dict[int, tuple[Function, dict[Any, Any]]]] = {}
 _numba: Any = Function
 _look_up = Function.get_call_type
@@ -33,7 +33,7 @@ _look_up = Function.get_call_type
 @contextmanager
 def remembered_signatures(flags: str) -> Iterator[None]:
     """
-    Let numba look up once for each types of arguments what an operator or numpy function returns.
+    Let numba look up only once what an operator or numpy function returns for the same types.
 
     numba tries all overloads again at each place and in each round of its inference: an eighth of
     the CPU time of a first replay. The caller holds numba's lock.

@@ -20,8 +20,8 @@ LOCATIONS = ('motor_side', 'arm_side', 'transmission', 'controller', 'actuator',
 MAX_DELAY = 0.02  # s: longest dead time of torque or encoder
 MAX_SETPOINT_DELAY = 0.1  # s
 MAX_SERVO_DELAY = 0.05    # s: longer ones are no approximation of Pade, and no servo
-# On the value of the model: a coarse grid of its logarithm, on which the likelihood tells where
-# the fit of a value begins that fits in several places when it is far off, as a resonance does.
+# Factors of the model's value, a coarse logarithmic grid: the likelihood selects on it where the
+# fit begins of a value that has several optima when it is far off, as a resonance does.
 PROFILE = (1.0, 0.5, 0.7, 1.4, 2.0)
 # The parameters of an effect as a named tuple, c.A, c.phi ...; each effect has a type of its own.
 Coefficients: TypeAlias = Any
