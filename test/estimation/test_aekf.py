@@ -71,7 +71,7 @@ SETUPS = {
 
 
 @pytest.mark.parametrize('setup', [
-    name if name == 'paper' else pytest.param(name, marks=pytest.mark.system)
+    name if name == 'long steps' else pytest.param(name, marks=pytest.mark.system)
     for name in SETUPS])
 def test_gradient_is_that_of_the_log_likelihood(setup):
     load, options, dt, effects = SETUPS[setup]
@@ -103,6 +103,18 @@ def test_gradient_is_that_of_the_log_likelihood(setup):
     steps = 1e-6 * np.eye(6)
     expected = [(likelihood(s)[0] - likelihood(-s)[0]) / 2e-6 for s in steps]
     np.testing.assert_allclose(gradient, expected, rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize('changes, more', [
+    ({}, 0.0),
+    ({'Cv': 0.5}, 0.5 / CASE_A.motor_inertia), ({'Cv': -0.5}, 0.0),
+    ({'K': 3.0}, np.sqrt(3.0 / CASE_A.motor_inertia + 3.0 / CASE_A.arm_inertia)), ({'K': -3.0}, 0.0)])
+def test_steps_get_shorter_only_where_the_drive_got_faster(changes, more):
+    p = pack(CASE_A, EstimatorParameters.from_mapping({**TUNED, 'tau_k_stiffness': 4.0}))
+    current = p.copy()
+    for name, change in changes.items():
+        current[{'Cv': aekf.CV, 'K': aekf.K_P}[name]] += change
+    assert aekf._eigenvalue(current, p) - p[aekf.EIGENVALUE] == pytest.approx(more, rel=1e-9)
 
 
 @pytest.mark.parametrize('adapt', [[], ['']])
@@ -170,8 +182,11 @@ def test_what_was_adapted_survives_starts():
     other = Estimator(CASE_A, {**wrong, 'q_std_tau_k': 11.0})
     assert not other.recall(kept) and other.adapted()['q_std_tau_k'] == pytest.approx(11.0)
     assert not Estimator(CASE_A, {**wrong, 'filter': 'ekf'}).recall(kept)
+    farthest = kept['start']['r_std_motor'] - aekf.NOISE_RANGE
+    assert Estimator(CASE_A, wrong).recall(
+        {**kept, 'theta': {**kept['theta'], 'r_std_motor': farthest}})
     for damage in ({'gain': 2.0}, {'information': [1.0]}, {'theta': None}, {'start': 5},
-                   {'theta': {**kept['theta'], 'r_std_motor': 99.0}},
+                   {'theta': {**kept['theta'], 'r_std_motor': farthest - 0.01}},
                    {'theta': {**kept['theta'], 'r_std_motor': float('nan')}}):
         fresh = Estimator(CASE_A, wrong)
         with pytest.raises(InputError, match='adaptation'):
