@@ -55,45 +55,48 @@ def likelihoods(smooth: SmoothedMotion, model: DriveModel) -> tuple[dict[str, fl
                      LIMITS.effort_friction, LIMITS.effort_stiffness]) * sizes
     torque = model.position_gain * p[:, 0] + model.damping * (v[:, 0] - v[:, 1])
 
-    def best(factor: float, more: list[Array]) -> float:
-        """Return the log-likelihood of effort = `factor` tau less what `more` columns give."""
-        y, scale = u / factor - torque, rms / factor
-        std = np.concatenate([stds, [LIMITS.effort_offset * scale], [scale] * len(more)])
-        means = np.concatenate([sizes, np.zeros(1 + len(more))])
-        return max(_likelihood(np.column_stack(
-            [a[:, 0], v[:, 0], side, curve, np.ones(len(y)), *more]), y, (means, std), scale)
-            for curve in curves)
+    def best(factors: Array, more: list[Array]) -> Array:
+        """Return the log-likelihood of effort = factor tau less what `more` columns give [F]."""
+        scale = rms / factors[:, None]
+        weights = np.hstack([stds / scale, np.full((len(scale), 1), LIMITS.effort_offset),
+                             np.ones((len(scale), len(more)))])
+        return np.max([_likelihood(
+            np.column_stack([a[:, 0], v[:, 0], side, curve, np.ones(len(u)), *more]), weights,
+            (u / factors[:, None] - torque - (
+                np.column_stack([a[:, 0], v[:, 0], side, curve]) @ sizes)) / scale)
+            for curve in curves], axis=0)
 
     distant = FACTORS[np.abs(np.log(FACTORS)) > math.log(LIMITS.effort_near)]
-    currents = [best(factor, []) for factor in distant]
+    currents = best(distant, [])
     k = int(np.argmax(currents))
-    return {TORQUE: best(1.0, []), CURRENT: currents[k] - math.log(len(distant)),
-            COMPENSATED: best(1.0, weight)}, float(distant[k])
+    return {TORQUE: float(best(np.ones(1), [])[0]),
+            CURRENT: float(currents[k]) - math.log(len(distant)),
+            COMPENSATED: float(best(np.ones(1), weight)[0])}, float(distant[k])
 
 
-def _likelihood(columns: Array, y: Array, prior: tuple[Array, Array], scale: float) -> float:
+def _likelihood(columns: Array, weights: Array, y: Array) -> Array:
     """
-    Return the log-likelihood of `y` [M] by its best fit, with what its parameters cost (Laplace).
+    Return the log-likelihoods [F] of `y` by its best fit, with what its parameters cost (Laplace).
 
     Args:
         columns: [M, P].
-        y: torque, N m.
-        prior: means and standard deviations of the parameters [P].
-        scale: rms of the torque as it would be, N m.
+        weights: standard deviation of each column's parameter, in the scale of `y` [F, P].
+        y: torque less that by the prior means, over its rms as it would be [F, M].
 
     """
-    means, stds = prior
-    columns, y = columns * stds / scale, (y - columns @ means) / scale
-    count, floor, gram = LIMITS.model_samples, LIMITS.torque_accuracy, columns.T @ columns / len(y)
+    m = len(columns)
+    gram = weights[:, :, None] * (columns.T @ columns / m) * weights[:, None, :]
+    right = weights * (y @ columns / m)
+    count, floor = np.full((2, len(y)), [[LIMITS.model_samples], [LIMITS.torque_accuracy]])
     for _ in range(3):
-        information = np.eye(len(stds)) + count / floor * gram
-        x = np.linalg.solve(information, count / floor * (columns.T @ y) / len(y))
-        residual = y - columns @ x
-        power = float(np.mean(residual ** 2))
-        count, floor = min(LIMITS.model_samples,
-                           max(independent(residual), 1.0)), LIMITS.torque_accuracy + power
-    return float(-0.5 * (count * math.log(floor) + x @ x
-                         + np.linalg.slogdet(information)[1]))
+        ratio = count / floor
+        information = np.eye(columns.shape[1]) + ratio[:, None, None] * gram
+        x = np.linalg.solve(information, (ratio[:, None] * right)[:, :, None])[:, :, 0]
+        residual = y - (x * weights) @ columns.T
+        count = np.clip(independent(residual), 1.0, LIMITS.model_samples)
+        floor = LIMITS.torque_accuracy + np.mean(residual ** 2, axis=1)
+    return -0.5 * (count * np.log(floor) + np.sum(x ** 2, axis=1)
+                   + np.linalg.slogdet(information)[1])
 
 
 def finding(smooth: SmoothedMotion, model: DriveModel, stated: str) -> DataFinding:

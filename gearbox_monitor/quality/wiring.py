@@ -218,13 +218,14 @@ def evidence(recorded: ReadingFit, other: ReadingFit) -> Array:
     return result
 
 
-def independent(residual: Array) -> float:
-    """Return how many independent samples a residual [M] counts for: M over its correlation."""
-    length = scipy.fft.next_fast_len(2 * len(residual), real=True)
-    r = np.fft.irfft(np.abs(np.fft.rfft(residual, length)) ** 2, length)[:len(residual)]
-    r = r / max(r[0], 1e-300)
-    end = int(np.argmax(r <= 0.0)) or len(r)
-    return len(residual) / (1.0 + 2.0 * float(r[1:end].sum()))
+def independent(residual: Array) -> Array:
+    """Return how many independent samples residuals [..., M] count for: M over correlation."""
+    m = residual.shape[-1]
+    length = scipy.fft.next_fast_len(2 * m, real=True)
+    r = scipy.fft.irfft(np.abs(scipy.fft.rfft(residual, length)) ** 2, length)[..., :m]
+    r = r / np.maximum(r[..., :1], 1e-300)
+    alike = np.logical_and.accumulate(r > 0.0, axis=-1)
+    return m / (1.0 + 2.0 * np.sum(r[..., 1:] * alike[..., 1:], axis=-1))
 
 
 def twist_sign(smooth: SmoothedMotion, model: DriveModel, reading: Variant) -> float:
