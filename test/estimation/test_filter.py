@@ -20,7 +20,8 @@ from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, markers, N_PACKED, P0, pack, propagate, Q0, state_names)
 from gearbox_monitor.estimation.rts_smoother import (
-    N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, smooth, Span)
+    N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE,
+    S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4, smooth, Span)
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.parameters import EstimatorParameters
@@ -248,7 +249,12 @@ def test_smoother_equals_the_oracle(variant):
     got = smoothed(None, n, 900, 600, 800, ring)
     np.testing.assert_allclose(got[:, S_TAU_K], zs[:201, 4], rtol=1e-7, atol=1e-8)
     np.testing.assert_allclose(got[:, S_TWIST], (zs[:, 0] - zs[:, 1])[:201], atol=1e-9)
+    np.testing.assert_allclose(got[:, S_TWIST_RATE], (zs[:, 2] - zs[:, 3])[:201], atol=1e-7)
+    np.testing.assert_allclose(got[:, [S_X2, S_X3, S_X4]], zs[:201, 1:4], atol=1e-7)
     np.testing.assert_allclose(got[:, S_TAU_K_STD], np.sqrt(Ps[:201, 4, 4]), rtol=1e-6)
+    for column, (i, j) in ((S_TWIST_NOISE_STD, (0, 1)), (S_TWIST_RATE_NOISE_STD, (2, 3))):
+        variance = Ps[:201, i, i] + Ps[:201, j, j] - 2.0 * Ps[:201, i, j]
+        np.testing.assert_allclose(got[:, column], np.sqrt(variance), rtol=1e-6)
     # The newest row of a block is the filtered one.
     last = smoothed(None, n, 900, 600, 900, ring)[-1]
     assert last[S_TAU_K] == updated(records[900], n)[0][4]

@@ -41,7 +41,8 @@ ROOMS = MappingProxyType({
         'estimation/filters/aekf.py': ('estimation/test_aekf.py',),
         'estimation/filters/ukf.py': ('estimation/test_sigma_filters.py',),
         'estimation/filters/srukf.py': ('estimation/test_sigma_filters.py',),
-        'estimation/rts_smoother.py': ('estimation/test_smoother.py',)},
+        'estimation/rts_smoother.py': ('estimation/test_smoother.py', 'estimation/test_filter.py',
+                                       'estimation/test_consider.py')},
     'likelihood': {
         'estimation/innovation_filter.py': ('identification/test_innovations.py',),
         'identification/innovations.py': ('identification/test_innovations.py',
