@@ -308,6 +308,7 @@ def test_bands_in_which_noise_hides_the_motion_are_no_evidence():
     assert rows.tests.frequency[evidence.at[0].order].max() < 4.0
 
 
+@pytest.mark.system
 def test_a_gain_is_held_against_all_that_a_reference_taught():
     """The bodies that it taught were left out of the torque: gains came out at half their size."""
     record = robot_gap.case_of(32056, True)
@@ -419,7 +420,7 @@ def test_a_joint_that_idles_has_no_limit_near_zero():
     (7, False, [], 'none: right'), (10, False, ['motor_viscous'], 'one: right'),
     (10, False, ['payload'], 'one: right'), (3, False, ['friction_jump'], 'outside: right'),
     pytest.param(16, True, [], 'none: right', marks=pytest.mark.system),
-    (16, True, ['gravity'], 'one: right'),
+    pytest.param(16, True, ['gravity'], 'one: right', marks=pytest.mark.system),
     pytest.param(9, True, ['swinging'], 'outside: right', marks=pytest.mark.system)])
 def test_random_robots(seed, pair, kinds, how):
     """Small: test/system/robot_gap.py judges many."""

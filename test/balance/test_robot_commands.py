@@ -199,6 +199,7 @@ def test_root_is_where_the_parts_of_a_file_lie(tmp_path, capsys, command):
     assert 'no.csv: no such file' in capsys.readouterr().err
 
 
+@pytest.mark.system
 def test_replay_weighs_the_load_as_the_page_says(arm, capsys):
     assert main(['replay', str(arm / 'today.csv'), '--model', str(arm / 'robot.urdf'),
                  '--reference', str(arm / 'arm.knowledge')]) == 0

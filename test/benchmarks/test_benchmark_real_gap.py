@@ -51,6 +51,7 @@ def manifests_in(folder):
     (folder / 'truth.yaml').write_text('joint/oiled: motor_viscous\njoint/same: none\n')
 
 
+@pytest.mark.system
 def test_two_simulated_pairs(tmp_path, monkeypatch, in_process):
     manifests_in(tmp_path)
     for name, viscous in (('oiled', 0.25), ('same', 0.1)):

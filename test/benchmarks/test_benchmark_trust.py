@@ -125,6 +125,7 @@ def test_a_missed_bar_ends_with_1(monkeypatch, capsys, tmp_path, met, code):
     assert json.loads(path.read_text())['bars'][0]['interval'] == [0.4, 0.6]
 
 
+@pytest.mark.system
 @compiled
 def test_stated_deviations_cover_drives_within_the_tolerances(tmp_path):
     path = tmp_path / 'tolerances.json'

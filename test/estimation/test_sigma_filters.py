@@ -121,15 +121,14 @@ def test_equals_filterpy_ukf(alpha, beta, kappa):
     stock.x, stock.P = prior(p, n)
     stock.R = np.diag([TUNED['r_std_motor'] ** 2, TUNED['r_std_arm'] ** 2])
     stock.Q = 0.5e-3 * np.diag(p[Q0:Q0 + n])
-    for module in (ukf, srukf):
-        stock.x, stock.P = prior(p, n)
-        records = filtered(module, p, n, *prior(p, n), np.full(len(out.y), 1e-3), out.u,
-                           np.zeros(len(out.y)), out.y)
-        for k, y in enumerate(out.y):
-            stock.P = stock.P + stock.Q
-            stock.predict(u=out.u[k])
-            stock.sigmas_f = points.sigma_points(stock.x, stock.P)
-            stock.update(y)
+    ours = [filtered(module, p, n, *prior(p, n), np.full(len(out.y), 1e-3), out.u,
+                     np.zeros(len(out.y)), out.y) for module in (ukf, srukf)]
+    for k, y in enumerate(out.y):
+        stock.P = stock.P + stock.Q
+        stock.predict(u=out.u[k])
+        stock.sigmas_f = points.sigma_points(stock.x, stock.P)
+        stock.update(y)
+        for records in ours:
             z, P = updated(records[k], n)
             np.testing.assert_allclose(z, stock.x, rtol=1e-8, atol=1e-8)
             np.testing.assert_allclose(P, stock.P, rtol=1e-8, atol=1e-8)

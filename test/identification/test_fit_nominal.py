@@ -82,6 +82,7 @@ def test_torque_that_no_model_explains_is_not_put_into_the_values(tmp_path, caps
         assert abs(fitted['value'] - value) < 4.0 * fitted['error'] < 0.3 * value, name
 
 
+@pytest.mark.system
 def test_long_runs_weigh_what_drifts():
     """Two recordings of another length; the model lacks that friction differs by direction."""
     rigid = replace(TRUE, torque_offset=0.0, transmission=Transmission('rigid'),

@@ -39,6 +39,7 @@ def test_the_mean_torque_of_a_sampled_one_is_that_of_its_interpolation():
     assert np.std((mean - true)[8:-8]) < 2e-3 < np.std(np.repeat(recording.u, 4) - true) / 50
 
 
+@pytest.mark.system
 def test_a_healthy_drive_and_a_wider_gap_at_50_hz():
     only = ['backlash_gap', 'motor_viscous', 'lugre']
     for controller_rate in (FAST, RATE):

@@ -15,7 +15,7 @@ from gearbox_monitor.plant.drive import DriveModel
 GOLDEN = json.loads((Path(__file__).parent / 'verdict_keys.json').read_text(encoding='utf-8'))
 CASES = {'none': ([], ['torque_gain', 'torque_map']),
          'effect': ([{'id': 'torque_gain', 'g': 0.08}], ['torque_gain', 'gravity']),
-         'unknown': ([{'id': 'stribeck', 'Cs': 0.15, 'vs': 0.5}], ['gravity', 'torque_map'])}
+         'unknown': ([{'id': 'stribeck', 'Cs': 0.15, 'vs': 0.5}], ['gravity'])}
 
 
 def kind(value):

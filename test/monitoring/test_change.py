@@ -114,6 +114,7 @@ def test_one_percent_is_found():
     assert alarmed(gearbox.go(4, 0.05))[0] <= 2
 
 
+@pytest.mark.system
 def test_slow_ramp_is_found_and_forecast():
     """5 % per hour: found within 20 min, limit of 25 % forecast within its interval."""
     gearbox = Gearbox(3)

@@ -52,6 +52,7 @@ def test_only_the_gap_of_the_faulty_joint_grows():
     np.testing.assert_allclose(widths[1][loaded], expected[loaded])
 
 
+@pytest.mark.system
 def test_a_growing_gap_is_measured_although_the_filter_expects_another():
     """By 60 % of its width in 30 s: found and followed; the other joint stays healthy."""
     arm = WorkingArm(ROBOT, 1e-3, 1, GapGrowth(joint=0, rate=0.02, start=30.0))

@@ -155,7 +155,7 @@ def test_interrupted_robot_leaves_a_bag_of_all_joints(demo, tmp_path):
 
 
 @pytest.mark.parametrize('moment', [
-    *(pytest.param(m, marks=pytest.mark.system) for m in (0.7, 'recording')), 'shut-down'])
+    0.7, *(pytest.param(m, marks=pytest.mark.system) for m in ('recording', 'shut-down'))])
 def test_interrupt(demo, tmp_path, moment):
     """Ctrl-C leaves no process, no traceback and, where recording had begun, a whole bag."""
     process = demo('--duration', '60', '--out', 'out')
