@@ -137,6 +137,30 @@ def test_other_noise_and_inputs_change_a_linear_drive_as_a_new_run_does():
         assert likelihood.change(run, model) == pytest.approx(change, abs=1e-3 * change.std())
 
 
+def test_parts_of_a_recording_know_nothing_of_each_other():
+    recording = recorded(BLUNT, 0.9)
+    spans = [slice(0, 300), slice(300, 550), slice(600, 900)]
+    torque = np.array([0.3, 0.1])
+    runs = [likelihood_of(recording, BLUNT, part).begun(
+        [[*recording.y[span.start], 0.0, 0.0] for span in part], np.full(4, 0.5)).run(
+            BLUNT, torque) for part in (spans, *([span] for span in spans))]
+    assert runs[0].deviance == pytest.approx(sum(run.deviance for run in runs[1:]), rel=1e-9)
+    for span, run in zip(spans, runs[1:]):
+        np.testing.assert_allclose(runs[0].trace.innovation[span], run.trace.innovation[span],
+                                   rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize('kind, size', [('play', 0.02 * BLUNT.transmission.stiffness),
+                                        ('passive_play', 0.02), ('dead_zone', None)])
+def test_where_in_its_hysteresis_a_drive_begins_is_open(kind, size):
+    """As wide as the loop: torque where it adds to the curve, twist where it shifts it."""
+    model = BLUNT.with_(kind=kind, hysteresis_width=0.02)
+    start = likelihood_of(recorded(BLUNT, 0.1), model).run(model, np.full(2, 0.1)).start
+    assert len(start.places) == (4 if size is None else 5)
+    if size is not None:
+        assert start.covariance[4, 4] == pytest.approx(size ** 2)
+
+
 @pytest.mark.parametrize('effect, name, tolerance', [
     ({'id': 'stribeck', 'Cs': 0.1, 'vs': 0.5}, 'vs', 0.02),
     ({'id': 'hysteresis_bouc_wen', 'Th': 0.2, 'dh': 0.02}, 'dh', 0.02),
