@@ -17,6 +17,8 @@ from typing import Any
 import numba
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
+from numba.core.postproc import PostProcessor, VariableLifetime
+from numba.core.transforms import canonicalize_cfg
 from numba.core.types import Function
 
 from gearbox_monitor.kernels.kernel_cache import content
@@ -26,17 +28,19 @@ TRIED = (0, 62) <= numba.version_info.short <= (0, 68)
 # For each set of flags and each function of numba, by its identity: the function, and its
 # signature for each combination of argument types.
 _signatures: dict[str, dict[int, tuple[Function, dict[Any, Any]]]] = {}
-_numba: Any = Function
 _look_up = Function.get_call_type
+_process = PostProcessor.run
 
 
 @contextmanager
-def remembered_signatures(flags: str) -> Iterator[None]:
+def spared_work(flags: str) -> Iterator[None]:
     """
-    Let numba look up only once what an operator or numpy function returns for the same types.
+    Let numba leave out what it does again and again, and what only Python objects need.
 
-    numba tries all overloads again at each place and in each round of its inference: an eighth of
-    the CPU time of a first replay. The caller holds numba's lock.
+    It tries all overloads of an operator or numpy function at each place and in each round of its
+    inference: what these return for the same types is remembered. And after each of its passes it
+    computes which variables live where, for code that works on Python objects or yields. The
+    caller holds numba's lock.
 
     flags: of the compilation, by which overloads are compiled
     """
@@ -49,11 +53,32 @@ def remembered_signatures(flags: str) -> Iterator[None]:
             signatures[key] = _look_up(function, context, args, kws)
         return signatures[key]
 
-    replaced, _numba.get_call_type = _numba.get_call_type, _remembered
+    def _processed(processor: PostProcessor, emit_dels: bool = False,
+                   extend_lifetimes: bool = False) -> None:
+        code = processor.func_ir
+        if code.is_generator:
+            _process(processor, emit_dels, extend_lifetimes)
+            return
+        code.blocks = canonicalize_cfg(code.blocks)
+        code.variable_lifetime = VariableLifetime(code.blocks)  # computes once it is asked
+        code.generator_info = None
+        if emit_dels:
+            processor._insert_var_dels(extend_lifetimes=extend_lifetimes)
+
+    with _replaced(Function, 'get_call_type', _remembered), \
+            _replaced(PostProcessor, 'run', _processed):
+        yield
+
+
+@contextmanager
+def _replaced(owner: Any, name: str, function: Any) -> Iterator[None]:
+    """Let the method `name` of the class `owner` be `function` for a while."""
+    own = getattr(owner, name)
+    setattr(owner, name, function)
     try:
         yield
     finally:
-        _numba.get_call_type = replaced
+        setattr(owner, name, own)
 
 
 class LinkingLibrary(JITCodeLibrary):
@@ -122,7 +147,7 @@ class AllocatingCompiler(CompilerBase):
         return [DefaultPassBuilder.define_nopython_pipeline(state)]
 
     def _compile_core(self) -> Any:
-        with remembered_signatures(self.state.flags.summary()):
+        with spared_work(self.state.flags.summary()):
             return super()._compile_core()
 
     def _number(self, function: Any) -> None:

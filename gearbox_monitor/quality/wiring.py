@@ -213,7 +213,7 @@ def evidence(recorded: ReadingFit, other: ReadingFit) -> Array:
         floor = ACCURACY[i] * max((fit.power, fit.transmitted)[i] / unit ** 2
                                   for fit, unit in zip((recorded, other), units))
         floor += other.noise[i] / units[1] ** 2
-        samples = min(LIMITS.model_samples, independent((other.torque, other.twist)[i]))
+        samples = min(LIMITS.model_samples, float(independent((other.torque, other.twist)[i])))
         result[i] = 0.5 * samples * np.log((power[0] + floor) / (power[1] + floor))
     return result
 

@@ -108,7 +108,8 @@ def test_gradient_is_that_of_the_log_likelihood(setup):
 @pytest.mark.parametrize('changes, more', [
     ({}, 0.0),
     ({'Cv': 0.5}, 0.5 / CASE_A.motor_inertia), ({'Cv': -0.5}, 0.0),
-    ({'K': 3.0}, np.sqrt(3.0 / CASE_A.motor_inertia + 3.0 / CASE_A.arm_inertia)), ({'K': -3.0}, 0.0)])
+    ({'K': 3.0}, np.sqrt(3.0 / CASE_A.motor_inertia + 3.0 / CASE_A.arm_inertia)),
+    ({'K': -3.0}, 0.0)])
 def test_steps_get_shorter_only_where_the_drive_got_faster(changes, more):
     p = pack(CASE_A, EstimatorParameters.from_mapping({**TUNED, 'tau_k_stiffness': 4.0}))
     current = p.copy()
