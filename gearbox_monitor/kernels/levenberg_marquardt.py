@@ -6,13 +6,13 @@ Nonlinear least squares by Levenberg and Marquardt (Levenberg 1944, Marquardt 19
 
 `minimise` solves many small problems side by side, each with its own damping; `damped_step` takes
 one step of a large one, whose outer loop does more than steps (noise annealed, states eliminated).
-One loop stands elsewhere: identification.torque_regression takes plain Gauss-Newton steps, because
-errors in variables leave no cost that a step could lower.
+Two loops stand elsewhere: identification.torque_regression takes plain Gauss-Newton steps, because
+errors in variables leave no cost that a step could lower; monitoring.elastic_regression does as
+`minimise` in machine code, because samples wait for it.
 """
 from collections.abc import Callable
-from dataclasses import dataclass
 import math
-from typing import Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -21,8 +21,7 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers
 Trial = TypeVar('Trial')
 
 
-@dataclass(frozen=True)
-class Damping:
+class Damping(NamedTuple):
     """
     How the damping of steps moves, relative to the diagonal of the normal matrix.
 

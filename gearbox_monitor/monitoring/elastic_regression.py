@@ -24,9 +24,9 @@ import numpy as np
 from gearbox_monitor.estimation.rts_smoother import (
     S_MOTOR_SIDE, S_TWIST, S_TWIST_RATE, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
+from gearbox_monitor.kernels.levenberg_marquardt import Damping
 from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.transmission import dead_zone
 
@@ -178,6 +178,122 @@ def normal_equations(theta: Array, free: Flags, law: ElasticLaw, data: Array, we
     return cost, contacts / max(data.shape[0], 1)
 
 
+class _Problem(NamedTuple):
+    """What Regression holds of the same names, for `_minimise`."""
+
+    law: ElasticLaw
+    data: Array
+    weights: Array
+    units: Array
+    prior: Array
+    base: Array
+    low: Array
+    high: Array
+    strict: bool
+
+
+class _Room(NamedTuple):
+    """What `_evaluated` and `_minimise` write."""
+
+    blocks: tuple[Array, Array, Array]  # as of normal_equations
+    residuals: Array
+    normals: Array  # [3, N_SHAPE, N_SHAPE]
+    vectors: Array  # [4, N_SHAPE]
+
+
+@jit
+def _evaluated(theta: Array, free: Flags, problem: _Problem, room: _Room, normal: Array,
+               right: Array) -> float:
+    """Move `theta` within its bounds, write the normal equations, return the cost."""
+    normals, rights, sums = room.blocks
+    at, beyond, cost = room.vectors[0], False, 0.0
+    for p in range(N_SHAPE):
+        x = theta[p]
+        if x < problem.low[p]:
+            x = problem.low[p]
+        elif x > problem.high[p]:
+            x = problem.high[p]
+        if free[p]:
+            beyond |= x != theta[p]
+            cost += problem.prior[p] * x * x
+        theta[p], at[p] = x, problem.base[p] + x
+        for k in range(sums.shape[0]):
+            sums[k, p] = 0.0
+        for k in range(rights.shape[0]):
+            rights[k, p] = 0.0
+            for q in range(N_SHAPE):
+                normals[k, p, q] = 0.0
+    cost += normal_equations(at, free, problem.law, problem.data, problem.weights, problem.units,
+                             room.blocks, room.residuals)[0]
+    for p in range(N_SHAPE):
+        right[p] = -problem.prior[p] * theta[p] if free[p] else 0.0
+        for q in range(N_SHAPE):
+            normal[p, q] = problem.prior[p] if p == q and free[p] else 0.0
+        for k in range(rights.shape[0]):
+            right[p] += rights[k, p]
+            for q in range(N_SHAPE):
+                normal[p, q] += normals[k, p, q]
+    return math.inf if problem.strict and beyond else cost
+
+
+@jit
+def _step(normal: Array, right: Array, damping: float, rule: Damping, factor: Array, step: Array
+          ) -> bool:
+    """Write the damped `step`, by Cholesky; return whether the damped matrix is positive."""
+    for i in range(N_SHAPE):
+        added = normal[i, i] * (damping + rule.relative) + rule.absolute
+        step[i] = right[i]
+        for j in range(i + 1):
+            value = normal[i, j]
+            if i == j:
+                value += added if added > 0.0 else 1.0
+            for k in range(j):
+                value -= factor[i, k] * factor[j, k]
+            if i > j:
+                factor[i, j] = value / factor[j, j]
+                step[i] -= factor[i, j] * step[j]
+            elif value > 0.0:
+                factor[i, i] = math.sqrt(value)
+            else:
+                return False
+        step[i] /= factor[i, i]
+    for i in range(N_SHAPE - 1, -1, -1):
+        for j in range(i + 1, N_SHAPE):
+            step[i] -= factor[j, i] * step[j]
+        step[i] /= factor[i, i]
+    return True
+
+
+@jit
+def _minimise(theta: Array, free: Flags, problem: _Problem, rule: Damping, tolerance: float,
+              iterations: int, room: _Room) -> None:
+    """Move `theta` to the minimum, as levenberg_marquardt.minimise does."""
+    normal, next_normal, factor = room.normals[0], room.normals[1], room.normals[2]
+    right, next_right, trial = room.vectors[1], room.vectors[2], room.vectors[3]
+    cost = _evaluated(theta, free, problem, room, normal, right)
+    damping, failures = rule.start, 0
+    for _ in range(iterations):
+        gain = -math.inf
+        if _step(normal, right, damping, rule, factor, trial):
+            for p in range(N_SHAPE):
+                trial[p] += theta[p]
+            gain = cost - _evaluated(trial, free, problem, room, next_normal, next_right)
+        if gain > 0.0 or (rule.level and gain == 0.0):
+            for p in range(N_SHAPE):
+                theta[p], right[p] = trial[p], next_right[p]
+                for q in range(N_SHAPE):
+                    normal[p, q] = next_normal[p, q]
+            solved = gain <= tolerance * cost
+            cost -= gain
+            damping, failures = max(damping * rule.lowered, rule.smallest), 0
+        else:
+            damping = min(max(damping * rule.raised, rule.raised_from), rule.largest)
+            failures += 1
+            solved = failures >= rule.attempts or damping > rule.hopeless
+        if solved:
+            break
+
+
 @dataclass(frozen=True, eq=False)
 class Optimum:
     """
@@ -256,11 +372,9 @@ class Regression:
 
     def evaluate(self, theta: Array, free: Flags) -> tuple[float, Optimum]:
         """Return the cost and the linear problem at `theta` [N_SHAPE]; free: see Optimum."""
-        count = len(self.weights) // self.law.block + 1
-        normals, rights = np.zeros((count, N_SHAPE, N_SHAPE)), np.zeros((count, N_SHAPE))
-        cost, contact = normal_equations(
-            self.base + theta, free, self.law, self.data, self.weights, self.units,
-            (normals, rights, np.zeros((3, N_SHAPE))), self.residuals)
+        blocks = normals, rights, _ = _blocks(len(self.weights) // self.law.block + 1)
+        cost, contact = normal_equations(self.base + theta, free, self.law, self.data,
+                                         self.weights, self.units, blocks, self.residuals)
         prior = np.where(free, self.prior, 0.0)
         return cost + float(prior @ theta ** 2), Optimum(
             theta, free, normals, rights, prior, contact)
@@ -281,45 +395,23 @@ class Regression:
             The cost at the minimum.
 
         """
-        problem = _Free(self, theta, free)
-        solved, _, _ = minimise(problem, theta[None, free], rule, tolerance, iterations)
+        theta, count = theta.copy(), len(self.weights) // self.law.block + 1
+        problem = _Problem(self.law, self.data, self.weights, self.units, self.prior, self.base,
+                           self.low, self.high, self.strict)
+        _minimise(theta, free, problem, rule, tolerance, iterations, _Room(
+            _blocks(count), self.residuals, np.empty((3, N_SHAPE, N_SHAPE)),
+            np.empty((4, N_SHAPE))))
         # The residuals at hand may be those of a step that was not taken.
-        cost, self.optimum = self.evaluate(problem.whole(solved[0]), free)
+        cost, self.optimum = self.evaluate(theta, free)
         return cost
 
 
-@dataclass(frozen=True, eq=False)
-class _Free:
-    """A Regression as a problem in those parameters of `start` that are free."""
-
-    regression: Regression
-    start: Array
-    free: Flags
-
-    def whole(self, part: Array) -> Array:
-        """Return all parameters [N_SHAPE] within their bounds, the free ones from `part`."""
-        theta = self.start.copy()
-        theta[self.free] = part
-        return np.clip(theta, self.regression.low, self.regression.high)
-
-    def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
-        """See LeastSquaresProblems: `theta` of the problems `index`."""
-        whole = self.whole(theta[0])
-        cost, o = self.regression.evaluate(whole, self.free)
-        if self.regression.strict and (whole[self.free] != theta[0]).any():
-            cost = math.inf
-        theta[0] = whole[self.free]
-        right = o.rights.sum(axis=0) - o.prior * whole
-        return np.append(o.normal()[self.free][:, self.free], right[self.free])[None], np.array(
-            [cost])
-
-    def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
-        """See LeastSquaresProblems: `theta`, `residual` of the problems `index`."""
-        count = theta.shape[1]
-        return residual[:, :-count].reshape(1, count, count), residual[:, -count:]
+def _blocks(count: int) -> tuple[Array, Array, Array]:
+    """Return zeros for normal_equations of `count` blocks."""
+    return np.zeros((count, N_SHAPE, N_SHAPE)), np.zeros((count, N_SHAPE)), np.zeros((3, N_SHAPE))
 
 
 def warm_up() -> None:
-    """Compile normal_equations, or load it."""
-    Regression(np.zeros((2, N_DATA)), ElasticLaw(), np.ones(2)).evaluate(
-        np.zeros(N_SHAPE), np.zeros(N_SHAPE, bool))
+    """Compile what a regression runs, or load it."""
+    Regression(np.zeros((2, N_DATA)), ElasticLaw(), np.ones(2)).solve(
+        np.zeros(N_SHAPE), np.zeros(N_SHAPE, bool), Damping(1.0), 0.0, 1)
