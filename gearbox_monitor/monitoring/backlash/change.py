@@ -584,7 +584,11 @@ class Tracker:
         if not feature.steps and not feature.pending:
             recent = np.flatnonzero(o.weight[-o.rows:] > 0.0)
             if len(recent):
-                k = recent[-min(RECENT, (len(recent) + 1) // 2)]
+                # Windows at odds with the drive may be off together: all against those before.
+                trusted = np.flatnonzero(np.array(self.data.trust) == TRUSTED)
+                begin = trusted[-1] + 1 if len(trusted) else 0
+                k = begin if begin <= recent[-1] else \
+                    recent[-min(RECENT, (len(recent) + 1) // 2)]
                 feature.value, feature.std = float(scanned.size[k]), float(scanned.std[k])
         up, down = (next(t for t in TESTS if t.column == column and t.sign == sign)
                     for sign in (1, -1))
