@@ -7,7 +7,7 @@ import operator
 import pytest
 
 pytest.importorskip('numba')
-from numba.core.errors import TypingError  # noqa: E402
+from numba.core.errors import TypingError  # noqa: E402, I100
 from numba.core.registry import cpu_target  # noqa: E402
 from numba.core.types import float64, Function, int64, string  # noqa: E402
 
