@@ -25,8 +25,9 @@ GROWTH_AFTER = 3.3     # windows; the first three are the baseline
 GROWTH = 0.6           # of the gap, at the end
 SUBSCRIBERS = 3        # estimator and recorder of the samples, recorder of the truth
 # A few short windows must suffice for baseline and alarm, and they contain no whole period of the
-# motion: one operating point, and a false alarm a day.
-DRIFT = {'false_alarm_interval': 86400.0, 'angle_bin': 0.0, 'speed_bin': 1.0, 'load_bin': 1.0}
+# motion: one operating point, and a false alarm a day. No minute is healthy, to name causes by.
+DRIFT = {'false_alarm_interval': 86400.0, 'angle_bin': 0.0, 'speed_bin': 1.0, 'load_bin': 1.0,
+         'name_changes': False}
 MIN_DURATION = 16.0    # s, for windows of two seconds
 ROBOT_MIN_DURATION = 45.0  # s, for as many windows of a program of the arm
 READY_SECONDS = 240.0  # the first start compiles

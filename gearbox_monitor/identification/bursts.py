@@ -24,7 +24,7 @@ from gearbox_monitor.identification.innovations import JointlyFiltered
 from gearbox_monitor.identification.input_estimation import InputEstimate, SPACING, triangles
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.windows import WindowRuns
-from gearbox_monitor.kernels.levenberg_marquardt import Damping, damped_step
+from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.effects.arm_side import burst
 from gearbox_monitor.quality.recording import UniformRecording

@@ -309,10 +309,13 @@ def _canonical(judge: Judge, fit: InnovationFit) -> InnovationFit:
         for proposal in scan(judge.evidence.fine, judge.evidence.starts, base, trials):
             proposals.setdefault(proposal.name, proposal)
         simpler = [judge.polished(judge.search.begun(base, p)) for p in proposals.values()]
-        closest = min(simpler, key=judge.score, default=None)
-        if closest is not None and judge.score(closest) - judge.score(
-                fit) < THRESHOLDS.bound_gain:
-            return closest
+        if simpler:
+            closest = min(simpler, key=judge.score)
+            # It begins with the noise of a model without the effect, see Judge.cooled.
+            cold = judge.polished(replace(closest, torque=fit.torque))
+            closest = min(cold, closest, key=judge.score)
+            if judge.score(closest) - judge.score(fit) < THRESHOLDS.bound_gain:
+                return closest
         if len(fit.candidate.ids) > 1 and judge.score(base) - judge.score(
                 fit) < THRESHOLDS.bound_gain:
             return judge.polished(base)

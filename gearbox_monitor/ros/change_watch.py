@@ -223,8 +223,8 @@ class ChangeWatch:
         """Return why there is nothing to compare with."""
         if self._buffer is None:
             return 'keep_minutes is 0, expected more'
-        return 'there is no baseline recording; ~/save_baseline keeps one' + (
-            f' ({self.note})' if self.note else '')
+        return ('no healthy minute was recorded before; after a repair call '
+                '~/save_baseline') + (f' ({self.note})' if self.note else '')
 
     def _stands(self) -> bool:
         """Return whether a cause of the newest alert is still there."""

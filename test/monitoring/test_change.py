@@ -17,6 +17,7 @@ from gearbox_monitor.files.baselines import load_baseline, load_state, save_base
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash import forecast, scan
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
+from gearbox_monitor.monitoring.backlash.change_tests import GAP
 from gearbox_monitor.monitoring.backlash.drift_words import outcomes
 from gearbox_monitor.monitoring.backlash.features import (
     Backlash, Friction, lost_motion_of, NotExcited)
@@ -209,6 +210,16 @@ def test_larger_errors_are_a_distrust_of_their_own(usual, trust, found):
     assert not alarmed([go(TRUSTED) for _ in range(20)][-6:])
     again = Tracker(gearbox.tracker.settings, json.loads(json.dumps(gearbox.tracker.to_dict())))
     assert again.data.trust == gearbox.tracker.data.trust
+
+
+def test_windows_at_odds_with_the_drive_state_what_they_may_be_off_together():
+    gearbox = Gearbox(5)
+    gearbox.go(80)
+    for _ in range(30):
+        gearbox.tracker.update(gearbox.window(-0.05), ERRORS_LARGER - 1, comparable=True)
+        growth, std = gearbox.tracker.growth(GAP)
+        assert not gearbox.tracker.changes and 0.01 < std < 0.03
+        assert abs(growth + 0.05) < 2.0 * std
 
 
 def test_an_octave_of_errors_is_one_of_variance():

@@ -214,7 +214,7 @@ def test_without_a_baseline_recording_it_says_so():
     gearbox.alert()
     outcome, _ = gearbox.run(30)
     assert outcome.level == Level.WARN and not gearbox.orders
-    assert 'there is no baseline recording; ~/save_baseline keeps one' in outcome.message
+    assert 'no healthy minute was recorded before; after a repair' in outcome.message
     gearbox.run(60)
     assert not gearbox.watch.recording_ns  # an alert is no healthy window
     nothing = ChangeWatch(gearbox.monitor, None, gearbox, None)
@@ -280,7 +280,7 @@ def test_what_is_over_does_not_come_back_with_another_alert():
     gearbox = Gearbox()
     gearbox.alert()
     outcome, _ = gearbox.run(1)
-    assert outcome.level == Level.WARN and 'no baseline recording' in outcome.message
+    assert outcome.level == Level.WARN and 'no healthy minute was recorded' in outcome.message
     gearbox.tracker.changes.clear()
     outcome, _ = gearbox.run(69)
     assert outcome.level == Level.OK and outcome.message.startswith('over: backlash has grown: ')

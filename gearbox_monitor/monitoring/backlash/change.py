@@ -17,8 +17,8 @@ from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash import old_state, scan, wear
 from gearbox_monitor.monitoring.backlash.change_tests import (
-    ALONE, ALONE_LOSS, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, PRIORS, SHARP,
-    STIFFNESS, TESTS, VISCOUS_SHARE)
+    ALONE, ALONE_LOSS, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, limits_of, PRIORS,
+    SHARP, STIFFNESS, TESTS, VISCOUS_SHARE)
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.monitoring.backlash.forecast import Trend
 from gearbox_monitor.monitoring.backlash.operating_point import Bins, OperatingPoint
@@ -57,19 +57,11 @@ class TrackerSettings:
     def of(cls, parameters: EstimatorParameters, model: DriveModel) -> Self:
         """Return the TrackerSettings of `parameters` and the DriveModel `model`."""
         p = parameters
-        width = p.gap_notice, p.gap_warn, p.gap_error
-        friction = 0.25 * p.friction_warn, p.friction_warn, p.friction_error
-        stiffness = 0.2 * p.stiffness_warn, p.stiffness_warn, p.stiffness_error
         return cls(
             max(p.false_alarm_interval / p.drift_window, 20.0), p.baseline_windows,
             Bins(p.angle_bin, p.speed_bin, p.load_bin, p.temperature_bin, model.axis == 'rotary'),
-            {'gap': width, 'gap_loss': width, 'lost_motion': width, 'lost_motion_loss': width,
-             'stiffness_loss': stiffness, 'stiffness_growth': stiffness,
-             'hysteresis': stiffness, 'hysteresis_down': stiffness,
-             'friction': friction, 'friction_loss': friction,
-             'viscous_share': friction, 'viscous_share_loss': friction,
-             'torque_gain': stiffness, 'torque_gain_loss': stiffness},
-            p.gap_limit, model.viscous_friction, model.coulomb_friction, p.drift_window)
+            limits_of(p), p.gap_limit, model.viscous_friction, model.coulomb_friction,
+            p.drift_window)
 
     def threshold(self, test: ChangeTest) -> float:
         """Return the normal score at which `test` fires."""
@@ -592,7 +584,11 @@ class Tracker:
         if not feature.steps and not feature.pending:
             recent = np.flatnonzero(o.weight[-o.rows:] > 0.0)
             if len(recent):
-                k = recent[-min(RECENT, (len(recent) + 1) // 2)]
+                # Windows at odds with the drive may be off together: all against those before.
+                trusted = np.flatnonzero(np.array(self.data.trust) == TRUSTED)
+                begin = trusted[-1] + 1 if len(trusted) else 0
+                k = begin if begin <= recent[-1] else \
+                    recent[-min(RECENT, (len(recent) + 1) // 2)]
                 feature.value, feature.std = float(scanned.size[k]), float(scanned.std[k])
         up, down = (next(t for t in TESTS if t.column == column and t.sign == sign)
                     for sign in (1, -1))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
+from gearbox_monitor.parameters import EstimatorParameters
 
 FEATURES = ('gap', 'lost_motion', 'stiffness', 'hysteresis', 'friction', 'gain', 'viscous_share')
 GAP, LOST_MOTION, STIFFNESS, HYSTERESIS, FRICTION, GAIN, VISCOUS_SHARE = range(len(FEATURES))
@@ -56,46 +57,39 @@ class ChangeTest:
     """
     One upward test: `sign` times the feature in `column`.
 
-    relative: to the baseline; otherwise to load or friction, or as it is. share: of the false
-    alarms.
+    share: of the false alarms.
     """
 
     key: str
     component: str
     column: int
     sign: int
-    relative: bool
     share: float
     words: str
 
 
 TESTS = (
-    ChangeTest('gap', 'backlash', GAP, 1, True, 0.13, 'backlash has grown by'),
+    ChangeTest('gap', 'backlash', GAP, 1, 0.13, 'backlash has grown by'),
     # Far sharper where the others stay; what it finds is a change of the gap.
-    ChangeTest(ALONE, 'backlash', SHARP, 1, True, 0.42, 'backlash has grown by'),
-    ChangeTest('gap_loss', 'backlash', GAP, -1, True, 0.03, 'backlash has shrunk by'),
-    ChangeTest(ALONE_LOSS, 'backlash', SHARP, -1, True, 0.05, 'backlash has shrunk by'),
-    ChangeTest('lost_motion', 'backlash', LOST_MOTION, 1, True, 0.09, 'lost motion has grown by'),
-    ChangeTest('lost_motion_loss', 'backlash', LOST_MOTION, -1, True, 0.02,
-               'lost motion has shrunk by'),
-    ChangeTest('stiffness_loss', 'backlash', STIFFNESS, -1, True, 0.05,
-               'stiffness has dropped by'),
-    ChangeTest('stiffness_growth', 'backlash', STIFFNESS, 1, True, 0.02,
-               'stiffness has grown by'),
-    ChangeTest('hysteresis', 'backlash', HYSTERESIS, 1, False, 0.02,
-               'hysteresis over load has grown by'),
-    ChangeTest('hysteresis_down', 'backlash', HYSTERESIS, -1, False, 0.02,
+    ChangeTest(ALONE, 'backlash', SHARP, 1, 0.42, 'backlash has grown by'),
+    ChangeTest('gap_loss', 'backlash', GAP, -1, 0.03, 'backlash has shrunk by'),
+    ChangeTest(ALONE_LOSS, 'backlash', SHARP, -1, 0.05, 'backlash has shrunk by'),
+    ChangeTest('lost_motion', 'backlash', LOST_MOTION, 1, 0.09, 'lost motion has grown by'),
+    ChangeTest('lost_motion_loss', 'backlash', LOST_MOTION, -1, 0.02, 'lost motion has shrunk by'),
+    ChangeTest('stiffness_loss', 'backlash', STIFFNESS, -1, 0.05, 'stiffness has dropped by'),
+    ChangeTest('stiffness_growth', 'backlash', STIFFNESS, 1, 0.02, 'stiffness has grown by'),
+    ChangeTest('hysteresis', 'backlash', HYSTERESIS, 1, 0.02, 'hysteresis over load has grown by'),
+    ChangeTest('hysteresis_down', 'backlash', HYSTERESIS, -1, 0.02,
                'hysteresis over load has dropped by'),
-    ChangeTest('friction', 'friction', FRICTION, 1, True, 0.03, 'friction has grown by'),
-    ChangeTest('friction_loss', 'friction', FRICTION, -1, True, 0.03, 'friction has dropped by'),
+    ChangeTest('friction', 'friction', FRICTION, 1, 0.03, 'friction has grown by'),
+    ChangeTest('friction_loss', 'friction', FRICTION, -1, 0.03, 'friction has dropped by'),
     # Where viscous and Coulomb friction go opposite ways: else `friction` tells the change.
-    ChangeTest('viscous_share', 'friction', VISCOUS_SHARE, 1, False, 0.01,
+    ChangeTest('viscous_share', 'friction', VISCOUS_SHARE, 1, 0.01,
                'friction has shifted to viscous by'),
-    ChangeTest('viscous_share_loss', 'friction', VISCOUS_SHARE, -1, False, 0.01,
+    ChangeTest('viscous_share_loss', 'friction', VISCOUS_SHARE, -1, 0.01,
                'friction has shifted to Coulomb by'),
-    ChangeTest('torque_gain', 'friction', GAIN, 1, True, 0.035, 'torque gain has grown by'),
-    ChangeTest('torque_gain_loss', 'friction', GAIN, -1, True, 0.035,
-               'torque gain has dropped by'),
+    ChangeTest('torque_gain', 'friction', GAIN, 1, 0.035, 'torque gain has grown by'),
+    ChangeTest('torque_gain_loss', 'friction', GAIN, -1, 0.035, 'torque gain has dropped by'),
 )
 ADVICE = {
     'gap': ('watch it', 'plan a service', 'service the gearbox'),
@@ -122,17 +116,20 @@ ADVICE = {
     'torque_gain_loss': ('watch it', 'check motor and torque constant',
                          'check motor and torque constant'),
 }
-# Limits of each test, by parameter: stated from, WARN with the second advice from, ERROR from.
+# Limits of each feature, by parameter: stated from, WARN with the second advice from, ERROR from.
 _WIDTH = ('gap_notice', 'gap_warn', 'gap_error')
 _STIFFNESS = ('0.2 stiffness_warn', 'stiffness_warn', 'stiffness_error')
 _FRICTION = ('0.25 friction_warn', 'friction_warn', 'friction_error')
-_LIMITS = {'gap': _WIDTH, 'gap_loss': _WIDTH, 'lost_motion': _WIDTH,
-           'lost_motion_loss': _WIDTH, 'stiffness_loss': _STIFFNESS,
-           'stiffness_growth': _STIFFNESS,
-           'hysteresis': _STIFFNESS, 'hysteresis_down': _STIFFNESS, 'friction': _FRICTION,
-           'friction_loss': _FRICTION, 'viscous_share': _FRICTION,
-           'viscous_share_loss': _FRICTION, 'torque_gain': _STIFFNESS,
-           'torque_gain_loss': _STIFFNESS}
+_LIMITS = (_WIDTH, _WIDTH, _STIFFNESS, _STIFFNESS, _FRICTION, _STIFFNESS, _FRICTION)
+
+
+def limits_of(parameters: EstimatorParameters) -> dict[str, tuple[float, float, float]]:
+    """Return {test: (notice, warn, error)} by `parameters`, for tests of a feature."""
+    def size(text: str) -> float:
+        factor, _, name = text.rpartition(' ')
+        return float(factor or 1.0) * float(getattr(parameters, name))
+    return {test.key: (size(notice), size(warn), size(error)) for test in TESTS
+            if test.column != SHARP for notice, warn, error in (_LIMITS[test.column],)}
 
 
 def _conditions() -> Iterator[Condition]:
@@ -142,12 +139,12 @@ def _conditions() -> Iterator[Condition]:
         yield Condition(component, Level.WARN, f'{component} not measured yet',
                         'no window since the start showed it', 'drift_window', advice)
     for test in TESTS:
-        if test.key not in _LIMITS:
+        if test.column == SHARP:
             continue
         name = size_name(test)
         sharper = {'gap': ALONE, 'gap_loss': ALONE_LOSS}.get(test.key)
         scores = (f'{test.key}_score', *((f'{sharper}_score',) if sharper else ()))
-        for k, limit in enumerate(_LIMITS[test.key]):
+        for k, limit in enumerate(_LIMITS[test.column]):
             sure = 'significant (false_alarm_interval) and ' if k == 0 else ''
             also = ', or the backlash > gap_limit' \
                 if limit == 'gap_error' and test.key == 'gap' else ''
