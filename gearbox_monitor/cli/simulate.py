@@ -89,8 +89,6 @@ def figures(laid: Overlay) -> dict[str, Any]:
                  for run in laid.runs]
         channels[names[k]] = {'before': parts[0], 'after': parts[1] if parts[1:] else None}
     for run, values_by_name in zip(laid.runs, free):
-        if run.free is None:  # of joined recordings
-            continue
         values = rms(laid.recording, run.free)
         values_by_name.update({names[k]: float(values[k]) for k in laid.channels})
     both = len(gaps) > 1

@@ -77,10 +77,9 @@ class BalanceLikelihood:
         band = np.digitize((np.arange(count) + 0.5) / (2 * hop * recording.dt), BANDS) - 1
         self._cells = [np.tile(band == k, len(self._starts)) for k in range(len(BANDS) - 1)]
         self._mask = np.ones((len(read), 2))
-        for s in recording.segments:
-            for side in (0, 1):
-                self._mask[s, side] = motion_mask(
-                    np.abs(read[s, 2 + side]) < SLOW, max(1, round(RAMP / recording.dt)))
+        for side in (0, 1):
+            self._mask[:, side] = motion_mask(
+                np.abs(read[:, 2 + side]) < SLOW, max(1, round(RAMP / recording.dt)))
         self._mask[:, 0] *= self.simulator.moves
         window = (self._value[:, :2] ** 2).sum(axis=1) / (self._value[:, :2] ** 2).sum()
         covered = np.array([window @ self._mask[k:k + 2 * hop] ** 2

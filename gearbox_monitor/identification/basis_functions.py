@@ -6,7 +6,6 @@ Laws of a signal over the motion: over speed, angle, twist and time.
 
 Arrays in, arrays out. Nothing here knows models.
 """
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +42,7 @@ class Law:
         return 0.5 * (self.edges[1:] + self.edges[:-1])
 
 
-def motion(y: Array, dt: float, cuts: Sequence[int] = (0,)) -> dict[str, Array]:
+def motion(y: Array, dt: float) -> dict[str, Array]:
     """
     Return {'speed', 'angle', 'twist', 'time': [N]} of readings `y`, smoothed over 20 ms.
 
@@ -52,16 +51,13 @@ def motion(y: Array, dt: float, cuts: Sequence[int] = (0,)) -> dict[str, Array]:
     Args:
         y: readings of motor and arm [N, 2], rad.
         dt: sample time, s.
-        cuts: first sample of each recording that was joined.
     """
     smooth, speed = np.array(y, float), np.zeros(len(y))
     half = max(2, round(SMOOTHING / dt))
-    for begin, end in zip(cuts, (*cuts[1:], len(y))):
-        width = min(2 * half + 1, (end - begin - 1) // 2 * 2 + 1)
-        if width > 2:
-            smooth[begin:end] = scipy.signal.savgol_filter(y[begin:end], width, 2, axis=0)
-            speed[begin:end] = scipy.signal.savgol_filter(y[begin:end, 0], width, 2, deriv=1,
-                                                          delta=dt)
+    width = min(2 * half + 1, (len(y) - 1) // 2 * 2 + 1)
+    if width > 2:
+        smooth = scipy.signal.savgol_filter(y, width, 2, axis=0)
+        speed = scipy.signal.savgol_filter(y[:, 0], width, 2, deriv=1, delta=dt)
     return {'speed': speed, 'angle': smooth[:, 1], 'twist': smooth[:, 0] - smooth[:, 1],
             'time': np.arange(len(y)) * dt}
 

@@ -191,7 +191,7 @@ def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
     # No state of a window holds the zero of the encoders, which nobody knows.
     candidate = Starts(plain, [recording]).none() if put_in else CandidateModel(plain, (), ())
     likelihood = JointLikelihood([likelihood_of(
-        recording, plain, sigma, recording.segments if put_in else [segment.span])])
+        recording, plain, sigma, [recording.span if put_in else segment.span])])
     fit = fitted(likelihood, InnovationFit(candidate, candidate.start(), likelihood.first_noise))
     smooth, = likelihood.smoothed(likelihood.run(candidate.model(fit.z), fit.torque))
     return free_runs(segment, candidate, fit.z, smooth)

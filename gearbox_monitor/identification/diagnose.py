@@ -312,10 +312,6 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
         errors = {**standard_errors(evidence, fit)[0], **errors}
     at_none = evaluated(evidence.fine, none.candidate, none.z, none.torque)
     space = InnovationSpace(evidence.fine, at_none, evidence.starts, orders)
-    dependence = decision.adequacy.dependence
-    if dependence is not None and not dependence.beyond_chance:
-        dependence = None
-    adequacy = decision.adequacy
     gains = {f.candidate.name: decision.gain(f) for f in decision.fits if f.candidate.ids}
     d = {name: evidence_for(evidence, fit, decision.fits, i)
          for i, name in enumerate(fit.candidate.ids)}
@@ -325,15 +321,10 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
         gains['+'.join((*fit.candidate.ids, DISTURBANCE.id))] = (
             evidence.score(none) - decision.score)
     return Explained(
-        evidence.recordings, evidence.model, evidence.sigma, evidence.colour, quantum,
-        fit.candidate, fit.z, None if evidence.balances else float(fit.torque[0]),
-        decision.closed.candidate, decision.closed.z,
-        published, none_runs, closed_runs if decision.closed is fit else runs, closed_runs,
-        errors, condition, gains, d, separated,
-        rivals(evidence, fit, decision.fits, separated),
-        partial(matrix, space), adequacy.excess, adequacy.structure,
-        adequacy.noise_gain, dependence, decision.remains,
-        () if bursts is None else bursts.bursts, lattices, decision.alone)
+        decision, quantum, published, none_runs,
+        closed_runs if decision.closed is fit else runs, closed_runs, errors, condition, gains, d,
+        separated, rivals(evidence, fit, decision.fits, separated), partial(matrix, space),
+        lattices)
 
 
 def standard_errors(evidence: Evidence,

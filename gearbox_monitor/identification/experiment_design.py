@@ -21,8 +21,7 @@ from gearbox_monitor.identification.candidates import (
     CandidateModel, NOT_FITTED, PERIODIC, PHASED, sine_and_cosine, Starts)
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import evaluated
-from gearbox_monitor.identification.isolability import (
-    direction, InnovationSpace, remove, share_left, TWINS)
+from gearbox_monitor.identification.isolability import InnovationSpace, TWINS
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
@@ -142,13 +141,8 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
         at = evaluated(evidence.fine, candidate, candidate.start(), evidence.fine.least_noise)
         orders = {b: int((effects.get(b) or effects.get(a) or {}).get('N', 1)) for b in rivals}
         space = InnovationSpace(evidence.fine, at, evidence.starts, orders)
-        others = [k for k, c in enumerate(candidate.coordinates) if c.owner != 0]
-        nuisances, prior = space.own[:, others], candidate.prior(at.z)[1][others]
-        signature = remove(direction(candidate, at.z, 0, space.own), nuisances, prior)
-        d = float((signature ** 2).sum())
-        for b in rivals:
-            columns = remove(space.signature(b), nuisances, prior)
-            out[a, b] = d * share_left(signature, columns)
+        d, shares = space.separation(0, {b: space.signature(b) for b in rivals})
+        out.update({(a, b): d * share for b, share in shares.items()})
     return out, reached
 
 

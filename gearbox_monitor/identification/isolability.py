@@ -49,6 +49,25 @@ class InnovationSpace:
         order = self.orders.get(name, 1) if name in PERIODIC else None
         return signature(self.likelihood, self.at, self.starts.candidates(name, order)[0])[0]
 
+    def separation(self, owner: int,
+                   signatures: Mapping[str, Array]) -> tuple[float, dict[str, float]]:
+        """
+        Return (power of the signature of an effect of the fit, {id: share of it that is left}).
+
+        The other coordinates of the fit, with their prior, give way.
+
+        Args:
+            owner: index of the effect in the candidate.
+            signatures: changes [M, C] by each other effect, by its id.
+        """
+        candidate, z = self.at.candidate, self.at.z
+        foreign = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
+        nuisances, weight = self.own[:, foreign], candidate.prior(z)[1][foreign]
+        own = remove(direction(candidate, z, owner, self.own), nuisances, weight)
+        return float((own ** 2).sum()), {
+            name: share_left(own, remove(columns, nuisances, weight))
+            for name, columns in signatures.items()}
+
 
 def share_left(a: Array, b: Array) -> float:
     """Return the share of the power of a [M, A] that the span of b [M, B] leaves."""
@@ -161,18 +180,10 @@ def separations(evidence: Evidence, fit: InnovationFit, fits: Sequence[Innovatio
         return {}
     at = evaluated(evidence.fine, candidate, fit.z, fit.torque)
     space = InnovationSpace(evidence.fine, at, evidence.starts, orders)
-    _, prior = candidate.prior(fit.z)
     names = [n for n in evidence.ids if n not in NOT_FITTED and n not in candidate.ids]
     signatures = {name: space.signature(name) for name in names}
-    out = {}
-    for owner in owners:
-        foreign = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
-        nuisances, weight = space.own[:, foreign], prior[foreign]
-        a = remove(direction(candidate, fit.z, owner, space.own), nuisances, weight)
-        table = {name: share_left(a, remove(columns, nuisances, weight))
-                 for name, columns in signatures.items()}
-        out[candidate.ids[owner]] = (evidence_for(evidence, fit, fits, owner), table)
-    return out
+    return {candidate.ids[owner]: (evidence_for(evidence, fit, fits, owner),
+                                   space.separation(owner, signatures)[1]) for owner in owners}
 
 
 def rivals(evidence: Evidence, fit: InnovationFit, fits: Sequence[InnovationFit],

@@ -224,7 +224,6 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
         return decide(replace(evidence, finer=FINER), table)
     if judge.begins_show(chosen):
         return decide(replace(evidence, reference=chosen), table)
-    notes: tuple[str, ...] = ()
     fits = [none, *singles, *judge.rescored(table.singles[len(singles):])]
     if not judge.adequacy(chosen).adequate and singles:
         reshaped = _reshaped(judge, [chosen, *singles[:SHAPED], none])
@@ -260,7 +259,7 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
     for fit in sorted([*fits, chosen], key=judge.score):
         unique.setdefault(fit.candidate.key, fit)
     return Decision(evidence, none, chosen, closed, adequacy, judge.adequacy(none),
-                    tuple(unique.values()), table.orders, bursts, remains, notes, judge.alone)
+                    tuple(unique.values()), table.orders, bursts, remains, alone=judge.alone)
 
 
 def _finished(judge: Judge, fits: Sequence[InnovationFit], most: int) -> list[InnovationFit]:

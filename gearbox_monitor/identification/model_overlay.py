@@ -27,8 +27,7 @@ class ModelRun:
     What one model gives: y [W, L, 2] rad in the windows, chi2 [W] of them, their gap.
 
     begin: states and memories from which the windows run. free [N, 2] rad: one run over the whole
-    recording, from the states of the first window; None for recordings that were joined. It is NaN
-    or huge where the model diverges.
+    recording, from the states of the first window, NaN or huge where the model diverges.
     """
 
     name: str
@@ -36,7 +35,7 @@ class ModelRun:
     chi2: Array
     gap: float
     begin: Begin
-    free: Array | None = None
+    free: Array
 
 
 @dataclass(frozen=True)
@@ -92,8 +91,7 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
     for name, fit in zip(models, fits):
         point = fit.point
         y, _ = fit.data.simulator.run(windows, fit.model, point.states, point.memory)
-        free = free_run(fit) if len(recording.cuts) == 1 else None
         runs.append(ModelRun(name, y, point.chi2, gap_of(point.chi2, point.residual.shape[1]),
-                             Begin(point.states, point.memory), free))
+                             Begin(point.states, point.memory), free_run(fit)))
     return Overlay(recording, windows, recording.t[index], recording.y[index], ~train,
                    np.asarray(sigma, float), recording.channels, tuple(runs))

@@ -28,7 +28,6 @@ from gearbox_monitor.identification.innovation_fit import (
     by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES)
 from gearbox_monitor.identification.innovations import (
     halves, InnovationLikelihood, JointLikelihood, SPARSE)
-from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_between_stamps import is_open, read_for
@@ -41,7 +40,7 @@ from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.presentation import Drawn
-from gearbox_monitor.quality.recording import concatenated, UniformRecording
+from gearbox_monitor.quality.recording import expect_one_rate, UniformRecording
 
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
 WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
@@ -108,12 +107,12 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         InputError: names that this drive does not have; Undecided: neither search nor regression
             is a solution.
     """
+    expect_one_rate(recordings)
     report = progress or (lambda *_: None)
     result = _fit(recordings, model, free, validate, seconds, report)
     if any(is_open(recording, model) for recording in recordings):
         for _ in range(READINGS):  # of the torque between the stamps, by the fit before
-            sigma, _ = noise_floor(concatenated(recordings), model)
-            recordings = read_for(recordings, result.model, sigma)
+            recordings = read_for(recordings, result.model)
             result = _fit(recordings, model, free, validate, seconds, report)
     return result
 
@@ -146,15 +145,16 @@ def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
     Raises:
         InputError: names that this drive does not have. Undecided: no regression.
     """
+    expect_one_rate(recordings)
     recordings = [driven(r, model) for r in recordings]
     model = stated = model.folded()
     _expect_free(model, free)
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
     candidate = _free_candidate(Starts(plain, recordings), plain, model, free)
-    recording = concatenated(recordings)
-    regression = torque_regression(recording, candidate)
+    regression = torque_regression(recordings, candidate)
     if regression is None:
-        raise Undecided(f'{recording.name}: the balance of torques determines no values')
+        names = ', '.join(r.name for r in recordings)
+        raise Undecided(f'{names}: the balance of torques determines no values')
     values, _, covariance = _listed(candidate, regression.z, regression.covariance, stated)
     return BalancedValues(values, covariance, regression.before, regression.after)
 
@@ -176,7 +176,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
     # Nothing is held out of long runs, nor of balances, which begin in no state.
     evidence = replace(evidence, all_trained=bool(seconds) or evidence.balances)
     candidate = _free_candidate(evidence.starts, plain, model, free)
-    regression = torque_regression(concatenated(recordings), candidate)
+    regression = torque_regression(recordings, candidate)
     starts = [candidate.start(), *([] if regression is None else [regression.z])]
     report(0, 2, 'fit')
     fit = _likeliest(evidence, candidate, starts)
@@ -315,7 +315,7 @@ def _long_runs(evidence: Evidence, fit: InnovationFit, seconds: float) -> _LongR
     parts, model, length = [], replace(evidence.model, process_torque_time=0.0), 0
     for recording in evidence.recordings:
         whole = InnovationLikelihood(recording, evidence.model, evidence.sigma,
-                                     halves(recording.segments))
+                                     halves([recording.span]))
         smooth = whole.smoothed(whole.run(fit.candidate.model(fit.z), fit.torque))
         windows = shooting_windows(recording, min(seconds, recording.duration))
         part = InnovationLikelihood(recording, model, evidence.sigma, [

@@ -91,7 +91,7 @@ def between_recordings(recordings: Sequence[UniformRecording], candidate: Candid
     """
     measured: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for recording in recordings:
-        likelihood = likelihood_of(recording, candidate.nominal, sigma, recording.segments)
+        likelihood = likelihood_of(recording, candidate.nominal, sigma, [recording.span])
         likeliest = fitted(likelihood, InnovationFit(candidate, z, likelihood.first_noise))
         fit = evaluated(likelihood, candidate, likeliest.z, likeliest.torque)
         columns = coordinate_columns(likelihood, fit)

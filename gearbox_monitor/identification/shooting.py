@@ -67,26 +67,21 @@ class ShootingWindows:
 def shooting_windows(recording: UniformRecording, seconds: float,
                      settling: float = 0.0) -> ShootingWindows:
     """
-    Return the windows of a recording; none lies across recordings that were joined.
+    Return the windows of a recording.
 
     Args:
         recording: recording of the drive.
         seconds: length of a window, s; a little less where that makes room for `settling`.
-        settling: s at the beginning of each joined recording that no window reads.
+        settling: s at the beginning that no window reads.
     """
     dt = recording.dt
     length, lead, skip = round(seconds / dt), math.ceil(MAX_DELAY / dt), math.ceil(settling / dt)
-    sizes = np.diff([*recording.cuts, len(recording.u)])
-    counts = sizes // length
-    whole = counts > 0
-    if whole.any():
-        length = min(length, int(((sizes - skip)[whole] // counts[whole]).min()))
-    first, begin = [], []
-    for start, count in zip(recording.cuts, counts):
-        first.append(start + skip + np.arange(count) * length)
-        begin.append(np.maximum(start, first[-1] - lead))
-    at = np.concatenate(first)
-    return ShootingWindows(at, length, np.concatenate(begin), np.maximum(0, at + length - lead))
+    count = len(recording.u) // length
+    if count:
+        length = min(length, (len(recording.u) - skip) // count)
+    first = skip + np.arange(count) * length
+    return ShootingWindows(first, length, np.maximum(0, first - lead),
+                           np.maximum(0, first + length - lead))
 
 
 def between_stamps(recording: UniformRecording, parts: int) -> Array:
@@ -99,16 +94,13 @@ def between_stamps(recording: UniformRecording, parts: int) -> Array:
     """
     if recording.shift is None:
         return np.repeat(np.ascontiguousarray(recording.u, float), parts)
-    means = []
-    for segment in recording.segments:
-        u = recording.u[segment]
-        at = np.arange(len(u))
-        ends = np.clip(np.arange(len(u) * parts + 1) / parts - recording.shift, 0.0, at[-1])
-        # Outside of the stamps the first and the last torque act.
-        total = scipy.interpolate.Akima1DInterpolator(at, u).antiderivative()(ends)
-        beyond = np.arange(len(ends)) / parts - recording.shift - ends
-        means.append(parts * np.diff(total + np.where(beyond < 0.0, u[0], u[-1]) * beyond))
-    return np.concatenate(means)
+    u = recording.u
+    at = np.arange(len(u))
+    ends = np.clip(np.arange(len(u) * parts + 1) / parts - recording.shift, 0.0, at[-1])
+    # Outside of the stamps the first and the last torque act.
+    total = scipy.interpolate.Akima1DInterpolator(at, u).antiderivative()(ends)
+    beyond = np.arange(len(ends)) / parts - recording.shift - ends
+    return np.asarray(parts * np.diff(total + np.where(beyond < 0.0, u[0], u[-1]) * beyond))
 
 
 class Simulator:
@@ -140,7 +132,6 @@ class Simulator:
         self._parts = 1 if recording.shift is None else self.n
         u, past = between_stamps(recording, self._parts), self._keep * self._parts
         self._padded = np.concatenate([np.full(past, u[0]), u])
-        self._joints = [past + cut * self._parts for cut in recording.cuts[1:]]
         self._acting: dict[Any, Array] = {}
         self._noise = ProcessNoise(np.zeros((self.n, 4)), np.zeros(4))
 
@@ -152,8 +143,7 @@ class Simulator:
             substep = self.dt / self._parts
             torque = np.empty((len(self.u) * self._parts, self.n // self._parts))
             u = self._padded.copy()
-            for part in np.split(u, self._joints):  # from one recording to the next nothing moves
-                lead(part, np.array([part[0], part[0], 0.0]), substep, e)
+            lead(u, np.array([u[0], u[0], 0.0]), substep, e)
             actuator(u, self._keep * self._parts, steady_command(self.u[0], e), substep, e, torque)
             torque = torque.reshape(len(self.u), self.n)
             if len(self._acting) > 4:

@@ -12,9 +12,8 @@ from dataclasses import replace
 
 import scipy
 
-from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.evidence import Evidence, evidence_of
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
-from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import UniformRecording
 
@@ -51,7 +50,7 @@ def likeliest(evidence: Evidence, fit: InnovationFit) -> tuple[Evidence, Innovat
     return evidence, fit
 
 
-def read_for(recordings: Sequence[UniformRecording], model: DriveModel, sigma: Array
+def read_for(recordings: Sequence[UniformRecording], model: DriveModel
              ) -> tuple[UniformRecording, ...]:
     """
     Return recordings, read so that `model` is likeliest, its values fitted along.
@@ -59,9 +58,8 @@ def read_for(recordings: Sequence[UniformRecording], model: DriveModel, sigma: A
     Args:
         recordings: of the drive.
         model: of it.
-        sigma: noise of the encoders [2], rad.
     """
-    evidence = Evidence(tuple(recordings), replace(model, tolerance=NEAR), sigma, ())
+    evidence, _ = evidence_of(recordings, replace(model, tolerance=NEAR), ())
     candidate = evidence.starts.none()
     read, _ = likeliest(evidence, evaluated(
         evidence.fine, candidate, candidate.start(), evidence.fine.first_noise))

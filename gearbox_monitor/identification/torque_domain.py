@@ -50,10 +50,8 @@ def driven(recording: UniformRecording, model: DriveModel) -> UniformRecording:
     half = half_width(max(NOISE_SHARE * noise[0], LEAST_NOISE * np.std(recording.u)) / max(
         inertia * noise[1], 1e-300), recording.dt)
     width = 2 * max(2, round(TORQUE_HALF_WIDTH / recording.dt)) + 1
-    motor = np.concatenate([
-        np.column_stack([motion(recording.y[part, column], noise[1], half, recording.dt),
-                         scipy.signal.savgol_filter(recording.u[part], width, DEGREE)])
-        for part in recording.segments])
+    motor = np.column_stack([motion(recording.y[:, column], noise[1], half, recording.dt),
+                             scipy.signal.savgol_filter(recording.u, width, DEGREE)])
     y = recording.y.copy()
     y[:, 0] = recording.u
     channels = (0,) if len(recording.channels) == 1 else (0, 1)
@@ -112,7 +110,6 @@ class BalanceSimulator(Simulator):
         super().__init__(replace(recording, u=recording.motor[:, SMOOTH_U]), model)
         self.n, self._logged = 1, recording.u
         self.moves = recording.motor[:, MOVES] != 0.0
-        self._segments = recording.segments
         self.stiffness = model.folded().transmission.stiffness
         self.t = np.arange(len(self.u)) * self.dt
         position, arm_position = recording.positions.T
@@ -123,9 +120,8 @@ class BalanceSimulator(Simulator):
                    LEAST_NOISE * float(np.std(recording.u)))
         half = half_width(gain / max(model.arm_inertia * noise, 1e-300), self.dt)
         motor = recording.motor[:, :3]
-        arm = motor if 1 not in recording.channels else np.concatenate([
-            motion(recording.y[part, 1], noise, half, self.dt)[:, :3]
-            for part in recording.segments])
+        arm = motor if 1 not in recording.channels else motion(
+            recording.y[:, 1], noise, half, self.dt)[:, :3]
         self.read = np.stack([motor, arm], axis=2).reshape(len(self.u), 6)
 
     def surplus(self, model: DriveModel) -> Array:
@@ -146,9 +142,8 @@ class BalanceSimulator(Simulator):
         rigid = model.transmission.kind == 'rigid'
         if rigid:
             moved[:, 1::2] = moved[:, ::2]
-        for part in self._segments:
-            kernel((self.t[part], moved[part]), self.dt, self.sizes, acting[part],
-                   self.extra[part], drive, np.zeros(N_STATE), out[part])
+        kernel((self.t, moved), self.dt, self.sizes, acting, self.extra, drive,
+               np.zeros(N_STATE), out)
         # In a rigid one, what shows between the encoders is theirs.
         out[:, 1] = twist if rigid else out[:, 2]
         gains(moved[:, 0], e, acts := np.empty(len(moved)))

@@ -67,7 +67,7 @@ class _Rows:
     Rows of a regression: what moved, and how it is known.
 
     t [M] s; motion [M, 6]; noise [6, 6] covariance of a row of it; parts: Simulator and
-    SmoothedMotion of each recording that was joined; block [M] of time; width of the low pass, s;
+    SmoothedMotion of each recording; block [M] of time; width of the low pass, s;
     extra [M, 3]: torques from outside; torques: those of the actuator so far, N m.
     """
 
@@ -125,16 +125,13 @@ def _at_stamps(torque: Array) -> Array:
     return np.asarray(0.5 * (torque + np.append(torque[:1], torque[:-1])))
 
 
-def _rows(recording: UniformRecording, model: DriveModel) -> _Rows:
-    """Return the _Rows of a recording, of each joined one by itself."""
-    sigma, _ = noise_levels(recording.positions)
+def _rows(recordings: Sequence[UniformRecording], model: DriveModel) -> _Rows:
+    """Return the _Rows of recordings, each by itself."""
+    sigma, _ = noise_levels(np.concatenate([r.positions for r in recordings]))
     parts, motion, times, block, first = [], [], [], [], 0
     noise = np.zeros((6, 6))
-    for segment in recording.segments:
-        part = replace(
-            recording, t=recording.t[segment], u=recording.u[segment],
-            y=recording.positions[segment], cuts=(0,), motor=None, servo_torque=None,
-            arm_torque=None if recording.arm_torque is None else recording.arm_torque[segment])
+    for recording in recordings:
+        part = replace(recording, y=recording.positions, motor=None, servo_torque=None)
         smooth = SmoothedMotion(part, sigma)
         parts.append((Simulator(part, model), smooth))
         motion.append(np.column_stack([smooth.p, smooth.v, smooth.a]))
@@ -151,14 +148,14 @@ def _rows(recording: UniformRecording, model: DriveModel) -> _Rows:
             own_noise[np.ix_(index, index)] = sigma[channel] ** 2 * own
         if len(recording.channels) == 1:
             own_noise[:] = np.kron(sigma[recording.channels[0]] ** 2 * own, np.ones((2, 2)))
-        noise += own_noise / len(recording.cuts)
+        noise += own_noise / len(recordings)
     return _Rows(np.concatenate(times), np.concatenate(motion), noise, parts,
                  np.concatenate(block), max(WIDTH * smooth.half_width for _, smooth in parts),
                  np.concatenate([np.column_stack([smooth.filtered(c) for c in simulator.extra.T])
                                  for simulator, smooth in parts]))
 
 
-def torque_regression(recording: UniformRecording,
+def torque_regression(recordings: Sequence[UniformRecording],
                       candidate: CandidateModel) -> TorqueRegression | None:
     """
     Return the values of a candidate by the balance of momentum; None where it does not tell.
@@ -167,14 +164,14 @@ def torque_regression(recording: UniformRecording,
     and motion, unless it has a memory: then there is no regression, nor of a drive with a plug-in.
 
     Args:
-        recording: recording of the drive.
+        recordings: of one drive.
         candidate: model to be fitted, with its coordinates.
     """
     model = candidate.nominal
     servo = model.controller
     if plugin_of(model)[0] or servo and (servo.ki or servo.delay or servo.rate):
         return None
-    rows = _rows(recording, model)
+    rows = _rows(recordings, model)
     z = candidate.start()
     at_start = rows.imbalance(candidate.model(z))
     weight: Array = np.ones(len(at_start))

@@ -20,6 +20,7 @@ from gearbox_monitor.identification.findings import (
     Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN)
 from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.isolability import Separations
+from gearbox_monitor.identification.judge import Decision
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.windows import misfit_of, WindowRuns
 from gearbox_monitor.kernels.types import Array
@@ -39,29 +40,17 @@ Matrix = tuple[list[str], Array]
 @dataclass(frozen=True, eq=False)
 class Explained:
     """
-    What a search found, whatever likelihood it used: all that a verdict states.
+    A decision with all that a verdict states about it.
 
-    recordings: of one drive; model: the nominal one; sigma [2] rad, colour [2] and quantum [2] rad
-    of the encoders. candidate, z [P]: effects that count, torque: noise on the motor beside them,
-    N m, None of balances; closed, closed_z: the model that leaves least. published, none, runs,
-    closed_runs: free runs of the nominal model, of the fit without effects, of the effects, of the
-    closed model. errors {id: {parameter: standard error}}, condition: of their normal matrix.
-    gains {effects: gain over none in BIC}; evidence {id: 2 log likelihood}; separations, rivals,
-    matrix: see isolability. excess, structure, noise_gain, dependence: of the remainder, see
-    adequacy. remains: whether that is more than noise. bursts; lattices: quantisations that may be
-    named. alone: places of `none`, see localisation.places; None: not yet known.
+    quantum [2] rad of the encoders. published, none, runs, closed_runs: free runs of the nominal
+    model, of the fit without effects, of the effects, of the closed model. errors {id: {parameter:
+    standard error}}, condition: of their normal matrix. gains {effects: gain over none in BIC};
+    likelihoods {id: 2 log likelihood that it gains}; separations, rivals, matrix: see isolability.
+    lattices: quantisations that may be named.
     """
 
-    recordings: tuple[UniformRecording, ...]
-    model: DriveModel
-    sigma: Array
-    colour: Array | None
+    decision: Decision
     quantum: Array
-    candidate: CandidateModel
-    z: Array
-    torque: float | None
-    closed: CandidateModel
-    closed_z: Array
     published: tuple[WindowRuns, ...]
     none: tuple[WindowRuns, ...]
     runs: tuple[WindowRuns, ...]
@@ -69,18 +58,37 @@ class Explained:
     errors: Mapping[str, Mapping[str, float]]
     condition: float | None
     gains: Mapping[str, float]
-    evidence: Mapping[str, float]
+    likelihoods: Mapping[str, float]
     separations: Separations
     rivals: Mapping[str, Sequence[str]]
     matrix: Callable[[Iterable[str]], Matrix]
-    excess: float
-    structure: float
-    noise_gain: float | None
-    dependence: Dependence | None
-    remains: bool
-    bursts: tuple[Burst, ...] = ()
-    lattices: tuple[str, ...] = ()
-    alone: Mapping[str, Any] | None = None
+    lattices: tuple[str, ...]
+
+    @property
+    def recordings(self) -> tuple[UniformRecording, ...]:
+        """Recordings of one drive."""
+        return self.decision.evidence.recordings
+
+    @property
+    def model(self) -> DriveModel:
+        """The nominal model."""
+        return self.decision.evidence.model
+
+    @property
+    def sigma(self) -> Array:
+        """Noise of the encoders [2], rad."""
+        return self.decision.evidence.sigma
+
+    @property
+    def bursts(self) -> tuple[Burst, ...]:
+        """Bursts, the largest first."""
+        return () if self.decision.bursts is None else self.decision.bursts.bursts
+
+    @property
+    def dependence(self) -> Dependence | None:
+        """The free function that the remainder follows beyond chance, None without."""
+        found = self.decision.adequacy.dependence
+        return found if found is not None and found.beyond_chance else None
 
     @property
     def widest(self) -> int:
@@ -172,26 +180,27 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
         seed: seed of the random numbers.
         notes: sentences about the search.
     """
-    candidate, z = basis.candidate, basis.z
-    effects = [*candidate.ids, *((DISTURBANCE.id,) if basis.bursts else ())]
-    if basis.lattices and not basis.remains and len(effects) < 2:
+    decision, adequacy, closed = basis.decision, basis.decision.adequacy, basis.decision.closed
+    candidate, z = decision.fit.candidate, decision.fit.z
+    effects = [*decision.ids]
+    if basis.lattices and not decision.remains and len(effects) < 2:
         effects = [*effects, *basis.lattices[:2 if not effects else 1]]
-    kind = kind_of(bool(effects), basis.remains)
+    kind = kind_of(bool(effects), decision.remains)
     places, remaining = localisation.NOWHERE, None
-    if basis.remains:
+    if decision.remains:
         places_left = (localisation.places(basis.runs) if candidate.ids else
-                       basis.alone or localisation.places(basis.none))
+                       decision.alone or localisation.places(basis.none))
         remaining = localisation.tied(places_left, basis.dependence)[0]
     if kind == UNKNOWN:
         places = places_left
     elif kind != NONE:  # an effect names the place; what free signals explain illustrates it
-        places = basis.alone or localisation.places(basis.none, illustrates=True)
+        places = decision.alone or localisation.places(basis.none, illustrates=True)
     locations = [location_of(i) for i in effects]
     if kind == UNKNOWN:
         locations = [str(remaining)]
         places = {**places, 'location': remaining}
-    nuisances, _ = basis.closed.values(basis.closed_z)
-    model = basis.closed.model(basis.closed_z)
+    nuisances, _ = closed.candidate.values(closed.z)
+    model = closed.candidate.model(closed.z)
     params: dict[str, dict[str, float]] = {
         name: {k: float(v) for k, v in values.items()}
         for name, values in zip(candidate.ids, candidate.values(z)[1]) if name != TORQUE_MAP.id}
@@ -204,8 +213,8 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
     torque_map = _torque_map(model, basis)
     if torque_map is not None:
         model = with_effects(model, [torque_map])
-    claims = bool(basis.closed.ids)
-    closure = closed_model.closure(basis.published, basis.closed_runs, claims, seed)
+    closure = closed_model.closure(basis.published, basis.closed_runs, bool(closed.candidate.ids),
+                                   seed)
     if closure['closed_fraction'] is not None and closure['closed_fraction'] < 0.0:
         closure.update(closed_fraction=None, closed_fraction_ci=None)  # of what is not claimed
     if not np.isfinite([closure['gap_before'], closure['gap_after']]).all():
@@ -215,7 +224,7 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
     findings = tuple(_finding(basis, name, params.get(name, {}), errors.get(name, {}),
                               shares.get(name, (None, None))) for name in effects)
     ranked = sorted(basis.gains, key=lambda name: -basis.gains[name])
-    times = noise_times(basis.recordings[0].dt, basis.colour)
+    times = noise_times(basis.recordings[0].dt, decision.evidence.colour)
     channels = sorted({i for r in basis.recordings for i in r.channels})
     return Verdict(
         verdict=kind, effect='+'.join(effects) or None,
@@ -227,11 +236,11 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
         at_bound=candidate.at_bound(z),
         sigma=[float(s) if i in channels else None for i, s in enumerate(basis.sigma)],
         noise_time=times, nominal=co_estimated(basis.model, nuisances),
-        process_torque=basis.torque,
+        process_torque=None if decision.evidence.balances else float(decision.fit.torque[0]),
         gains={name: round(gain, 1) for name, gain in basis.gains.items()
                if math.isfinite(gain)},
-        misfit={'excess': basis.excess, 'structure': basis.structure,
-                'noise_gain': basis.noise_gain,
+        misfit={'excess': adequacy.excess, 'structure': adequacy.structure,
+                'noise_gain': adequacy.noise_gain,
                 'follows': None if basis.dependence is None else {
                     name: getattr(basis.dependence, name) for name in ('place', 'over', 'gain')}},
         where=places,
@@ -245,7 +254,7 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
         equivalent=equivalents(findings, basis.model),
         model_values=model_values(params, basis.model),
         model=model, basis=basis,
-        nominal_shift=shifts(basis.closed, nuisances) if nuisances else None,
+        nominal_shift=shifts(closed.candidate, nuisances) if nuisances else None,
         validation=None if validate is None else closed_model.validate(
             validate, basis.model, model, basis.sigma))
 
@@ -253,7 +262,7 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
 def _torque_map(model: DriveModel, basis: Explained) -> dict[str, Any] | None:
     """Return the torque map of the closed model with its deviations, None without."""
     effect = next((dict(e) for e in model.effects if e['id'] == TORQUE_MAP.id), None)
-    if effect is None or TORQUE_MAP.id not in basis.closed.ids:
+    if effect is None or TORQUE_MAP.id not in basis.decision.closed.candidate.ids:
         return None
     return {**effect, 'deviations': list(basis.errors.get(TORQUE_MAP.id, {}).values())
             or effect['deviations']}
@@ -273,7 +282,7 @@ def _finding(basis: Explained, name: str, values: Mapping[str, float],
         largest = basis.bursts[0]
         values = {'t0': largest.t0, 'duration': largest.duration, 'amplitude': largest.amplitude}
         deviations = dict.fromkeys(values)
-    return Finding(name, location_of(name), values, deviations, basis.evidence.get(name), share,
+    return Finding(name, location_of(name), values, deviations, basis.likelihoods.get(name), share,
                    channel, confusable=tuple(basis.rivals.get(name, ())))
 
 
@@ -291,13 +300,13 @@ def explained_shares(basis: Explained) -> list[tuple[str, str, float | None]]:
     windows fitted again; None where nothing is beyond noise.
     """
     total = sum(float(run.chi2.sum()) - run.point.residual.size for run in basis.none)
-    out = []
-    for number, name in enumerate(basis.candidate.ids):
+    out, ids = [], basis.decision.fit.candidate.ids
+    for number, name in enumerate(ids):
         if name == TORQUE_MAP.id:
             continue
         losses = np.zeros(2)
         for none, run in zip(basis.none, basis.runs):
-            without = none.residual if len(basis.candidate.ids) == 1 else _without(run, number)
+            without = none.residual if len(ids) == 1 else _without(run, number)
             change = (without ** 2).sum(axis=(0, 1)) - (run.residual ** 2).sum(axis=(0, 1))
             losses[run.data.channels] += change
         out.append((name, basis.recordings[0].readings[int(np.argmax(losses))],
@@ -452,7 +461,7 @@ def warnings(basis: Explained, kind: str, nuisances: Mapping[str, float],
         nuisances: relative changes of nominal values by name.
         times: correlation times of the encoder noise [2], s; None: white.
     """
-    model, candidate = basis.model, basis.candidate
+    model, candidate, z = basis.model, basis.decision.fit.candidate, basis.decision.fit.z
     out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '
            'it is judged with that' for name, time in zip(('motor', 'arm'), times) if time]
     sharpness = co_estimated(model, nuisances)
@@ -469,14 +478,14 @@ def warnings(basis: Explained, kind: str, nuisances: Mapping[str, float],
     if kind == NONE and published > THRESHOLDS.misfit * closed:
         out.append(f'the model file itself misses by {published:.3g} standard deviations: values '
                    'moved within their tolerances (nominal_shift) explain the recording')
-    bound = candidate.at_bound(basis.z)
+    bound = candidate.at_bound(z)
     one_encoder = all(len(r.channels) == 1 for r in basis.recordings)
     if kind in (UNKNOWN, INCOMPLETE) and one_encoder and model.transmission.kind != 'rigid':
         out.append('one encoder: where an unknown effect acts is a guess, record both to know')
     if bound and kind != NONE:
         out.append(f'{", ".join(bound)}: at the bound of what is possible')
-    if nuisances and candidate.penalty(basis.z) > THRESHOLDS.effect_gain:
-        shift = shifts(candidate, candidate.values(basis.z)[0])
+    if nuisances and candidate.penalty(z) > THRESHOLDS.effect_gain:
+        shift = shifts(candidate, candidate.values(z)[0])
         farthest = max(shift, key=lambda n: abs(shift[n]))
         out.append(f'nominal values lie far outside their tolerance (most: {farthest}, '
                    f'{shift[farthest]:+.1f} tolerances): the tolerance '

@@ -64,11 +64,10 @@ class UniformRecording:
 
     t [N] s from 0; u [N] N m, or setpoint of a servo, rad, held from t_k to t_k+1; y [N, 2] rad,
     motor and arm as measured; arm_torque [N] N m or None where not measured; name: what messages
-    call it; cuts: first samples of the recordings that were joined to this one; channels: columns
-    of y that were measured, the other one is a copy; floor: rad, below which the noise of the
-    encoders is not, whatever interpolated readings look like; servo_torque [N] N m: what a servo
-    commands, None without; shift: sample times by which a torque that is sampled acts later, None:
-    it is held from t_k to t_k+1.
+    call it; channels: columns of y that were measured, the other one is a copy; floor: rad, below
+    which the noise of the encoders is not, whatever interpolated readings look like; servo_torque
+    [N] N m: what a servo commands, None without; shift: sample times by which a torque that is
+    sampled acts later, None: it is held from t_k to t_k+1.
 
     If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
     acceleration, whether it moves, and u without its noise. In y then stands u in place of the
@@ -81,7 +80,6 @@ class UniformRecording:
     dt: float
     arm_torque: Array | None = None
     name: str = ''
-    cuts: tuple[int, ...] = (0,)
     channels: tuple[int, ...] = (0, 1)
     floor: tuple[float, float] = (0.0, 0.0)
     motor: Array | None = None
@@ -121,9 +119,9 @@ class UniformRecording:
         return ('motor', 'arm') if self.motor is None else ('torque', 'arm')
 
     @property
-    def segments(self) -> list[slice]:
-        """A slice of the samples of each recording that was joined to this one."""
-        return [slice(*ends) for ends in zip(self.cuts, (*self.cuts[1:], len(self.u)))]
+    def span(self) -> slice:
+        """All samples."""
+        return slice(0, len(self.u))
 
     @property
     def duration(self) -> float:
@@ -613,29 +611,3 @@ def expect_one_rate(recordings: Sequence[UniformRecording]) -> None:
         if (recording.arm_torque is None) != (first.arm_torque is None):
             raise InputError(f'{recording.name}: arm torque: expected in all recordings or '
                              'in none')
-
-
-def concatenated(recordings: Sequence[UniformRecording]) -> UniformRecording:
-    """
-    Return one Recording of several of one drive. Raises InputError when rates differ.
-
-    Args:
-        recordings: recordings of one drive.
-    """
-    first = recordings[0]
-    if len(recordings) == 1:
-        return first
-    expect_one_rate(recordings)
-    sizes = [len(r.u) for r in recordings]
-    shifts = [r.shift for r in recordings if r.shift is not None]
-    return replace(
-        first, t=np.arange(sum(sizes)) * first.dt,
-        shift=float(np.median(shifts)) if shifts else None,
-        u=np.concatenate([r.u for r in recordings]), y=np.concatenate([r.y for r in recordings]),
-        arm_torque=None if first.arm_torque is None else np.concatenate(
-            [r.arm_torque for r in recordings]),
-        motor=None if first.motor is None else np.concatenate([r.motor for r in recordings]),
-        servo_torque=None if first.servo_torque is None else np.concatenate(
-            [r.torque for r in recordings]),
-        floor=(max(r.floor[0] for r in recordings), max(r.floor[1] for r in recordings)),
-        name=', '.join(r.name for r in recordings), cuts=tuple(np.cumsum([0, *sizes[:-1]])))

@@ -136,7 +136,7 @@ def _motion(recording: UniformRecording, model: DriveModel, windows: ShootingWin
     index = windows.first[:, None] + np.arange(windows.length)
     twist = measures_twist(recording, model)
     return {name: value[index] for name, value in basis_functions.motion(
-        recording.positions, recording.dt, recording.cuts).items() if name != 'twist' or twist}
+        recording.positions, recording.dt).items() if name != 'twist' or twist}
 
 
 def _planes(motion: Mapping[str, Array], residuals: Sequence[Array]) -> ResidualPlanes:

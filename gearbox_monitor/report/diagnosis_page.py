@@ -253,8 +253,7 @@ class Overlays(Section):
             title = (f'{words.capitalize()} among those held out: {overlay.t[window, 0]:.0f} to '
                      f'{overlay.t[window, -1]:.0f} s')
             charts.append((words, chart(title, panels, 'time (s)', 't (s)')))
-        whole = _whole(overlay, evidence.axis)
-        return cls([*charts, *([('whole recording, one run', whole)] if whole else [])])
+        return cls([*charts, ('whole recording, one run', _whole(overlay, evidence.axis))])
 
 
 def window_traces(overlay: Overlay, window: int, channel: int) -> tuple[list[Trace], list[Trace]]:
@@ -291,17 +290,14 @@ def _channel_panels(name: str, traces: Sequence[Trace], residual: Sequence[Trace
             Panel(on_axis(f'{name}, recording - model ({unit})', axis), residual, 0.0, 110)]
 
 
-def _whole(overlay: Overlay, axis: str) -> ChartView | None:
-    """Return the chart of one run over the whole recording, None if it was joined."""
-    free = [run.free for run in overlay.runs]
+def _whole(overlay: Overlay, axis: str) -> ChartView:
+    """Return the chart of one run over the whole recording."""
     t, panels = overlay.recording.t, []
     for channel in overlay.channels:
         measured = overlay.recording.y[:, channel]
         traces = [Trace(t, measured, 'recording', 'recording')]
-        for y, run, role in zip(free, overlay.runs, ROLES):
-            if y is None:
-                return None
-            traces.append(Trace(t, clipped_to_range(y[:, channel], measured), run.name, role))
+        traces += [Trace(t, clipped_to_range(run.free[:, channel], measured), run.name, role)
+                   for run, role in zip(overlay.runs, ROLES)]
         residual = [Trace(trace.x, measured - trace.y, trace.name, f'{trace.role} firm')
                     for trace in traces[1:]]
         panels += _channel_panels(overlay.recording.readings[channel], traces, residual, axis)

@@ -46,14 +46,14 @@ def free_figure(laid: Overlay, title: str = '', unit: str = 'rad') -> Figure:
     Return the Figure of one free run of each model over the whole recording.
 
     Args:
-        laid: models over a recording that was not joined.
+        laid: models over a recording.
         title: above them.
         unit: of the encoders.
 
     """
     runs = [np.stack([clipped_to_range(run.free[:, k], laid.recording.y[:, k]) for k in (0, 1)],
                      axis=1)
-            for run in laid.runs if run.free is not None]
+            for run in laid.runs]
     column = ('one free run', laid.recording.t, laid.recording.y, runs)
     return _figure(laid, [column], title, unit)
 

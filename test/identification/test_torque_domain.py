@@ -185,7 +185,7 @@ def test_balances_decide_between_search_and_regression(tmp_path):
         UniformRecording(t, u, np.column_stack([motor, arm]), DT, arm_torque=load), model)
     evidence, _ = evidence_of([recording], model, ())
     candidate = nominal._free_candidate(evidence.starts, model, model, ['Cc', 'zero'])
-    regression = torque_regression(recording, candidate)
+    regression = torque_regression([recording], candidate)
 
     def decided(z, beside):
         """Return the coordinates that stand of a search that ended at `z`, and whose they are."""

@@ -124,16 +124,6 @@ def test_feedforward_agrees_with_scipy(ki, limit):
     np.testing.assert_array_equal(np.concatenate(cut), whole.x)
 
 
-def test_feedforward_of_joined_recordings():
-    """The setpoint jumps from one to the next, and no torque is made of that."""
-    model = drive(feedforward=0.2, ki=3.0)
-    alone, joined = (Simulator(UniformRecording(
-        DT * np.arange(len(r)), r, np.zeros((len(r), 2)), DT, cuts=cuts), model).acting(
-            model.pack_effects()) for r, cuts in ((2.0 + SETPOINT, (0,)),
-            (np.concatenate([SETPOINT, 2.0 + SETPOINT]), (0, len(SETPOINT)))))
-    np.testing.assert_array_equal(joined[len(SETPOINT):], alone)
-
-
 @compiled
 @pytest.mark.parametrize('late, ki', [(0, 0.0), (3, 10.0)])
 def test_servo_that_computes_at_a_rate(late, ki):
