@@ -104,7 +104,7 @@ def _criterion(recordings: Sequence[UniformRecording], candidates: Sequence[Cand
     """Return the smallest BIC of some candidates, inf where the regression does not tell."""
     lowest = math.inf
     for candidate in candidates:
-        fits = [torque_regression(recording, candidate) for recording in recordings]
+        fits = [torque_regression([recording], candidate) for recording in recordings]
         count = sum(len(r.u) for r in recordings)
         if all(fits):
             lowest = min(lowest, sum(len(r.u) * 2.0 * math.log(max(fit.after, 1e-300))
