@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.effect_scan import joined, scan
-from gearbox_monitor.identification.innovation_fit import evaluated, fitted
+from gearbox_monitor.identification.innovation_fit import annealed, evaluated, fitted
 from gearbox_monitor.identification.innovations import InnovationLikelihood, schedule
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import DriveModel, Transmission
@@ -201,6 +201,23 @@ def test_sensitivities_are_those_of_a_filter_with_frozen_gains(effect, name, tol
     change = likelihood.change(run, moved)[:140]
     assert innovations(effect[name]) == pytest.approx(run.trace.innovation[:140], abs=1e-9)
     assert np.abs(change - difference).max() < tolerance * np.abs(difference).max()
+
+
+@pytest.mark.parametrize('start', [(1e-3, 3.0), (3.0, 1e-3), (0.05, 0.05)])
+def test_no_other_torque_noise_of_either_side_is_likelier(start):
+    recording = recorded(BLUNT, 0.8)
+    stray = np.array([3e-3, 2e-3]) * np.random.default_rng(3).standard_normal((800, 2))
+    recording = replace(recording, y=recording.y + np.cumsum(np.cumsum(stray, 0), 0) * 0.02)
+    likelihood = likelihood_of(recording, BLUNT)
+    none = Starts(BLUNT, [recording]).none()
+    fit = evaluated(likelihood, none, none.start(), np.array(start))
+    torque = annealed(likelihood, fit)
+    lowest = likelihood.with_noise(fit.run, torque)[0]
+    assert (likelihood.least_noise < torque).all() and (torque < likelihood.most_noise).all()
+    for sides in ([True, True], [True, False], [False, True]):
+        for factor in (1.0 / 1.5, 1.5):
+            trial = np.where(sides, factor, 1.0) * torque
+            assert likelihood.with_noise(fit.run, trial)[0] >= lowest - 0.02
 
 
 def test_late_encoders_are_read_at_their_own_time_within_a_sample():

@@ -47,7 +47,8 @@ ROOMS = MappingProxyType({
         'estimation/innovation_filter.py': ('identification/test_innovations.py',),
         'identification/innovations.py': ('identification/test_innovations.py',
                                           'identification/test_setpoint.py'),
-        'identification/evidence.py': ('identification/test_judge.py',),
+        'identification/evidence.py': ('identification/test_evidence.py',
+                                       'identification/test_judge.py'),
         'identification/innovation_fit.py': ('identification/test_innovations.py',
                                              'identification/test_fit_nominal.py')},
     'alerts': {
