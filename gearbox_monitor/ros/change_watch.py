@@ -31,8 +31,9 @@ from gearbox_monitor.ros.recording_buffer import RecordingBuffer
 SECOND = 1_000_000_000
 HEALTHY = 60.0      # s of healthy windows that a baseline recording takes, and its length
 COMPARED = 8.0      # s of each recording that are compared
-# s between two diagnoses for a mismatch of the model alone: it may come and go.
-MISMATCH_INTERVAL = 600.0
+# s between two diagnoses for a mismatch of the model alone: it may come and go. While they name
+# nothing it doubles, up to the longer one.
+MISMATCH_INTERVAL, LONGEST_INTERVAL = 600.0, 7200.0
 MISMATCH = 'model mismatch'
 # Temperature changes it, too: the wear model tells that from wear, two recordings do not.
 WARMTH = frozenset((MOTOR_VISCOUS.id, MOTOR_COULOMB.id))
@@ -67,6 +68,7 @@ class ChangeWatch:
         self._window_ns = monitor.tracker.stamp_ns
         self._stages: dict[str, int] = {}
         self._mismatch_ns, self._mismatch_named_ns = 0, 0
+        self._interval = MISMATCH_INTERVAL
         self._due: NamingAlert | None = None
         self._job: NamingJob | None = None
         self._alert: NamingAlert | None = None  # the newest one that had its turn
@@ -122,6 +124,7 @@ class ChangeWatch:
         healthy minute does. An alert that waits for its rows is dropped.
         """
         self._due, self._reference, self._healthy = None, None, 0
+        self._interval = MISMATCH_INTERVAL
         pause = self._monitor.tracker.pause
         if pause is None or pause.friction is not None:
             self._keep()
@@ -160,7 +163,7 @@ class ChangeWatch:
         stamp_ns = self._monitor.stamp_ns
         lasts = level > Level.OK and stamp_ns - since_ns >= p.name_changes_after * SECOND
         if lasts and since_ns != self._mismatch_ns and not 0 <= stamp_ns - \
-                self._mismatch_named_ns < MISMATCH_INTERVAL * SECOND:
+                self._mismatch_named_ns < self._interval * SECOND:
             self._mismatch_ns, self._mismatch_named_ns = since_ns, stamp_ns
             self._due = self._due or NamingAlert(MISMATCH, since_ns, frozenset((MISMATCH,)))
 
@@ -205,6 +208,9 @@ class ChangeWatch:
             self._verdict |= {
                 'verdict': kind_of(False, job.verdict['remainder'] is not None), 'findings': [],
                 'text': f'no wear, friction {words}: {job.verdict["text"]}'}
+        if alert.reason == MISMATCH:
+            self._interval = MISMATCH_INTERVAL if self._verdict['findings'] else min(
+                2.0 * self._interval, LONGEST_INTERVAL)
         return self._verdict
 
     def _warmth_alone(self, verdict: Mapping[str, Any], since_ns: int) -> bool:

@@ -161,6 +161,21 @@ def test_a_mismatch_of_the_model_is_named_when_it_lasts():
     assert len(gearbox.orders) == 1
 
 
+@pytest.mark.parametrize('verdict, minutes', [(NAMED, [10, 10, 10]), (
+    NOTHING, [20, 40, 80])])
+def test_a_mismatch_in_which_nothing_is_named_is_looked_at_less_and_less_often(verdict, minutes):
+    gearbox = mismatch()
+    for pause in minutes:
+        gearbox.end(verdict)
+        gearbox.run(60 * pause - 60)
+        orders = len(gearbox.orders)
+        gearbox.monitor.model_lasts = (Level.WARN, gearbox.monitor.stamp_ns)  # there again
+        gearbox.run(31)
+        assert len(gearbox.orders) == orders
+        gearbox.run(60)
+        assert len(gearbox.orders) == orders + 1
+
+
 @pytest.mark.parametrize('effects, remainder, kind', [
     (['motor_viscous'], None, 'none'), (['motor_viscous', 'motor_coulomb'], None, 'none'),
     (['motor_viscous'], 'arm_side', 'unknown'),
