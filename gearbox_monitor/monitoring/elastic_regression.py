@@ -267,7 +267,7 @@ def _step(normal: Array, right: Array, damping: float, rule: Damping, factor: Ar
 @jit
 def _minimise(theta: Array, free: Flags, problem: _Problem, rule: Damping, tolerance: float,
               iterations: int, room: _Room) -> None:
-    """Move `theta` to the minimum, as levenberg_marquardt.minimise does."""
+    """Move `theta` to the minimum by the steps of levenberg_marquardt.minimise."""
     normal, next_normal, factor = room.normals[0], room.normals[1], room.normals[2]
     right, next_right, trial = room.vectors[1], room.vectors[2], room.vectors[3]
     cost = _evaluated(theta, free, problem, room, normal, right)

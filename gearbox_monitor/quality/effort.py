@@ -60,11 +60,11 @@ def likelihoods(smooth: SmoothedMotion, model: DriveModel) -> tuple[dict[str, fl
         scale = rms / factors[:, None]
         weights = np.hstack([stds / scale, np.full((len(scale), 1), LIMITS.effort_offset),
                              np.ones((len(scale), len(more)))])
-        return np.max([_likelihood(
-            np.column_stack([a[:, 0], v[:, 0], side, curve, np.ones(len(u)), *more]), weights,
-            (u / factors[:, None] - torque - (
-                np.column_stack([a[:, 0], v[:, 0], side, curve]) @ sizes)) / scale)
-            for curve in curves], axis=0)
+        y = u / factors[:, None] - torque
+        tables = [np.column_stack([a[:, 0], v[:, 0], side, curve, np.ones(len(u)), *more])
+                  for curve in curves]
+        return np.max([_likelihood(columns, weights, (y - columns[:, :4] @ sizes) / scale)
+                       for columns in tables], axis=0)
 
     distant = FACTORS[np.abs(np.log(FACTORS)) > math.log(LIMITS.effort_near)]
     currents = best(distant, [])

@@ -31,8 +31,8 @@ from gearbox_monitor.ros.recording_buffer import RecordingBuffer
 SECOND = 1_000_000_000
 HEALTHY = 60.0      # s of healthy windows that a baseline recording takes, and its length
 COMPARED = 8.0      # s of each recording that are compared
-# s between two diagnoses for a mismatch of the model alone: it may come and go. While they name
-# nothing it doubles, up to the longer one.
+# s between two diagnoses of a mismatch of the model alone, which may come and go. It doubles, up
+# to the longer one, until a diagnosis names something.
 MISMATCH_INTERVAL, LONGEST_INTERVAL = 600.0, 7200.0
 MISMATCH = 'model mismatch'
 # Temperature changes it, too: the wear model tells that from wear, two recordings do not.
@@ -195,6 +195,8 @@ class ChangeWatch:
         if job is None or alert is None or not job.done:
             return None
         self._job, self._problem = None, job.problem
+        if alert.reason == MISMATCH:
+            self._interval = min(2.0 * self._interval, LONGEST_INTERVAL)
         if job.verdict is None:
             self._verdict = None
             return None
@@ -208,9 +210,8 @@ class ChangeWatch:
             self._verdict |= {
                 'verdict': kind_of(False, job.verdict['remainder'] is not None), 'findings': [],
                 'text': f'no wear, friction {words}: {job.verdict["text"]}'}
-        if alert.reason == MISMATCH:
-            self._interval = MISMATCH_INTERVAL if self._verdict['findings'] else min(
-                2.0 * self._interval, LONGEST_INTERVAL)
+        if self._verdict['findings']:
+            self._interval = MISMATCH_INTERVAL
         return self._verdict
 
     def _warmth_alone(self, verdict: Mapping[str, Any], since_ns: int) -> bool:

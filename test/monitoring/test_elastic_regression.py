@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from gearbox_monitor.kernels.levenberg_marquardt import Damping
 from gearbox_monitor.monitoring.elastic_regression import (
@@ -74,3 +75,39 @@ def test_another_prior_is_the_fit_that_it_gives():
                                rtol=1e-4, atol=1e-9)
     assert again.theta[STIFFNESS] == pytest.approx(7.0, rel=0.05)
     assert abs(again.theta[GAIN]) < 1e-6 < abs(found[0].theta[GAIN])
+
+
+@pytest.mark.parametrize('law, free', [
+    (ElasticLaw(by_height=True, group=4, block=25), [STIFFNESS, HALF_GAP, ZERO, VISCOUS, GAIN]),
+    (ROWS._replace(huber=math.inf, side=1.0), [
+        STIFFNESS, HALF_GAP, ZERO, COULOMB, SCALE, DELAY])])
+def test_the_minimum_is_that_of_scipy(law, free):
+    rows = data()
+    fit = Regression(rows, law, np.ones(len(rows) // law.group))
+    mask, theta = np.isin(np.arange(N_SHAPE), free), np.zeros(N_SHAPE)
+    theta[[STIFFNESS, HALF_GAP]] = 6.0, 0.35
+
+    def residuals(part):
+        whole = np.zeros(N_SHAPE)
+        whole[mask] = part
+        fit.evaluate(whole, mask)
+        return fit.residuals.copy()
+    expected = least_squares(residuals, theta[mask], x_scale='jac', xtol=1e-12, ftol=1e-12)
+    cost = fit.solve(theta, mask, Damping(1e-3), 1e-12, 50)
+    assert cost == pytest.approx(2.0 * expected.cost, rel=1e-6)
+    np.testing.assert_allclose(fit.optimum.theta[mask], expected.x, rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(fit.residuals, residuals(expected.x), atol=1e-3)
+
+
+@pytest.mark.parametrize('strict', [False, True])
+def test_no_step_leaves_the_bounds(strict):
+    """The drive has a gap of 0.4: the best one allowed is at the bound, or just within."""
+    rows = data()
+    fit = Regression(rows, ROWS._replace(huber=math.inf, side=1.0), np.ones(len(rows)))
+    mask, theta = np.isin(np.arange(N_SHAPE), [STIFFNESS, HALF_GAP]), np.zeros(N_SHAPE)
+    theta[[STIFFNESS, HALF_GAP]] = 6.0, 0.2
+    fit.high[HALF_GAP], fit.strict = 0.3, strict
+    before = fit.evaluate(theta, mask)[0]
+    assert fit.solve(theta, mask, Damping(1e-3), 1e-9, 50) < before
+    assert fit.optimum.theta[HALF_GAP] <= 0.3
+    assert strict or fit.optimum.theta[HALF_GAP] == 0.3

@@ -161,12 +161,13 @@ def test_a_mismatch_of_the_model_is_named_when_it_lasts():
     assert len(gearbox.orders) == 1
 
 
-@pytest.mark.parametrize('verdict, minutes', [(NAMED, [10, 10, 10]), (
-    NOTHING, [20, 40, 80])])
-def test_a_mismatch_in_which_nothing_is_named_is_looked_at_less_and_less_often(verdict, minutes):
+@pytest.mark.parametrize('verdict, minutes', [
+    (NAMED, [10, 10, 10]), (NOTHING, [20, 40, 80, 120, 120]), (None, [20, 40, 80])])
+def test_a_mismatch_in_which_nothing_is_named_is_diagnosed_less_and_less_often(verdict, minutes):
+    """Nothing because nothing has changed, or because the diagnosis failed."""
     gearbox = mismatch()
     for pause in minutes:
-        gearbox.end(verdict)
+        gearbox.end(verdict, '' if verdict else 'more CPU time than allowed')
         gearbox.run(60 * pause - 60)
         orders = len(gearbox.orders)
         gearbox.monitor.model_lasts = (Level.WARN, gearbox.monitor.stamp_ns)  # there again
