@@ -61,7 +61,8 @@ def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: b
     Return how far a model closes the gap, as plain data.
 
     gap_before, gap_after, closed_fraction on the held-out windows; closed_fraction_ci [low, high],
-    90 %, of all windows; channels, regions: {name: {before, after, closed}}.
+    90 %, of all windows (both None where the gap before may be noise); channels, regions:
+    {name: {before, after, closed}}.
 
     Args:
         before: free runs of the model as published, of each recording.
@@ -78,8 +79,10 @@ def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: b
         readings = sum(len(run.data.channels) * len(run.recording.u) for run in after)
         interval = _interval(per_reading[0], per_reading[1], _noise(after), readings,
                              np.random.default_rng(seed))
-        # It judges all windows, the fraction the held-out ones.
-        interval = [min(interval[0], fraction), max(interval[1], fraction)]
+        if interval is None:
+            fraction = None
+        else:  # it judges all windows, the fraction the held-out ones
+            interval = [min(interval[0], fraction), max(interval[1], fraction)]
     channels, regions = _parts(before, after)
     return {'gap_before': gaps[0], 'gap_after': gaps[1], 'floor': 1.0, 'closed_fraction': fraction,
             'closed_fraction_ci': interval, 'channels': channels, 'regions': regions}
@@ -96,9 +99,12 @@ def _noise(runs: Sequence[WindowRuns]) -> Array:
 
 
 def _interval(chi2_before: Array, chi2_after: Array, noise: Array, readings: int,
-              random: np.random.Generator) -> list[float]:
+              random: np.random.Generator) -> list[float] | None:
     """
-    Return [low, high] of the closed fraction; before, after [W]: chi2 per reading.
+    Return [low, high] of the closed fraction, None where it has no bounds.
+
+    It has none where the gap before may be noise (Fieller): it divides by what exceeds 1.
+    before, after [W]: chi2 per reading.
 
     noise [W]: power of the encoders' noise in the windows. sigma is measured in them as well: what
     is drawn of it moves gap and sigma alike.
@@ -109,11 +115,15 @@ def _interval(chi2_before: Array, chi2_after: Array, noise: Array, readings: int
     sigma /= np.sqrt(noise[draw].mean(axis=1))
     gap0 = np.sqrt(chi2_before[draw].mean(axis=1)) * sigma
     gap1 = np.sqrt(chi2_after[draw].mean(axis=1)) * sigma
-    closed = (gap0 - gap1) / np.maximum(gap0 - 1.0, 1e-3)
-    middle = np.median(closed)
-    # Resampling few windows understates their scatter.
-    closed = middle + (closed - middle) * math.sqrt(count / max(count - 1.0, 1.0))
-    return np.percentile(closed, COVERAGE).tolist()
+
+    def interval(drawn: Array) -> Array:
+        """Return [low, high] of what was drawn; resampling few windows understates scatter."""
+        middle = np.median(drawn)
+        return np.asarray(middle + (np.percentile(drawn, COVERAGE) - middle) * math.sqrt(
+            count / max(count - 1.0, 1.0)))
+    if interval(gap0)[0] <= 1.0:
+        return None
+    return interval((gap0 - gap1) / np.maximum(gap0 - 1.0, 1e-3)).tolist()
 
 
 def _parts(open_runs: Sequence[WindowRuns],

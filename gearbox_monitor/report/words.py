@@ -158,7 +158,7 @@ def undefined(data: Mapping[str, Any]) -> str:
         return 'a disturbance does not repeat'
     if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
         return 'rounding does not move the model'
-    return 'the gap is too small'
+    return 'the gap stands out of the noise too little'
 
 
 def torque_map_of(data: Mapping[str, Any]) -> tuple[str, list[tuple[str, str, str]]] | None:

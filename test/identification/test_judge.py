@@ -642,3 +642,15 @@ def test_the_interval_of_the_closed_fraction_covers_the_error_of_the_noise():
             np.random.default_rng(seed))
         covered.append(low <= 1.0 <= high)
     assert 0.8 <= np.mean(covered) <= 0.98  # of 90 %
+
+
+@pytest.mark.parametrize('gap, stated', [(1.01, False), (1.2, True)])
+def test_a_gap_that_may_be_none_has_no_closed_fraction(gap, stated):
+    """Dividing by nothing bounds nothing: the windows' misfits scatter by 10 %."""
+    random = np.random.default_rng(5)
+    noise = random.uniform(0.8, 1.2, 12)
+    interval = closed_model._interval(gap ** 2 * noise, np.ones(12), np.ones(12), 24_000, random)
+    assert (interval is not None) == stated
+    if stated:
+        low, high = interval
+        assert 0.5 < low < 1.0 < high < 1.5
