@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Read a recording from CSV: t, u or setpoint, motor, arm and, where measured, arm_torque."""
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -51,11 +51,7 @@ def read_csv(path: str | Path) -> CsvColumns:
     is not measured. Further columns are ignored with a notice. Raises InputError that names file,
     line, column, value and the expected value.
     """
-    header, delimiter = _header(path)
-    for name in COLUMNS:
-        if header.count(name) > 1:
-            raise InputError(f'{path}: header row: column {name!r} stands {header.count(name)} '
-                             'times, expected once')
+    header, delimiter = header_of(path, 't,u,motor,arm[,arm_torque]', COLUMNS)
     missing = [name for name in ('t', 'u') if name not in header]
     if 'setpoint' in header and 'u' in missing:
         missing.remove('u')
@@ -84,8 +80,19 @@ def read_csv(path: str | Path) -> CsvColumns:
                       place_by_name, notices)
 
 
-def _header(path: str | Path) -> tuple[list[str], str]:
-    """Return (names of the header row, delimiter)."""
+def header_of(path: str | Path, expected: str, once: Container[str] = ()
+              ) -> tuple[list[str], str]:
+    """
+    Return (names of the header row, delimiter) of a text.
+
+    Args:
+        path: of the file, gzipped or not.
+        expected: its header row, for messages.
+        once: names that may not stand twice; none: all of them.
+
+    Raises:
+        InputError: it cannot be read, is empty, or has a name twice.
+    """
     with readable(path):
         try:
             for line in lines_of(path, 'utf-8'):
@@ -93,10 +100,14 @@ def _header(path: str | Path) -> tuple[list[str], str]:
                 if line.strip() and not line.lstrip().startswith('#'):
                     break
             else:
-                raise InputError(f'{path}: empty, expected a header row '
-                                 't,u,motor,arm[,arm_torque]')
+                raise InputError(f'{path}: empty, expected a header row {expected}')
         except UnicodeDecodeError:
             raise InputError(f'{path}: not text, expected a CSV file with a header row '
-                             't,u,motor,arm[,arm_torque]') from None
+                             f'{expected}') from None
     delimiter = max(DELIMITERS, key=line.count)
-    return [name.strip().strip('"') for name in line.split(delimiter)], delimiter
+    names = [name.strip().strip('"') for name in line.split(delimiter)]
+    for name in names:
+        if names.count(name) > 1 and name in (once or names):
+            raise InputError(f'{path}: header row: column {name!r} stands {names.count(name)} '
+                             'times, expected once')
+    return names, delimiter
