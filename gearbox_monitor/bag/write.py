@@ -15,8 +15,7 @@ import numpy as np
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysError
 
 from gearbox_monitor.bag import metadata
-from gearbox_monitor.bag.bag_part import BagPart, McapTopic
-from gearbox_monitor.bag.mcap_writer import COMPRESSIONS
+from gearbox_monitor.bag.mcap_writer import COMPRESSIONS, McapTopic, McapWriter
 from gearbox_monitor.bag.message_block import MESSAGE_HEAD, MessageBlock
 from gearbox_monitor.bag.record_file import sync_folder, Syncer
 from gearbox_monitor.errors import InputError
@@ -82,7 +81,7 @@ class BagWriter:
         self._unflushed, self._unflushed_bytes = 0, 0
         self._topics: dict[str, McapTopic] = {}
         self._records: list[tuple[str, dict[str, str]]] = []
-        self._parts: list[BagPart] = []
+        self._parts: list[McapWriter] = []
         self._typestore = get_typestore(Stores.ROS2_JAZZY)
         self._closed = False
         self._syncer: Syncer | None = None
@@ -98,7 +97,7 @@ class BagWriter:
         self._guarded(self._part.start)
 
     @property
-    def _part(self) -> BagPart:
+    def _part(self) -> McapWriter:
         return self._parts[-1]
 
     @property
@@ -319,7 +318,7 @@ class BagWriter:
     def _open_part(self) -> None:
         """Create the next file."""
         name = f'{self.path.name}_{len(self._parts)}.mcap'
-        self._parts.append(BagPart(self.path / name, self._compression))
+        self._parts.append(McapWriter(self.path / name, self._compression))
         if self._syncer is not None:
             self._syncer.follow(self._part.file)
 
