@@ -35,7 +35,7 @@ from gearbox_monitor.bag.replay import truth
 from gearbox_monitor.bag.replay_summary import truth_of
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, show, warn)
+    add_estimator_arguments, check_filter, expect_new_file, show, warn, write_files)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
@@ -295,8 +295,5 @@ def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque 
             None if twist is None else twist.twist[keep])
     figure = compare_plot.comparison(runs, truth_curve, f'Filters on {Path(args.bag).name}',
                                      axis=axis)
-    try:
-        figure.savefig(args.png, dpi=110)
-    except OSError as error:
-        raise InputError(f'{args.png}: {error.strerror}, expected a new, writable file') from None
+    write_files({Path(args.png): figure})
     print(f'compare: wrote {args.png}', file=sys.stderr)

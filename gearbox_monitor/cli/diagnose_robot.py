@@ -7,12 +7,11 @@ Diagnose a whole robot: all joints of a log beside its MJCF or URDF file.
 diagnose calls this where --model is the file of a robot and --joint is not given.
 """
 from argparse import ArgumentParser, Namespace
-import os
 from pathlib import Path
 import time
 from typing import Any
 
-from gearbox_monitor.cli.options import dump, expect_new_file, show, stated, write_new
+from gearbox_monitor.cli.options import dump, expect_new_file, show, stated, write_files
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import (
     add_robot_arguments, robot_of, robot_options)
@@ -98,11 +97,7 @@ def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> 
         data['warnings'].append('not in the file that closes the gap: '
                                 + ', '.join(diagnosis.lacking))
     page = robot_gap_page(data, diagnosis.robot.file.chain, diagnosis.posture)
-    try:
-        os.mkdir(folder)
-    except OSError as error:
-        raise InputError(f'{folder}: {error.strerror}, expected a new folder') from None
-    write_new(folder / 'verdict.json', dump(data) + '\n')
-    write_new(folder / 'report.html', page)
+    contents = {folder / 'verdict.json': dump(data) + '\n', folder / 'report.html': page}
     if diagnosis.closed is not None:
-        diagnosis.save(data['closed'])
+        contents[Path(data['closed'])] = diagnosis.closed
+    write_files(contents, args.out)

@@ -35,7 +35,7 @@ from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_drive, load_recording, paths_of, time_limit)
-from gearbox_monitor.cli.options import plain, show
+from gearbox_monitor.cli.options import expect_new_file, plain, show
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
@@ -74,10 +74,8 @@ def run(args: Namespace) -> int:
         raise InputError(f'--windows: {args.windows:g}, expected at least {SECONDS:g} s')
     if not args.time_limit > 0.0:
         raise InputError(f'--time-limit: {args.time_limit:g}, expected a number > 0 (s)')
-    expect_folder_of(args.out)
+    expect_new_file(args.out)
     expect_folder_of(args.json)
-    if args.out and Path(args.out).exists():
-        raise InputError(f'--out {args.out}: exists, expected a new file')
     paths = paths_of(args)
     model = load_drive(args)
     loaded = [load_recording(path, model, args) for path in paths]

@@ -4,9 +4,10 @@
 """Options, files and progress bars that several commands share."""
 from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
+import os
 from pathlib import Path
 import sys
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from gearbox_monitor.bag.joint_input import bag_arguments as bag_arguments
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
@@ -16,6 +17,9 @@ from gearbox_monitor.files.plain_data import dump as dump, plain as plain
 from gearbox_monitor.files.yaml_files import expect_folder_of, load_parameters
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 BAG_HELP = 'bag directory or .mcap file, complete or truncated'
 JSON_FILE_HELP = '; - prints it, and nothing else'
@@ -71,6 +75,54 @@ def expect_new_file(path: str | Path | None) -> None:
     expect_new(path)
     if path:
         expect_folder_of(path)
+
+
+def expect_new_files(folder: str | None, names: Iterable[str], file: str | None) -> None:
+    """
+    Raise InputError unless the files `names` in `folder`, and `file`, can be new ones.
+
+    None: no folder, no file; '-' is standard output.
+    """
+    for path in (*(Path(folder) / name for name in names if folder), file):
+        expect_new(path)
+    expect_folder_of(folder or '')
+    expect_folder_of(file or '')
+    if folder and Path(folder).exists() and not Path(folder).is_dir():
+        raise InputError(f'{folder}: is a file, expected a directory')
+
+
+def write_files(contents: 'Mapping[Path, str | Figure]', folder: str | None = None) -> list[Path]:
+    """
+    Write all files or none; return their paths.
+
+    Args:
+        contents: {path: text or picture}.
+        folder: of some of them, made where there is none.
+
+    Raises:
+        InputError: a file cannot be written.
+    """
+    new_folder = Path(folder) if folder and not Path(folder).exists() else None
+    parts = {path: path.with_name(f'.{path.name}.{os.getpid()}.part') for path in contents}
+    try:
+        if new_folder is not None:
+            new_folder.mkdir()
+        for path, content in contents.items():
+            if isinstance(content, str):
+                parts[path].write_text(content, encoding='utf-8')
+            else:
+                content.savefig(parts[path], dpi=110, format='png')
+        for path, part in parts.items():
+            os.replace(part, path)
+    except OSError as error:
+        raise InputError(f'{error.filename}: {error.strerror}, expected a new, writable file') \
+            from None
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
+        if new_folder is not None and new_folder.is_dir() and not any(new_folder.iterdir()):
+            new_folder.rmdir()
+    return list(contents)
 
 
 def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callable[[], str],

@@ -147,9 +147,14 @@ def save_model(path: str | Path, model: DriveModel, comment: Sequence[str]) -> N
         InputError: if the file exists or cannot be written.
 
     """
+    write_new(path, model_text(model, comment))
+
+
+def model_text(model: DriveModel, comment: Sequence[str]) -> str:
+    """Return the model file of `model`, which lines of `comment` precede."""
     lines = [f'# {line}'.rstrip() for line in comment]
-    write_new(path, '\n'.join(lines) + '\n' + yaml.safe_dump(
-        model.to_dict(), sort_keys=False, default_flow_style=None))
+    return '\n'.join(lines) + '\n' + yaml.safe_dump(
+        model.to_dict(), sort_keys=False, default_flow_style=None)
 
 
 def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> dict[str, Any]:
