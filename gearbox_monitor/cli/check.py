@@ -29,7 +29,8 @@ from gearbox_monitor.bag.recorded_samples import sample_parts
 from gearbox_monitor.bag.recorded_snapshots import read_snapshots
 from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, bag_arguments, estimator_options, expect_new_file, show)
+    add_estimator_arguments, bag_arguments, estimator_options, expect_new_file, show,
+    wrapped)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
@@ -182,8 +183,8 @@ def summary(data: Mapping[str, Any]) -> str:
 def text(data: Mapping[str, Any], colours: bool = False) -> str:
     """Return the findings `data` as lines of at most 80 columns, with `colours` or without."""
     joints = data['joints']
-    lines = [*_wrapped(data['summary']), '', *_table(data['topics']), '',
-             *_wrapped(f'evaluated: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
+    lines = [*wrapped(data['summary']), '', *_table(data['topics']), '',
+             *wrapped(f'evaluated: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
                        f'{joints["arm"] or "none"}, {"with" if data["model"] else "without"} a '
                        'model file')]
     group = None
@@ -197,7 +198,7 @@ def text(data: Mapping[str, Any], colours: bool = False) -> str:
         verdict = {v: k for k, v in SUITS.items()}[part['verdict']].name.lower()
         lines += _entry(purpose, verdict, part['verdict'] + (
             f': {", ".join(part["because"])}' if part['because'] else ''), '', colours)
-    lines += [part for note in data['notes'] for part in _wrapped(f'note: {note}')]
+    lines += [part for note in data['notes'] for part in wrapped(f'note: {note}')]
     good = _next(data)
     return '\n'.join([*lines, '', *(f'next: {command}' for command in good)]).rstrip()
 
@@ -264,7 +265,3 @@ def _entry(name: str, verdict: str, figure: str, advice: str, colours: bool) -> 
 
 
 _BY_WORD = {verdict.name.lower(): verdict for verdict in (OK, WARN, BAD)}
-
-
-def _wrapped(words: str) -> list[str]:
-    return textwrap.wrap(words, WIDTH, break_on_hyphens=False) or ['']

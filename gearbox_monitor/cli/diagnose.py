@@ -37,7 +37,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.cli import diagnose_robot
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recording, paths_of, written_options)
+    add_recording_arguments, load_drive, load_recordings, written_options)
 from gearbox_monitor.cli.options import (
     dump, expect_new_files, JSON_FILE_HELP, plain, write_files)
 from gearbox_monitor.cli.progress import progress_bar
@@ -54,7 +54,7 @@ from gearbox_monitor.library.simulator_file import export_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
+from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.suggestion import suggestion
@@ -106,17 +106,10 @@ def run(args: Namespace) -> int:
     if not [i for i in (only or library()) if i not in exclude]:
         raise InputError('--exclude: no effect remains, expected at least one to try')
     expect_new_files(args.out, (*DRAWN, 'verdict.json', CLOSED), args.json)
-    paths = paths_of(args)
     model = load_drive(args)
-    recordings, notes = [], []
-    for path in paths:
-        recording, remarks = load_recording(path, model, args, weigh=True)
-        recordings.append(recording)
-        notes += [f'{Path(path).name}: {note}' if len(paths) > 1 else note for note in remarks]
+    recordings, validate, notes = load_recordings(args, model, weigh=True)
     if not COMPILED:
         print('diagnose: without numba this takes about a hundred times longer', file=sys.stderr)
-    validate = recordings.pop() if args.validate else None
-    recordings = at_one_rate(recordings)
     simulator = _simulator(args.simulator, recordings, model) if args.simulator else None
     with progress_bar('diagnose') as progress:
         verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,

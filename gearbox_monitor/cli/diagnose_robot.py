@@ -11,7 +11,7 @@ from pathlib import Path
 import time
 from typing import Any
 
-from gearbox_monitor.cli.options import dump, expect_new_file, show, stated, write_files
+from gearbox_monitor.cli.options import dump, expect_new_file, refuse, show, write_files
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import (
     add_robot_arguments, robot_of, robot_options)
@@ -47,17 +47,15 @@ def is_robot(args: Namespace) -> bool:
     """Return whether the options `args` of diagnose are about a whole robot."""
     if args.joint is None and Path(args.model).suffix.lower() in SUFFIXES:
         return True
-    for option in stated(args, ('reference', 'recorded')):
-        raise InputError(f'{option}: of a whole robot, expected an MJCF or URDF file as --model, '
-                         'and no --joint')
+    refuse(args, ('reference', 'recorded'), 'of a whole robot, expected an MJCF or URDF file as '
+           '--model, and no --joint')
     return False
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     for attribute, reason in OF_ONE_JOINT.items():
-        for option in stated(args, [attribute]):
-            raise InputError(f'{option}: of one joint, expected --joint with it ({reason})')
+        refuse(args, [attribute], f'of one joint, expected --joint with it ({reason})')
     effects = _effects(args)
     for path in (args.json, args.out):
         expect_new_file(path)

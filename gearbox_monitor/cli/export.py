@@ -44,16 +44,15 @@ usage examples:
   gearbox_monitor export unit1.json unit2.json unit3.json --to isaac --ranges --out events.py
 """
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
 from pathlib import Path
 import sys
-import textwrap
 
 from gearbox_monitor.cli import export_robot
 from gearbox_monitor.cli.drive_recordings import (
     add_joint_arguments, add_renamed, load_recording)
 from gearbox_monitor.cli.options import (
-    estimator_options, expect_new, expect_new_file, stated, write_new, write_or_print)
+    estimator_options, expect_new, expect_new_file, refuse, stated, wrapped, write_new,
+    write_or_print)
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.c99 import firmware
@@ -74,7 +73,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import REPEATED
 from gearbox_monitor.report.words import number
 
-WIDTH = 80
+OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check')
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -113,8 +112,7 @@ def run(args: Namespace) -> int:
     expect_new_file(args.out)
     args.to = ALIASES.get(args.to, args.to)
     if args.to != 'c' or args.ranges:
-        for option in stated(args, ('params', 'prefix')):
-            raise InputError(f'{option}: with --to {args.to}, expected it with --to c')
+        refuse(args, ('params', 'prefix'), f'with --to {args.to}, expected it with --to c')
     if args.ranges:
         return _export_ranges(args)
     if args.to in WRITERS and args.to not in LISTS:
@@ -135,8 +133,8 @@ def run(args: Namespace) -> int:
                                  + ('' if never else ' and without --into')
                                  + ', expected it with --to mjcf')
     elif not args.into:
-        for option in stated(args, ('keyframe', 'actuator', 'check', 'root')):
-            raise InputError(f'{option}: without --into, expected it with --into FILE')
+        refuse(args, ('keyframe', 'actuator', 'check', 'root'),
+               'without --into, expected it with --into FILE')
     if args.into and not args.joint:
         raise InputError('--joint: missing, --into needs it')
     file = export_model(model, args.to, args.into, joint=args.joint,
@@ -166,7 +164,7 @@ def _model(name: str) -> DriveModel:
 
 def _write_c(args: Namespace) -> int:
     """Write the filter and its header; return the exit code."""
-    _expect_none_of_files(args, '--to c, expected it with the file of a simulator')
+    refuse(args, OF_FILES, 'with --to c, expected it with the file of a simulator')
     if not args.out or Path(args.out).suffix != '.c':
         raise InputError(f'--out: {args.out or "missing"}, with --to c expected FILE.c')
     header = Path(args.out).with_suffix('.h')
@@ -186,23 +184,16 @@ def _export_ranges(args: Namespace) -> int:
     """Write or print the domain randomisation of several estimates; return the exit code."""
     if args.to not in WRITERS:
         raise InputError(f'--to {args.to}: with --ranges, expected one of {", ".join(WRITERS)}')
-    _expect_none_of_files(args, '--ranges, expected none of it')
+    refuse(args, OF_FILES, 'with --ranges, expected none of it')
     actuator = _actuator(args.models[0]) if len(args.models) == 1 else None
     of_drives = ranges(args.models) if actuator is None else actuator.ranges
     write_or_print(args.out, randomisation(of_drives, args.to))
     return 0
 
 
-def _expect_none_of_files(args: Namespace, why: str) -> None:
-    """Raise InputError where `args` have an option of a simulator's file; `why` ends it."""
-    for option in stated(args, ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator',
-                                'root', 'check')):
-        raise InputError(f'{option}: with {why}')
-
-
 def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[str]:
     """Write or show a patched file; return the lines of output."""
-    patch, notes = file.patch, [line for note in file.notes for line in _wrapped(note)]
+    patch, notes = file.patch, [line for note in file.notes for line in wrapped(note, '', '  ')]
     if patch is None:
         return []
     ending = _written(args, file.before, patch)
@@ -214,8 +205,8 @@ def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[st
 def _print_alone(args: Namespace, file: SimulatorFile) -> None:
     """Write or print a file with the drive alone, or a list of its parameters."""
     lines = [line for row in file.exported
-             for line in _wrapped(f'{row.id}: {row.kind}: {row.words}')]
-    lines += [line for note in file.notes for line in _wrapped(note)]
+             for line in wrapped(f'{row.id}: {row.kind}: {row.words}', '', '  ')]
+    lines += [line for note in file.notes for line in wrapped(note, '', '  ')]
     if args.out:
         file.save(args.out)
         print('\n'.join([*lines, f'written {args.out}']))
@@ -239,12 +230,8 @@ def described(patch: Patch, path: str) -> list[str]:
     lines = [f'{path}: {len(patch.changes)} changes']
     lines += [f'  {change.words}' for change in patch.changes]
     for row in patch.exported:
-        lines += _wrapped(f'{row.id}: {row.kind}: {row.words}')
+        lines += wrapped(f'{row.id}: {row.kind}: {row.words}', '', '  ')
     return lines
-
-
-def _wrapped(words: str) -> Sequence[str]:
-    return textwrap.wrap(words, WIDTH, subsequent_indent='  ', break_on_hyphens=False)
 
 
 def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) -> list[str]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import os
 from pathlib import Path
 import sys
+import textwrap
 from typing import Any, TYPE_CHECKING
 
 from gearbox_monitor.bag.joint_input import bag_arguments as bag_arguments
@@ -48,6 +49,18 @@ def stated(args: Namespace, names: Iterable[str]) -> dict[str, Any]:
         actions.setdefault(action.dest, action)
     return {(*actions[name].option_strings, name)[0]: getattr(args, name) for name in names
             if getattr(args, name) != actions[name].default}
+
+
+def wrapped(words: str, first: str = '', further: str = '') -> list[str]:
+    """Return `words` in lines of at most 80 columns, which `first` and `further` begin."""
+    return textwrap.wrap(words, 80, initial_indent=first, subsequent_indent=further,
+                         break_on_hyphens=False)
+
+
+def refuse(args: Namespace, names: Iterable[str], words: str) -> None:
+    """Raise InputError with `words` where `args` state one of the options `names`."""
+    for option in stated(args, names):
+        raise InputError(f'{option}: {words}')
 
 
 def warn(args: Namespace, notes: Iterable[str]) -> None:

@@ -12,7 +12,7 @@ import io
 from pathlib import Path
 
 from gearbox_monitor.cli.drive_recordings import add_root_argument
-from gearbox_monitor.cli.options import expect_new_file, show, stated, write_new
+from gearbox_monitor.cli.options import expect_new_file, refuse, show, write_new
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
 from gearbox_monitor.errors import InputError
@@ -42,10 +42,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def is_robot(args: Namespace) -> bool:
     """Return whether the options `args` of replay are about a whole robot. Raises InputError."""
     robot = args.model is not None and Path(args.model).suffix.lower() in SUFFIXES
-    for option in stated(args, OF_ESTIMATOR if robot else OF_ROBOT):
-        raise InputError(
-            f'{option}: of the estimator of a drive, but --model {args.model} is a whole robot'
-            if robot else f'{option}: of a whole robot, expected its MJCF or URDF file as --model')
+    refuse(args, OF_ESTIMATOR if robot else OF_ROBOT,
+           f'of the estimator of a drive, but --model {args.model} is a whole robot'
+           if robot else 'of a whole robot, expected its MJCF or URDF file as --model')
     return robot
 
 

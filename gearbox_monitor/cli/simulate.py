@@ -19,7 +19,6 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-import textwrap
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,7 @@ import numpy as np
 from gearbox_monitor.cli.drive_recordings import (
     add_drive_arguments, load_drive, load_recording)
 from gearbox_monitor.cli.options import (
-    dump, expect_new_files, JSON_FILE_HELP, plain, write_files)
+    dump, expect_new_files, JSON_FILE_HELP, plain, wrapped, write_files)
 from gearbox_monitor.errors import expect_matplotlib
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.identification.closed_model import closed_of, rms
@@ -37,7 +36,6 @@ from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import notable_windows
 from gearbox_monitor.report.words import number, percent, unit_of
 
-WIDTH = 80
 PICTURES = ('windows.png', 'free_run.png')
 
 
@@ -127,8 +125,8 @@ def text(data: Mapping[str, Any], recording: UniformRecording, written: Sequence
     sigma = ', '.join(
         f'{name} {data["sigma"][1 if name == "arm" else 0]:.3g} {unit_of(name, unit)}'
         for name in data['channels'])
-    lines = _wrapped(data['summary'])
-    lines += _wrapped(f'{recording.name}: {recording.duration:.1f} s, '
+    lines = wrapped(data['summary'])
+    lines += wrapped(f'{recording.name}: {recording.duration:.1f} s, '
                      f'{1.0 / recording.dt:.0f} samples/s, noise {sigma}')
     lines += ['', f'{"":<34s}{"nominal":>12s}' + (f'{"closed":>12s}' if both else '')]
 
@@ -145,18 +143,14 @@ def text(data: Mapping[str, Any], recording: UniformRecording, written: Sequence
     for name in free['before']:
         row(f'  {name}', free['before'][name], (free['after'] or {}).get(name))
     if free['before'] and None in (*free['before'].values(), *(free['after'] or {}).values()):
-        lines += _wrapped('diverges: the values of the run overflow.')
+        lines += wrapped('diverges: the values of the run overflow.')
     for note in data['notes']:
-        lines += _wrapped(f'note: {note}')
+        lines += wrapped(f'note: {note}')
     return '\n'.join([*lines, *(f'written {path}' for path in written)])
 
 
 def _cell(value: float | None) -> str:
     return 'diverges' if value is None else number(value)
-
-
-def _wrapped(words: str) -> list[str]:
-    return textwrap.wrap(words, WIDTH, break_on_hyphens=False)
 
 
 def write(laid: Overlay, data: Mapping[str, Any], args: Namespace,

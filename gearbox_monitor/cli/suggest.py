@@ -35,7 +35,7 @@ import yaml
 
 from gearbox_monitor.cli import suggest_robot
 from gearbox_monitor.cli.drive_recordings import add_model_arguments, load_drive
-from gearbox_monitor.cli.options import show, stated
+from gearbox_monitor.cli.options import refuse, show
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.opening import read_text
@@ -95,8 +95,7 @@ def run(args: Namespace) -> int:
             raise InputError(f'{name}: a folder, expected the name of a file')
     if args.robot is not None:
         return suggest_robot.run(args)
-    for option in stated(args, suggest_robot.OF_A_ROBOT):
-        raise InputError(f'{option}: of a whole robot, expected --robot FILE')
+    refuse(args, suggest_robot.OF_A_ROBOT, 'of a whole robot, expected --robot FILE')
     for option in ('model', 'max_torque'):
         if getattr(args, option) is None:
             raise InputError(f'--{option.replace("_", "-")}: missing, one drive needs it')
