@@ -39,20 +39,20 @@ from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_drive, load_recordings, written_options)
 from gearbox_monitor.cli.options import (
-    dump, expect_new_files, JSON_FILE_HELP, plain, write_files)
+    dump, expect_new_files, ids_in, JSON_FILE_HELP, plain, write_files)
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by
 from gearbox_monitor.export.mjcf import refused
 from gearbox_monitor.export.robot_patch import ROOTS
 from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
 from gearbox_monitor.files.yaml_files import model_text
+from gearbox_monitor.identification.diagnose import chosen_ids
 from gearbox_monitor.identification.findings import NONE
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.library.identify import diagnose
+from gearbox_monitor.library.identify import diagnose, expect_ids
 from gearbox_monitor.library.simulator_file import export_model
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import gather
@@ -101,10 +101,10 @@ def run(args: Namespace) -> int:
     expect_whole(args.seed, '--seed')
     if diagnose_robot.is_robot(args):
         return diagnose_robot.run(args)
-    only = _ids('--only', args.only) if args.only else None
-    exclude = _ids('--exclude', args.exclude)
-    if not [i for i in (only or library()) if i not in exclude]:
-        raise InputError('--exclude: no effect remains, expected at least one to try')
+    only, exclude = ids_in(args.only or ()) or None, ids_in(args.exclude)
+    expect_ids('--only', only)
+    expect_ids('--exclude', exclude)
+    chosen_ids(only, exclude)  # one at least remains
     expect_new_files(args.out, (*DRAWN, 'verdict.json', CLOSED), args.json)
     model = load_drive(args)
     recordings, validate, notes = load_recordings(args, model, weigh=True)
@@ -182,17 +182,6 @@ def _changes(args: Namespace, closed: DriveModel, data: dict[str, Any]) -> list[
     data['file_changes'] = [change._asdict() for change in patch.changes]
     return [*(f'{Path(args.model).name}: {change.words}' for change in patch.changes),
             *(f'not in it: {row.id}: {row.words}' for row in refused(patch.exported))]
-
-
-def _ids(option: str, words: Sequence[str]) -> tuple[str, ...]:
-    """Return the ids in `words`, also those joined by commas. Raises InputError."""
-    effects = library()
-    ids = [word for part in words for word in part.split(',') if word]
-    for name in ids:
-        if name not in effects:
-            raise InputError(f'{option}: unknown effect {name!r}, expected ids of '
-                             f'{", ".join(effects)}')
-    return tuple(dict.fromkeys(ids))
 
 
 def draw(verdict: Verdict, data: Mapping[str, Any],

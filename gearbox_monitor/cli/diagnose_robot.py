@@ -11,7 +11,7 @@ from pathlib import Path
 import time
 from typing import Any
 
-from gearbox_monitor.cli.options import dump, expect_new_file, refuse, show, write_files
+from gearbox_monitor.cli.options import dump, expect_new_file, ids_in, refuse, show, write_files
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import (
     add_robot_arguments, robot_of, robot_options)
@@ -75,8 +75,7 @@ def run(args: Namespace) -> int:
 def _effects(args: Namespace) -> list[str] | None:
     """Return the ids of --only without those of --exclude, None for all. Raises InputError."""
     ids = robot_effects()
-    words = {option: [w for part in getattr(args, option) or () for w in part.split(',') if w]
-             for option in ('only', 'exclude')}
+    words = {option: ids_in(getattr(args, option) or ()) for option in ('only', 'exclude')}
     for option, listed in words.items():
         for word in listed:
             if word not in ids:

@@ -57,6 +57,11 @@ def wrapped(words: str, first: str = '', further: str = '') -> list[str]:
                          break_on_hyphens=False)
 
 
+def ids_in(words: Iterable[str]) -> list[str]:
+    """Return the ids in `words`, each once, also those joined by commas."""
+    return list(dict.fromkeys(name for part in words for name in part.split(',') if name))
+
+
 def refuse(args: Namespace, names: Iterable[str], words: str) -> None:
     """Raise InputError with `words` where `args` state one of the options `names`."""
     for option in stated(args, names):

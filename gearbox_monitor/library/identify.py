@@ -50,7 +50,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     """
     expect_model(model)
     for option, ids in (('only', only), ('exclude', exclude)):
-        _expect_ids(option, ids)
+        expect_ids(option, ids)
     expect_whole(jobs, 'jobs', 1)
     expect_whole(seed, 'seed')
     parts, validation, notes = uniform(recordings, model, validate, weigh=True)
@@ -128,7 +128,7 @@ def uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel,
     return at_one_rate(parts), validation, list(dict.fromkeys(notes))
 
 
-def _expect_ids(option: str, ids: object) -> None:
+def expect_ids(option: str, ids: object) -> None:
     """Raise InputError unless `ids`, an argument `option`, are those of effects."""
     effects = library()
     for name in _expect_list(option, ids, 'ids of effects'):
