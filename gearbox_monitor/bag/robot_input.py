@@ -16,11 +16,10 @@ import re
 
 import numpy as np
 
-from gearbox_monitor.bag.csv import header_of, TEXTS
+from gearbox_monitor.bag.csv import header_of, text_columns, TEXTS
 from gearbox_monitor.bag.importer.containers import opened_table, readable
-from gearbox_monitor.bag.importer.mapping import (
-    ImportMapping, SignalMapping, TextFormat, TimeMapping)
-from gearbox_monitor.bag.importer.text_file import read_text, sample_rows, split_line
+from gearbox_monitor.bag.importer.mapping import TextFormat
+from gearbox_monitor.bag.importer.text_file import sample_rows, split_line
 from gearbox_monitor.bag.joint_input import find_topic, topics_called
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.balance.robot_log import CURRENT, RawLog, SETPOINT, TORQUE
@@ -117,15 +116,13 @@ def _or_setpoints(no_servo: str) -> str:
 def _text_columns(path: Path) -> dict[str, Array]:
     """Return {column: values} of a text with a header row; an empty value is NaN."""
     header, delimiter = header_of(path, COLUMNS)
-    text = TextFormat(delimiter=delimiter, header=True, rows='samples')
     with readable(path):
+        text = TextFormat(delimiter=delimiter, header=True)
         for number, line in islice(sample_rows(path, text)[1], 1):
             count = len(split_line(line, text))
             if count != len(header):
                 raise InputError(f'{path}: line {number}: {count} values, expected {len(header)}')
-        mapping = ImportMapping(str(path), '', 'text', TimeMapping(), {}, text=text)
-        return read_text(path, mapping, {name: SignalMapping(column=k, missing='nan')
-                                         for k, name in enumerate(header, 1)}).values
+    return text_columns(path, header, delimiter, header).values
 
 
 def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str],
