@@ -8,7 +8,6 @@ The writer of the mcap package takes messages one by one, at three times the cos
 chunks; here a block of messages becomes records in one step.
 """
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 import struct
 from typing import Any, TypeAlias
@@ -26,7 +25,7 @@ import zstandard
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.mcap_file import MAGIC, RECORD
 from gearbox_monitor.bag.message_block import gathered, MESSAGE, MESSAGE_HEAD, MessageBlock
-from gearbox_monitor.bag.metadata import QosProfile
+from gearbox_monitor.bag.metadata import BagTopic
 from gearbox_monitor.bag.record_file import RecordFile
 
 HEAD = struct.Struct('<BQHIQQ')  # opcode, length, channel, sequence, log time, publish time
@@ -46,21 +45,6 @@ def _zstd(data: bytes | bytearray) -> bytes:
 # Compression -> (its name in MCAP, function that packs).
 COMPRESSIONS: dict[str, tuple[str, Callable[[bytes | bytearray], bytes]]] = {
     'none': ('', bytes), 'lz4': ('lz4', lz4.frame.compress), 'zstd': ('zstd', _zstd)}
-
-
-@dataclass
-class McapTopic:
-    """A topic of a bag; schema: definition of its type; channel_metadata: of its channel."""
-
-    name: str
-    msgtype: str
-    qos: list[QosProfile]
-    type_hash: str
-    schema: bytes
-    channel_metadata: Mapping[str, str]
-    schema_encoding: str = 'ros2msg'
-    encoding: str = 'cdr'
-    count: int = 0
 
 
 class McapWriter:
@@ -103,7 +87,7 @@ class McapWriter:
         """Write the header."""
         self.file.write(MAGIC + _bytes_of(Header('ros2', f'gearbox_monitor {__version__}')))
 
-    def add_topic(self, topic: McapTopic) -> None:
+    def add_topic(self, topic: BagTopic) -> None:
         """Add the schema, once for each type, and the channel of `topic`."""
         if topic.msgtype not in self._schemas:
             schema = Schema(id=len(self._schemas) + 1, data=topic.schema,

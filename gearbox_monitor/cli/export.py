@@ -196,7 +196,11 @@ def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[st
     patch, notes = file.patch, [line for note in file.notes for line in wrapped(note, '', '  ')]
     if patch is None:
         return []
-    ending = _written(args, file.before, patch)
+    if args.out:
+        write_new(args.out, patch.data.decode('utf-8'))
+        ending = [f'written {args.out}']
+    else:
+        ending = ['', *difference(args.into, file.before, patch.data)]
     if args.check and file.drive is not None:
         ending += ['', *checked(file.drive, patch, model, args)]
     return [*described(patch, args.into), *notes, *ending]
@@ -215,14 +219,6 @@ def _print_alone(args: Namespace, file: SimulatorFile) -> None:
     else:
         print(file.text, end='')
         print('\n'.join(lines), file=sys.stderr)
-
-
-def _written(args: Namespace, before: bytes, patch: Patch) -> list[str]:
-    """Write the patched file, or return the difference: lines of output."""
-    if args.out:
-        write_new(args.out, patch.data.decode('utf-8'))
-        return [f'written {args.out}']
-    return ['', *difference(args.into, before, patch.data)]
 
 
 def described(patch: Patch, path: str) -> list[str]:

@@ -15,7 +15,9 @@ from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new as write_new
 from gearbox_monitor.files.plain_data import dump as dump, plain as plain
-from gearbox_monitor.files.yaml_files import expect_folder_of, load_parameters
+from gearbox_monitor.files.yaml_files import (
+    expect_folder_of, expect_new as expect_new, expect_new_file as expect_new_file,
+    load_parameters)
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 
@@ -80,19 +82,6 @@ def check_filter(name: str, extra: Sequence[str] = ()) -> str:
     if name not in names:
         raise InputError(f'filter: {name!r}, expected one of {", ".join(names)}')
     return name
-
-
-def expect_new(path: str | Path | None) -> None:
-    """Raise InputError if the file `path` exists; None and '-' (standard output) never do."""
-    if path and path != '-' and Path(path).exists():
-        raise InputError(f'{path}: exists, expected a new file')
-
-
-def expect_new_file(path: str | Path | None) -> None:
-    """Raise InputError if the file `path` exists or its folder does not; None and '-' never do."""
-    expect_new(path)
-    if path:
-        expect_folder_of(path)
 
 
 def expect_new_files(folder: str | None, names: Iterable[str], file: str | None) -> None:

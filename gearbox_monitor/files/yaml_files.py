@@ -96,6 +96,18 @@ def _lines(content: Any, lines_by_id: dict[int, dict[Any, int]]) -> dict[str, in
     return positions
 
 
+def expect_new_file(path: str | Path | None) -> None:
+    """Raise InputError if the file `path` exists or its folder does not; None and '-' never do."""
+    expect_new(path)
+    expect_folder_of(path or '')
+
+
+def expect_new(path: str | Path | None) -> None:
+    """Raise InputError if the file `path` exists; None and '-' (standard output) never do."""
+    if path and path != '-' and Path(path).exists():
+        raise InputError(f'{path}: exists, expected a new file')
+
+
 def expect_folder_of(path: str | Path) -> None:
     """Raise InputError where `path` has no folder, or that of a bag; '-': stdout."""
     if not path or path == '-':

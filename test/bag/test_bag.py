@@ -29,7 +29,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag import cdr, decompression, mcap_writer
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.message_block import block_of
-from gearbox_monitor.bag.metadata import qos_profile
+from gearbox_monitor.bag.metadata import BagTopic, qos_profile
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.record_file import RecordFile
 from gearbox_monitor.bag.recovery import recover
@@ -168,7 +168,7 @@ def test_files_equal_those_of_the_mcap_package(tmp_path, monkeypatch, compressio
             writer.add_metadata('first', {'key': 'text'})
         schemas, channels = {}, {}
         for topic, kind in zip(topics, ('ros2msg', 'unheard_of', 'ros2msg', 'unheard_of')):
-            ours.add_topic(mcap_writer.McapTopic(topic, kind, [], '', b'definition',
+            ours.add_topic(BagTopic(topic, kind, [], '', b'definition',
                                                  {'of': topic}, kind, 'json'))
             if kind not in schemas:
                 schemas[kind] = peer.register_schema(kind, kind, b'definition')
