@@ -41,6 +41,7 @@ from gearbox_monitor.cli.drive_recordings import (
 from gearbox_monitor.cli.options import (
     dump, expect_new_files, ids_in, JSON_FILE_HELP, plain, write_files)
 from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.cli.robot_inputs import add_robot_arguments
 from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by
 from gearbox_monitor.export.mjcf import refused
 from gearbox_monitor.export.robot_patch import ROOTS
@@ -75,7 +76,7 @@ Drawn: TypeAlias = Mapping[str, 'str | Figure']  # {file of --out: HTML or pictu
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     add_recording_arguments(parser)
-    diagnose_robot.add_arguments(parser)
+    add_robot_arguments(parser, values=False)
     parser.add_argument('--validate', metavar='BAG2',
                         help='second recording of the drive, to test the result on')
     parser.add_argument('--out', metavar='DIR',

@@ -6,15 +6,14 @@ Diagnose a whole robot: all joints of a log beside its MJCF or URDF file.
 
 diagnose calls this where --model is the file of a robot and --joint is not given.
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 import time
 from typing import Any
 
 from gearbox_monitor.cli.options import dump, expect_new_file, ids_in, refuse, show, write_files
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.cli.robot_inputs import (
-    add_robot_arguments, robot_of, robot_options)
+from gearbox_monitor.cli.robot_inputs import robot_of, robot_options
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.library.robot import (
@@ -33,14 +32,6 @@ OF_ONE_JOINT = {
     'repeated': 'of samples with one stamp the first is used',
     'validate': 'give a second log to a command of its own',
     'simulator': 'with an MJCF, MuJoCo runs it'}
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare in `parser` of diagnose what only whole robots take."""
-    parser.add_argument('--reference', metavar='LOG', nargs='+', default=[],
-                        help='of a whole robot: logs from before or of the healthy twin, or one '
-                        'file of learn')
-    add_robot_arguments(parser)
 
 
 def is_robot(args: Namespace) -> bool:

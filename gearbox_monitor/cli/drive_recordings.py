@@ -58,16 +58,22 @@ def add_model_arguments(parser: ArgumentParser, required: bool = True) -> None:
 def add_drive_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` the model file and the joints of a drive."""
     add_model_arguments(parser)
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
+    add_bag_arguments(parser)
     for side in ('motor', 'arm'):
-        parser.add_argument(f'--recorded-{side}', metavar='NAME', default=side,
-                            dest=f'{side}_joint',
-                            help=f'name of the {side} joint, in bags (default: {side})')
         add_renamed(parser, f'--{side}-joint', f'--recorded-{side}', f'{side}_joint')
     add_setpoint_argument(parser)
     parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
                         help='which of several samples with the same stamp to use: the first '
                         '(default), their average, or none')
+
+
+def add_bag_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` topic and joints of a drive in a bag."""
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
+    for side in ('motor', 'arm'):
+        parser.add_argument(f'--recorded-{side}', metavar='NAME', default=side,
+                            dest=f'{side}_joint',
+                            help=f'name of the {side} joint, in bags (default: {side})')
 
 
 def add_setpoint_argument(parser: ArgumentParser) -> None:
@@ -170,7 +176,8 @@ def load_recordings(args: Namespace, model: DriveModel, weigh: bool = False
 def _recording_of(name: str, model: DriveModel, args: Namespace) -> Recording:
     joints = {'motor': args.motor_joint, 'arm': args.arm_joint,
               'setpoint': getattr(args, 'setpoint_joint', 'setpoint')}
-    return recording_of(name, model, joints=joints, topic=args.topic, repeated=args.repeated)
+    return recording_of(name, model, joints=joints, topic=args.topic,
+                        repeated=getattr(args, 'repeated', REPEATED[0]))
 
 
 @contextmanager

@@ -49,7 +49,7 @@ import sys
 
 from gearbox_monitor.cli import export_robot
 from gearbox_monitor.cli.drive_recordings import (
-    add_joint_arguments, add_renamed, load_recording)
+    add_bag_arguments, add_joint_arguments, add_renamed, load_recording)
 from gearbox_monitor.cli.options import (
     estimator_options, expect_new, expect_new_file, refuse, stated, wrapped, write_new,
     write_or_print)
@@ -70,7 +70,6 @@ from gearbox_monitor.library.drive_file import load_model, SIMULATORS
 from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.recording import REPEATED
 from gearbox_monitor.report.words import number
 
 OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check')
@@ -95,11 +94,7 @@ def add_arguments(parser: ArgumentParser) -> None:
                         'file of its own)')
     parser.add_argument('--check', metavar='BAG',
                         help='recording on which MuJoCo runs the file before and after')
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
-    parser.add_argument('--recorded-motor', metavar='NAME', default='motor',
-                        help='name of the motor joint in the bag (default: motor)')
-    parser.add_argument('--recorded-arm', metavar='NAME', default='arm',
-                        help='name of the arm joint in the bag (default: arm)')
+    add_bag_arguments(parser)
     parser.add_argument('--params', metavar='FILE',
                         help='with --to c: ROS parameter file of the estimator')
     parser.add_argument('--prefix', metavar='NAME',
@@ -243,10 +238,7 @@ def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) 
     """
     actuator = drive.actuator
     ctrl = 1.0 / (actuator.gear * actuator.gain) if actuator else 0.0
-    names = Namespace(topic=args.topic, motor_joint=args.recorded_motor,
-                      arm_joint=args.recorded_arm, model=args.model,
-                      repeated=REPEATED[0])
-    recording, notes = load_recording(args.check, model, names)
+    recording, notes = load_recording(args.check, model, args)
     laid = overlay(recording, {'model': model})
     patched = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
                        actuator.name or None if actuator else None)

@@ -23,7 +23,7 @@ from gearbox_monitor.files.plain_data import read_json
 
 ROOTS = {'mjcf': 'mujoco', 'urdf': 'robot'}
 OF_ONE_JOINT = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'check', 'topic',
-                'recorded_motor', 'recorded_arm')
+                'motor_joint', 'arm_joint')
 
 
 def is_verdict(args: Namespace) -> bool:

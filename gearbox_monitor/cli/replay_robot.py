@@ -11,7 +11,6 @@ import csv
 import io
 from pathlib import Path
 
-from gearbox_monitor.cli.drive_recordings import add_root_argument
 from gearbox_monitor.cli.options import expect_new_file, refuse, show, write_new
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
@@ -27,11 +26,6 @@ OF_ROBOT = ('reference', 'values', 'root', 'recorded', 'link', 'empty')
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` of replay what only whole robots take."""
-    parser.add_argument('--reference', metavar='LOG', nargs='+', default=[],
-                        help='of a whole robot: logs without a load, or one file of learn')
-    parser.add_argument('--values', metavar='FILE',
-                        help='of a whole robot: values that its file does not state')
-    add_root_argument(parser)
     add_robot_arguments(parser)
     parser.add_argument('--link', default='', metavar='NAME',
                         help='of a whole robot: link that carries (default: the last)')
