@@ -7,6 +7,7 @@ Write MCAP records: messages one by one or as a block, in chunks with their inde
 The writer of the mcap package takes messages one by one, at three times the cost, and no finished
 chunks; here a block of messages becomes records in one step.
 """
+from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
 import struct
@@ -61,7 +62,7 @@ class McapWriter:
         self._compression, self._pack = COMPRESSIONS[compression]
         self._schemas: dict[str, Schema] = {}  # by type
         self._channels: dict[str, Channel] = {}  # by topic
-        self._counts: dict[int, int] = {}  # messages by channel
+        self._counts: Counter[int] = Counter()  # messages by channel
         self._chunks: list[ChunkIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._begin()
@@ -80,8 +81,7 @@ class McapWriter:
     @property
     def counts(self) -> dict[str, int]:
         """Map of topic to number of messages."""
-        return {topic: self._counts.get(channel.id, 0)
-                for topic, channel in self._channels.items()}
+        return {topic: self._counts[channel.id] for topic, channel in self._channels.items()}
 
     def start(self) -> None:
         """Write the header."""
@@ -118,7 +118,7 @@ class McapWriter:
             sequence: its number among the messages of its publisher, 0 if unknown.
         """
         channel = self._channels[topic].id
-        self._count(channel, 1)
+        self._counts[channel] += 1
         self._cover(log_ns, log_ns)
         self._entries.setdefault(channel, bytearray()).extend(
             ENTRY.pack(log_ns, len(self._records)))
@@ -140,14 +140,11 @@ class McapWriter:
                    for topic in np.flatnonzero(np.bincount(block.topic))]
         for rows in sorted(rows_of, key=lambda rows: int(rows[0])):
             channel = int(channels[block.topic[rows[0]]])
-            self._count(channel, len(rows))
+            self._counts[channel] += len(rows)
             self._entries.setdefault(channel, bytearray()).extend(entries[rows].tobytes())
         self._cover(int(block.log_ns.min()), int(block.log_ns.max()))
         self._records.extend(gathered(
             block, heads.view(np.uint8).reshape(len(block), MESSAGE_HEAD)))
-
-    def _count(self, channel: int, messages: int) -> None:
-        self._counts[channel] = self._counts.get(channel, 0) + messages
 
     def _cover(self, begin: int, end: int) -> None:
         """Widen the spans to log times from `begin` to `end`."""

@@ -48,8 +48,7 @@ def run(args: Namespace) -> int:
     for attribute, reason in OF_ONE_JOINT.items():
         refuse(args, [attribute], f'of one joint, expected --joint with it ({reason})')
     effects = _effects(args)
-    for path in (args.json, args.out):
-        expect_new_file(path)
+    expect_new_file(args.json, args.out)
     began = time.process_time()
     with progress_bar('diagnose') as progress:
         diagnosis = diagnose_robot(

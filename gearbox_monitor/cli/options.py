@@ -90,10 +90,9 @@ def expect_new_files(folder: str | None, names: Iterable[str], file: str | None)
 
     None: no folder, no file; '-' is standard output.
     """
-    for path in (*(Path(folder) / name for name in names if folder), file):
-        expect_new(path)
-    expect_folder_of(folder or '')
-    expect_folder_of(file or '')
+    expect_new(*(Path(folder) / name for name in names if folder), file)
+    expect_folder_of(folder)
+    expect_folder_of(file)
     if folder and Path(folder).exists() and not Path(folder).is_dir():
         raise InputError(f'{folder}: is a file, expected a directory')
 

@@ -48,8 +48,7 @@ def run(args: Namespace) -> int:
         raise InputError(f'--out: {args.out}, expected FILE.csv: of a whole robot replay writes '
                          'a table')
     paths = [path for path in (args.out, args.csv) if path]
-    for path in paths:
-        expect_new_file(path)
+    expect_new_file(*paths)
     with progress_bar('replay') as progress:
         track = track_payload(
             args.bag, robot_of(args), reference=args.reference or None, link=args.link,

@@ -96,20 +96,22 @@ def _lines(content: Any, lines_by_id: dict[int, dict[Any, int]]) -> dict[str, in
     return positions
 
 
-def expect_new_file(path: str | Path | None) -> None:
-    """Raise InputError if the file `path` exists or its folder does not; None and '-' never do."""
-    expect_new(path)
-    expect_folder_of(path or '')
+def expect_new_file(*paths: str | Path | None) -> None:
+    """Raise InputError if one of `paths` exists or its folder does not; None and '-' never do."""
+    expect_new(*paths)
+    for path in paths:
+        expect_folder_of(path)
 
 
-def expect_new(path: str | Path | None) -> None:
-    """Raise InputError if the file `path` exists; None and '-' (standard output) never do."""
-    if path and path != '-' and Path(path).exists():
-        raise InputError(f'{path}: exists, expected a new file')
+def expect_new(*paths: str | Path | None) -> None:
+    """Raise InputError if one of `paths` exists; None and '-' (standard output) never do."""
+    for path in paths:
+        if path and path != '-' and Path(path).exists():
+            raise InputError(f'{path}: exists, expected a new file')
 
 
-def expect_folder_of(path: str | Path) -> None:
-    """Raise InputError where `path` has no folder, or that of a bag; '-': stdout."""
+def expect_folder_of(path: str | Path | None) -> None:
+    """Raise InputError where `path` has no folder, or that of a bag; None and '-' need none."""
     if not path or path == '-':
         return
     folder = Path(path).absolute().parent
