@@ -20,8 +20,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recordings)
+from gearbox_monitor.cli.drive_recordings import add_recording_arguments, load_recordings
 from gearbox_monitor.cli.exit_codes import UNDECIDED
 from gearbox_monitor.cli.fit_nominal import largest_change
 from gearbox_monitor.cli.options import plain, show, wrapped
@@ -53,13 +52,12 @@ def run(args: Namespace) -> int:
     if folder.exists() or not folder.parent.is_dir():
         raise InputError(f'--out {folder}: expected a new folder in one that exists')
     expect_outside_of_bag(folder)
-    model = load_drive(args)
+    model, recordings, _, notes = load_recordings(args)
     values = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
     values.pop('model', None)
     parameters = EstimatorParameters.of({
         'motor_joint': args.motor_joint, 'arm_joint': args.arm_joint, 'tau_k_model': MIXED,
         **values})
-    recordings, _, notes = load_recordings(args, model)
     with progress_bar('adapt') as progress:
         result = adapt(recordings, model, parameters=parameters, jobs=args.jobs,
                        progress=progress)

@@ -37,7 +37,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.cli import diagnose_robot
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recordings, written_options)
+    add_recording_arguments, load_recordings, written_options)
 from gearbox_monitor.cli.options import (
     dump, expect_new_files, ids_in, JSON_FILE_HELP, plain, write_files)
 from gearbox_monitor.cli.progress import progress_bar
@@ -107,8 +107,7 @@ def run(args: Namespace) -> int:
     expect_ids('--exclude', exclude)
     chosen_ids(only, exclude)  # one at least remains
     expect_new_files(args.out, (*DRAWN, 'verdict.json', CLOSED), args.json)
-    model = load_drive(args)
-    recordings, validate, notes = load_recordings(args, model, weigh=True)
+    model, recordings, validate, notes = load_recordings(args, weigh=True)
     if not COMPILED:
         print('diagnose: without numba this takes about a hundred times longer', file=sys.stderr)
     simulator = _simulator(args.simulator, recordings, model) if args.simulator else None

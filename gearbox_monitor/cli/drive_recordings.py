@@ -149,14 +149,13 @@ def load_recording(name: str, model: DriveModel, args: Namespace
     return recording, notes
 
 
-def load_recordings(args: Namespace, model: DriveModel, weigh: bool = False
-                    ) -> tuple[list[UniformRecording], UniformRecording | None, list[str]]:
+def load_recordings(args: Namespace, weigh: bool = False) -> tuple[
+        DriveModel, list[UniformRecording], UniformRecording | None, list[str]]:
     """
-    Return (recordings of `args` at one rate, that of --validate or None, notes).
+    Return (model, recordings of `args` at one rate, that of --validate or None, notes).
 
     Args:
         args: options of add_recording_arguments.
-        model: of the drive.
         weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
 
     Raises:
@@ -169,8 +168,10 @@ def load_recordings(args: Namespace, model: DriveModel, weigh: bool = False
     for path, place in zip(paths, places):
         if places.count(place) > 1:
             raise InputError(f'{path}: twice, expected different recordings')
+    model = load_drive(args)
     recordings = [_recording_of(path, model, args) for path in paths]
-    return uniform(recordings[:len(args.bag)], model, recordings[-1] if validate else None, weigh)
+    return model, *uniform(recordings[:len(args.bag)], model,
+                           recordings[-1] if validate else None, weigh)
 
 
 def _recording_of(name: str, model: DriveModel, args: Namespace) -> Recording:

@@ -33,7 +33,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recordings, time_limit)
+    add_recording_arguments, load_recordings, time_limit)
 from gearbox_monitor.cli.options import expect_new_file, plain, show, wrapped
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import expect_whole, InputError
@@ -74,8 +74,7 @@ def run(args: Namespace) -> int:
         raise InputError(f'--time-limit: {args.time_limit:g}, expected a number > 0 (s)')
     expect_new_file(args.out)
     expect_folder_of(args.json)
-    model = load_drive(args)
-    recordings, validate, notes = load_recordings(args, model)
+    model, recordings, validate, notes = load_recordings(args)
     with progress_bar('fit') as progress, time_limit(args.time_limit, '--time-limit'):
         result = fit_nominal(
             recordings, model, args.free, validate=validate, jobs=args.jobs,
