@@ -52,9 +52,9 @@ def run(args: Namespace) -> int:
     if folder.exists() or not folder.parent.is_dir():
         raise InputError(f'--out {folder}: expected a new folder in one that exists')
     expect_outside_of_bag(folder)
-    model, recordings, _, notes = load_recordings(args)
     values = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
     values.pop('model', None)
+    model, recordings, _, notes = load_recordings(args)
     parameters = EstimatorParameters.of({
         'motor_joint': args.motor_joint, 'arm_joint': args.arm_joint, 'tau_k_model': MIXED,
         **values})
