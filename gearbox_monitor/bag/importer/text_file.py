@@ -220,10 +220,10 @@ def read_text(path: str | Path, mapping: ImportMapping, places: Places) -> RawCo
     if values is None:
         del lines[:]
         values = _by_cells(rows(), numbers, texts, lines, value)
-    again = {name: numbers[name] for name, place in places.items() if name not in values or (
+    reread = {name: numbers[name] for name, place in places.items() if name not in values or (
         isinstance(place, TimeMapping) and name not in texts and _rounded(values[name], place))}
-    if again:
-        values |= _by_cells(rows(), again, again, array('q'), value)
+    if reread:
+        values |= _by_cells(rows(), reread, reread, array('q'), value)
     notice = () if table is None else (
         f'one row per signal ({len(table.numbers)} rows of {len(lines)} samples): column numbers '
         'count the rows',)
