@@ -2,23 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Read a recording from CSV: t, u or setpoint, motor, arm and, where measured, arm_torque."""
-from collections.abc import Callable
+from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.bag.importer.columns import read_columns
 from gearbox_monitor.bag.importer.containers import readable
-from gearbox_monitor.bag.importer.mapping import mapping_from_dict
+from gearbox_monitor.bag.importer.mapping import (
+    ImportMapping, SignalMapping, TextFormat, TimeMapping)
+from gearbox_monitor.bag.importer.raw_columns import RawColumns
+from gearbox_monitor.bag.importer.text_file import read_text
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.packed_files import lines_of
 from gearbox_monitor.kernels.types import Array
 
-# Column -> name of the importer's signal; the units are s, N m and rad.
-COLUMNS = {'t': 'time', 'u': 'motor_effort', 'setpoint': 'motor_setpoint',
-           'motor': 'motor_position', 'arm': 'arm_position',
-           'arm_torque': 'arm_effort'}
+COLUMNS = ('t', 'u', 'setpoint', 'motor', 'arm', 'arm_torque')
 ENCODERS = ('motor', 'arm')
 TEXTS = ('.csv', '.tsv', '.txt', '.csv.gz', '.tsv.gz', '.txt.gz')  # endings of tables
 DELIMITERS = (',', ';', '\t')
@@ -51,11 +50,7 @@ def read_csv(path: str | Path) -> CsvColumns:
     is not measured. Further columns are ignored with a notice. Raises InputError that names file,
     line, column, value and the expected value.
     """
-    header, delimiter = _header(path)
-    for name in COLUMNS:
-        if header.count(name) > 1:
-            raise InputError(f'{path}: header row: column {name!r} stands {header.count(name)} '
-                             'times, expected once')
+    header, delimiter = header_of(path, 't,u,motor,arm[,arm_torque]', COLUMNS)
     missing = [name for name in ('t', 'u') if name not in header]
     if 'setpoint' in header and 'u' in missing:
         missing.remove('u')
@@ -64,28 +59,34 @@ def read_csv(path: str | Path) -> CsvColumns:
     if missing:
         raise InputError(f'{path}: header row: no column {", ".join(missing)} in '
                          f'{", ".join(header)[:80]!r}, expected t,u,motor,arm[,arm_torque]')
-    signals = {signal: {'column': header.index(name) + 1, 'missing': 'nan'}
-               for name, signal in COLUMNS.items() if name in header and name != 't'}
-    mapping = mapping_from_dict(
-        {'format': 'text', 'text': {'header': True, 'delimiter': delimiter},
-         'time': {'column': header.index('t') + 1}, 'signals': signals}, str(path))
-    raw = read_columns(path, mapping)
+    raw = text_columns(path, header, delimiter, [name for name in COLUMNS if name in header],
+                       ('t',))
     columns = raw.values
     ignored = [name or '(no name)' for name in header if name not in COLUMNS]
     notices = (f'ignored columns: {", ".join(ignored)}',) if ignored else ()
 
     def place_by_name(row: int, name: str) -> str:
-        line = raw.place(row, COLUMNS[name]).split(',')[0]
+        line = raw.place(row, name).split(',')[0]
         return f'{line}, column {name}'
-    t = columns[COLUMNS['t']]
-    u, setpoint, motor, arm = (columns.get(COLUMNS[name], np.full(len(t), np.nan))
-                               for name in ('u', 'setpoint', *ENCODERS))
-    return CsvColumns(t, u, setpoint, motor, arm, columns.get(COLUMNS['arm_torque']),
-                      place_by_name, notices)
+    none = np.full(len(columns['t']), np.nan)
+    t, u, setpoint, motor, arm = (columns.get(name, none) for name in COLUMNS[:-1])
+    return CsvColumns(t, u, setpoint, motor, arm, columns.get('arm_torque'), place_by_name,
+                      notices)
 
 
-def _header(path: str | Path) -> tuple[list[str], str]:
-    """Return (names of the header row, delimiter)."""
+def header_of(path: str | Path, expected: str, once: Container[str] = ()
+              ) -> tuple[list[str], str]:
+    """
+    Return (names of the header row, delimiter) of a text.
+
+    Args:
+        path: of the file, gzipped or not.
+        expected: its header row, for messages.
+        once: names that may not stand twice; none: all of them.
+
+    Raises:
+        InputError: it cannot be read, is empty, or has a name twice.
+    """
     with readable(path):
         try:
             for line in lines_of(path, 'utf-8'):
@@ -93,10 +94,34 @@ def _header(path: str | Path) -> tuple[list[str], str]:
                 if line.strip() and not line.lstrip().startswith('#'):
                     break
             else:
-                raise InputError(f'{path}: empty, expected a header row '
-                                 't,u,motor,arm[,arm_torque]')
+                raise InputError(f'{path}: empty, expected a header row {expected}')
         except UnicodeDecodeError:
             raise InputError(f'{path}: not text, expected a CSV file with a header row '
-                             't,u,motor,arm[,arm_torque]') from None
+                             f'{expected}') from None
     delimiter = max(DELIMITERS, key=line.count)
-    return [name.strip().strip('"') for name in line.split(delimiter)], delimiter
+    names = [name.strip().strip('"') for name in line.split(delimiter)]
+    for name in names:
+        if names.count(name) > 1 and name in (once or names):
+            raise InputError(f'{path}: header row: column {name!r} stands {names.count(name)} '
+                             'times, expected once')
+    return names, delimiter
+
+
+def text_columns(path: str | Path, header: Sequence[str], delimiter: str, names: Iterable[str],
+                 whole: Container[str] = ()) -> RawColumns:
+    """
+    Return the RawColumns of a text with a header row; an empty value is NaN.
+
+    Args:
+        path: of the file, gzipped or not.
+        header: names of all columns.
+        delimiter: between them.
+        names: of those that are read.
+        whole: those of them in which a value may not be empty.
+    """
+    mapping = ImportMapping(str(path), '', 'text', TimeMapping(), {}, text=TextFormat(
+        delimiter=delimiter, header=True, rows='samples'))
+    with readable(path):
+        return read_text(path, mapping, {
+            name: SignalMapping(column=header.index(name) + 1,
+                                missing='error' if name in whole else 'nan') for name in names})

@@ -3,6 +3,7 @@
 
 """Write the estimates of a replay as a table: CSV, or Parquet with pyarrow."""
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 import json
 import os
@@ -76,10 +77,8 @@ class EstimateTable:
 
     def abandon(self) -> None:
         """Delete the incomplete file."""
-        try:
+        with suppress(OSError, InputError):
             self._close()
-        except (OSError, InputError):
-            pass
         self._part.unlink(missing_ok=True)
 
     def _guarded(self, function: Callable[P, object], *args: P.args, **kwargs: P.kwargs) -> None:

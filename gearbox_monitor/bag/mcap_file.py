@@ -128,15 +128,9 @@ class McapFile:
         """Return the bytes begin .. end - 1 of the file, fewer at its end."""
         try:
             self._file.seek(begin)
-            data = self._file.read(end - begin)
-            while len(data) < end - begin:
-                piece = self._file.read(end - begin - len(data))
-                if not piece:
-                    break
-                data += piece
+            return self._file.read(end - begin)
         except OSError as error:
             raise InputError(f'{self.path}: cannot read: {error.strerror}') from None
-        return data
 
     def _near(self, begin: int, size: int) -> bytes:
         """Return `size` bytes from `begin` on, from the window read last if they are in it."""

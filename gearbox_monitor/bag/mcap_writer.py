@@ -7,7 +7,9 @@ Write MCAP records: messages one by one or as a block, in chunks with their inde
 The writer of the mcap package takes messages one by one, at three times the cost, and no finished
 chunks; here a block of messages becomes records in one step.
 """
+from collections import Counter
 from collections.abc import Callable, Mapping
+from pathlib import Path
 import struct
 from typing import Any, TypeAlias
 import zlib
@@ -24,8 +26,8 @@ import zstandard
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.mcap_file import MAGIC, RECORD
 from gearbox_monitor.bag.message_block import gathered, MESSAGE, MESSAGE_HEAD, MessageBlock
+from gearbox_monitor.bag.metadata import BagTopic
 from gearbox_monitor.bag.record_file import RecordFile
-from gearbox_monitor.kernels.types import Integers
 
 HEAD = struct.Struct('<BQHIQQ')  # opcode, length, channel, sequence, log time, publish time
 HEADS = np.dtype([('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2'), ('sequence', '<u4'),
@@ -48,19 +50,19 @@ COMPRESSIONS: dict[str, tuple[str, Callable[[bytes | bytearray], bytes]]] = {
 
 class McapWriter:
     """
-    Writes MCAP records to `file`, its chunks packed by `compression`, a key of COMPRESSIONS.
+    Writes the new MCAP file `path`, its chunks packed by `compression`, a key of COMPRESSIONS.
 
-    A chunk ends with finish_chunk only. Methods raise the OSError of the file. counts: {channel:
-    messages}; span: log times of all messages, None without one.
+    A chunk ends with finish_chunk only, so that it is known which messages are on the disk.
+    Methods raise OSError. span: first and last log time, None without a message.
     """
 
-    def __init__(self, file: RecordFile, compression: str) -> None:
-        self.counts: dict[int, int] = {}
+    def __init__(self, path: Path, compression: str) -> None:
+        self.path, self.file = path, RecordFile(path)
         self.span: Span | None = None
-        self._file = file
         self._compression, self._pack = COMPRESSIONS[compression]
-        self._schemas: list[Schema] = []
-        self._channels: list[Channel] = []
+        self._schemas: dict[str, Schema] = {}  # by type
+        self._channels: dict[str, Channel] = {}  # by topic
+        self._counts: Counter[int] = Counter()  # messages by channel
         self._chunks: list[ChunkIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._begin()
@@ -71,67 +73,52 @@ class McapWriter:
         self._entries: dict[int, bytearray] = {}  # by channel
         self._chunk_span: Span | None = None
 
-    def start(self, profile: str) -> None:
-        """Write the header with the `profile` of the recording."""
-        self._file.write(MAGIC + _bytes_of(
-            Header(profile, f'gearbox_monitor {__version__}')))
+    @property
+    def count(self) -> int:
+        """Number of messages."""
+        return sum(self._counts.values())
 
-    def add_schema(self, name: str, encoding: str, data: bytes) -> int:
-        """
-        Add the definition of a message type.
+    @property
+    def counts(self) -> dict[str, int]:
+        """Map of topic to number of messages."""
+        return {topic: self._counts[channel.id] for topic, channel in self._channels.items()}
 
-        Args:
-            name: of the type.
-            encoding: of the definition.
-            data: the definition.
+    def start(self) -> None:
+        """Write the header."""
+        self.file.write(MAGIC + _bytes_of(Header('ros2', f'gearbox_monitor {__version__}')))
 
-        Returns:
-            The number of the schema.
-        """
-        schema = Schema(id=len(self._schemas) + 1, data=data, encoding=encoding, name=name)
-        self._schemas.append(schema)
-        self._records += _bytes_of(schema)
-        return schema.id
-
-    def add_channel(self, topic: str, encoding: str, schema: int, values: Mapping[str, str]
-                    ) -> int:
-        """
-        Add a channel.
-
-        Args:
-            topic: its name.
-            encoding: of its messages.
-            schema: number of their definition.
-            values: {key: text} of its metadata.
-
-        Returns:
-            The number of the channel.
-        """
-        channel = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding,
-                          metadata=dict(values), schema_id=schema)
-        self._channels.append(channel)
+    def add_topic(self, topic: BagTopic) -> None:
+        """Add the schema, once for each type, and the channel of `topic`."""
+        if topic.msgtype not in self._schemas:
+            schema = Schema(id=len(self._schemas) + 1, data=topic.schema,
+                            encoding=topic.schema_encoding, name=topic.msgtype)
+            self._schemas[topic.msgtype] = schema
+            self._records += _bytes_of(schema)
+        channel = Channel(id=len(self._channels) + 1, topic=topic.name,
+                          message_encoding=topic.encoding, metadata=dict(topic.channel_metadata),
+                          schema_id=self._schemas[topic.msgtype].id)
+        self._channels[topic.name] = channel
         self._records += _bytes_of(channel)
-        return channel.id
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write the metadata record `name` of `values` {key: text}."""
         record = _bytes_of(Metadata(name=name, metadata=dict(values)))
-        self._metadata.append(MetadataIndex(self._file.end, len(record), name))
-        self._file.write(record)
+        self._metadata.append(MetadataIndex(self.file.end, len(record), name))
+        self.file.write(record)
 
-    def add_message(self, channel: int, log_ns: int, data: bytes, publish_ns: int, sequence: int
-                    ) -> None:
+    def write(self, topic: str, log_ns: int, data: bytes, publish_ns: int, sequence: int) -> None:
         """
         Add a message to the chunk.
 
         Args:
-            channel: its number.
+            topic: name of a topic that was added.
             log_ns: when it was recorded, ns since the epoch.
             data: the message.
             publish_ns: when it was published, ns since the epoch.
-            sequence: its number among the messages of its publisher.
+            sequence: its number among the messages of its publisher, 0 if unknown.
         """
-        self._count(channel, 1)
+        channel = self._channels[topic].id
+        self._counts[channel] += 1
         self._cover(log_ns, log_ns)
         self._entries.setdefault(channel, bytearray()).extend(
             ENTRY.pack(log_ns, len(self._records)))
@@ -139,8 +126,10 @@ class McapWriter:
                                    sequence, log_ns, publish_ns)
         self._records += data
 
-    def add_block(self, block: MessageBlock, channels: Integers) -> None:
-        """Add the messages of `block`, on `channels` [its topics], without sequence numbers."""
+    def write_block(self, block: MessageBlock) -> None:
+        """Add the messages of `block` in its order, without sequence numbers."""
+        channels = np.array([self._channels[topic].id if topic in self._channels else 0
+                             for topic in block.topics])
         sizes = block.size + MESSAGE_HEAD
         heads = np.zeros(len(block), HEADS)
         heads['opcode'], heads['length'] = MESSAGE, sizes - RECORD.size
@@ -151,14 +140,11 @@ class McapWriter:
                    for topic in np.flatnonzero(np.bincount(block.topic))]
         for rows in sorted(rows_of, key=lambda rows: int(rows[0])):
             channel = int(channels[block.topic[rows[0]]])
-            self._count(channel, len(rows))
+            self._counts[channel] += len(rows)
             self._entries.setdefault(channel, bytearray()).extend(entries[rows].tobytes())
         self._cover(int(block.log_ns.min()), int(block.log_ns.max()))
         self._records.extend(gathered(
             block, heads.view(np.uint8).reshape(len(block), MESSAGE_HEAD)))
-
-    def _count(self, channel: int, messages: int) -> None:
-        self.counts[channel] = self.counts.get(channel, 0) + messages
 
     def _cover(self, begin: int, end: int) -> None:
         """Widen the spans to log times from `begin` to `end`."""
@@ -170,7 +156,7 @@ class McapWriter:
         if self._chunk_span is None:
             return
         start_ns, end_ns = self._chunk_span
-        packed, begin = self._pack(self._records), self._file.end
+        packed, begin = self._pack(self._records), self.file.end
         chunk = _bytes_of(Chunk(
             compression=self._compression, data=packed, message_end_time=end_ns,
             message_start_time=start_ns, uncompressed_crc=zlib.crc32(self._records),
@@ -180,7 +166,7 @@ class McapWriter:
             offsets[channel] = begin + len(chunk) + len(indexes)
             indexes += INDEX.pack(Opcode.MESSAGE_INDEX, 6 + len(entries), channel, len(entries))
             indexes += entries
-        self._file.write(chunk + indexes)
+        self.file.write(chunk + indexes)
         self._chunks.append(ChunkIndex(
             chunk_length=len(chunk), chunk_start_offset=begin, compression=self._compression,
             compressed_size=len(packed), message_end_time=end_ns,
@@ -191,10 +177,10 @@ class McapWriter:
     def finish(self) -> None:
         """Write the last chunk, summary and footer."""
         self.finish_chunk()
-        self._file.write(_bytes_of(DataEnd(0)))
-        begin, summary, offsets = self._file.end, bytearray(), bytearray()
+        self.file.write(_bytes_of(DataEnd(0)))
+        begin, summary, offsets = self.file.end, bytearray(), bytearray()
         groups: dict[Opcode, list[McapRecord]] = {
-            Opcode.SCHEMA: [*self._schemas], Opcode.CHANNEL: [*self._channels],
+            Opcode.SCHEMA: [*self._schemas.values()], Opcode.CHANNEL: [*self._channels.values()],
             Opcode.STATISTICS: [self._statistics()], Opcode.CHUNK_INDEX: [*self._chunks],
             Opcode.METADATA_INDEX: [*self._metadata]}
         for opcode, records in groups.items():
@@ -204,14 +190,14 @@ class McapWriter:
                 summary += data
         footer = _bytes_of(Footer(begin, begin + len(summary), 0))
         summary += offsets + footer[:-4]  # the checksum covers all in front of it
-        self._file.write(summary + struct.pack('<I', zlib.crc32(summary)) + MAGIC)
+        self.file.write(summary + struct.pack('<I', zlib.crc32(summary)) + MAGIC)
 
     def _statistics(self) -> Statistics:
         start_ns, end_ns = self.span or (0, 0)
         return Statistics(
             attachment_count=0, channel_count=len(self._channels),
-            channel_message_counts=self.counts, chunk_count=len(self._chunks),
-            message_count=sum(self.counts.values()), message_end_time=end_ns,
+            channel_message_counts=self._counts, chunk_count=len(self._chunks),
+            message_count=self.count, message_end_time=end_ns,
             message_start_time=start_ns, metadata_count=len(self._metadata),
             schema_count=len(self._schemas))
 

@@ -3,6 +3,7 @@
 
 """``metadata.yaml`` of a rosbag2 directory, in version 9 as ROS 2 Jazzy writes it."""
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
@@ -42,15 +43,19 @@ class BagFile(Protocol):
         """Number of messages."""
 
 
-class BagTopic(Protocol):
-    """One topic of a bag."""
+@dataclass
+class BagTopic:
+    """A topic of a bag; schema: definition of its type; channel_metadata: of its channel."""
 
     name: str
     msgtype: str
-    encoding: str
     qos: list[QosProfile]
     type_hash: str
-    count: int
+    schema: bytes
+    channel_metadata: Mapping[str, str]
+    schema_encoding: str = 'ros2msg'
+    encoding: str = 'cdr'
+    count: int = 0
 
 
 def qos_profile(depth: int = 10, reliability: str = 'reliable', durability: str = 'volatile',

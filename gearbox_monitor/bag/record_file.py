@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """File of whole records, and the thread that syncs them to the medium."""
+from contextlib import suppress
 import os
 from pathlib import Path
 from threading import Event, Lock, Thread
@@ -57,11 +58,9 @@ class RecordFile:
         if self._file.closed:
             return ''
         opened = os.fstat(self._file.fileno())
-        try:
+        with suppress(OSError):
             if os.path.samestat(os.stat(self.path), opened):
                 return ''
-        except OSError:
-            pass
         return f'/proc/{os.getpid()}/fd/{self._file.fileno()}'
 
     def close(self) -> None:

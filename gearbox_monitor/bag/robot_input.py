@@ -10,22 +10,20 @@ from the positions.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-import gzip
+from itertools import islice
 from pathlib import Path
 import re
-import zlib
 
 import numpy as np
 
-from gearbox_monitor.bag.csv import TEXTS
-from gearbox_monitor.bag.importer.containers import opened_table
+from gearbox_monitor.bag.csv import header_of, text_columns, TEXTS
+from gearbox_monitor.bag.importer.containers import opened_table, readable
 from gearbox_monitor.bag.importer.mapping import TextFormat
-from gearbox_monitor.bag.importer.text_file import is_number
+from gearbox_monitor.bag.importer.text_file import sample_rows, split_line
 from gearbox_monitor.bag.joint_input import find_topic, topics_called
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.balance.robot_log import CURRENT, RawLog, SETPOINT, TORQUE
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.packed_files import lines_of
 from gearbox_monitor.kernels.types import Array
 
 TABLES = ('.parquet', '.pq')
@@ -117,39 +115,14 @@ def _or_setpoints(no_servo: str) -> str:
 
 def _text_columns(path: Path) -> dict[str, Array]:
     """Return {column: values} of a text with a header row; an empty value is NaN."""
-    header: list[str] = []
-    delimiter, rows = ',', []
-    try:
-        for number, line in enumerate(lines_of(path, 'utf-8'), 1):
-            line = line.removeprefix('\ufeff').strip()
-            if not line or line.startswith('#'):
-                continue
-            if not header:
-                delimiter = max((',', ';', '\t'), key=line.count)
-                header = [word.strip().strip('"') for word in line.split(delimiter)]
-                continue
-            words = line.split(delimiter)
-            if len(words) != len(header):
-                raise InputError(f'{path}: line {number}: {len(words)} values, expected '
-                                 f'{len(header)}')
-            try:
-                rows.append([float(word) if word.strip() else np.nan for word in words])
-            except ValueError:
-                wrong = next(i for i, word in enumerate(words)
-                             if word.strip() and not is_number(word, TextFormat()))
-                raise InputError(f'{path}: line {number}: column {header[wrong]}: '
-                                 f'{words[wrong][:30]!r}, expected a number') from None
-    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-        raise InputError(f'{path}: {error}, expected a whole gzip file') from None
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or 'not text'
-        raise InputError(f'{path}: {reason}, expected a header row {COLUMNS}') from None
-    twice = [word for word in header if header.count(word) > 1]
-    if twice:
-        raise InputError(f'{path}: header row: column {twice[0]!r} stands '
-                         f'{header.count(twice[0])} times, expected once')
-    values = np.array(rows, float).reshape(-1, len(header))
-    return dict(zip(header, values.T))
+    header, delimiter = header_of(path, COLUMNS)
+    with readable(path):
+        text = TextFormat(delimiter=delimiter, header=True)
+        for number, line in islice(sample_rows(path, text)[1], 1):
+            count = len(split_line(line, text))
+            if count != len(header):
+                raise InputError(f'{path}: line {number}: {count} values, expected {len(header)}')
+    return text_columns(path, header, delimiter, header).values
 
 
 def _from_columns(path: Path, columns: Mapping[str, Array], joints: Sequence[str],

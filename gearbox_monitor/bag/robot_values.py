@@ -4,6 +4,7 @@
 """What a user states of a robot beside its file, and the logs of its joints read with it."""
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 import math
 from typing import Any
 
@@ -13,7 +14,7 @@ from gearbox_monitor.bag.robot_input import numbered_names, read_robot_log
 from gearbox_monitor.balance.robot_log import checked_log, CURRENT, RobotLog, TORQUE
 from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.balance.settings import SETTINGS
-from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.errors import expect_choice, expect_keys, InputError, unknown
 from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
@@ -45,25 +46,35 @@ class RobotValues:
 
 def load_locked(path: str | None) -> dict[str, float]:
     """Return {joint that stands still: rad or m} of the YAML file `path`. Raises InputError."""
-    locked = _content(path).get('locked', {})
-    if not isinstance(locked, dict):
-        raise InputError(f'{path}: locked: {str(locked)[:40]!r}, expected NAME: position')
-    for name, x in locked.items():
-        if isinstance(x, bool) or not isinstance(x, (int, float)) or not math.isfinite(x):
-            raise InputError(f'{path}: locked.{name}: {str(x)[:40]!r}, expected a position, rad '
-                             'or m')
-    return {str(name): float(x) for name, x in locked.items()}
+    return _table(path, _content(path), 'locked', None, -math.inf)
 
 
 def _content(path: str | None) -> dict[str, Any]:
     """Return what the YAML file `path` holds, with KEYS alone. Raises InputError."""
-    content: Any = {} if path is None else load_yaml(path).content
-    if not isinstance(content, dict):
-        raise InputError(f'{path}: {str(content)[:40]!r}, expected keys and values')
-    for key in content:
-        if key not in KEYS:
-            raise InputError(f'{path}: {key}: {unknown(str(key), KEYS)}')
+    content: dict[str, Any] = {} if path is None else load_yaml(path).content
+    expect_keys(content, 'values', str(path), KEYS, whole=True)
     return content
+
+
+def _number(path: str | None, where: str, value: Any, low: float) -> float:
+    """Return the number of the key `where`. Raises InputError: it is less than `low`, or none."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
+            math.isfinite(value) and value >= low):
+        raise InputError(f'{path}: {where}: {str(value)[:40]!r}, expected a number'
+                         + (f' of {low:g} or more' if low > -math.inf else ''))
+    return float(value)
+
+
+def _table(path: str | None, content: Mapping[str, Any], key: str, names: Sequence[str] | None,
+           low: float = 0.0) -> dict[str, float]:
+    """Return the numbers from `low` on by name of a `key`; names: that it may have, None: any."""
+    value = content.get(key, {})
+    if not isinstance(value, dict):
+        raise InputError(f'{path}: {key}: {str(value)[:40]!r}, expected NAME: number')
+    for name in value:
+        if names is not None and name not in names:
+            raise InputError(f'{path}: {key}: {unknown(str(name), names)}')
+    return {str(name): _number(path, f'{key}.{name}', v, low) for name, v in value.items()}
 
 
 def load_values(path: str | None, file: ChainFile) -> RobotValues:
@@ -71,25 +82,9 @@ def load_values(path: str | None, file: ChainFile) -> RobotValues:
     content = _content(path)
     joints = file.chain.joints
     links = [link.name for link in file.chain.links]
-
-    def number(where: str, value: Any, low: float = 0.0) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
-                math.isfinite(value) and value >= low):
-            raise InputError(f'{path}: {where}: {str(value)[:40]!r}, expected a number of {low:g} '
-                             'or more')
-        return float(value)
-
-    def table(key: str, names: Sequence[str], low: float = 0.0) -> dict[str, float]:
-        value = content.get(key, {})
-        if not isinstance(value, dict):
-            raise InputError(f'{path}: {key}: {str(value)[:40]!r}, expected NAME: number')
-        for name in value:
-            if name not in names:
-                raise InputError(f'{path}: {key}: {unknown(str(name), names)}')
-        return {str(name): number(f'{key}.{name}', v, low) for name, v in value.items()}
-    effort = content.get('effort', 'commanded')
-    if effort not in ('measured', 'commanded'):
-        raise InputError(f'{path}: effort: {effort!r}, expected measured or commanded')
+    effort = expect_choice(content.get('effort', 'commanded'), 'effort', str(path),
+                           ('measured', 'commanded'))
+    number, table = partial(_number, path, low=0.0), partial(_table, path, content)
     compensated = content.get('compensated', False)
     if not isinstance(compensated, bool):
         raise InputError(f'{path}: compensated: {compensated!r}, expected true or false')

@@ -15,8 +15,7 @@ import numpy as np
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysError
 
 from gearbox_monitor.bag import metadata
-from gearbox_monitor.bag.bag_part import BagPart, McapTopic
-from gearbox_monitor.bag.mcap_writer import COMPRESSIONS
+from gearbox_monitor.bag.mcap_writer import COMPRESSIONS, McapWriter
 from gearbox_monitor.bag.message_block import MESSAGE_HEAD, MessageBlock
 from gearbox_monitor.bag.record_file import sync_folder, Syncer
 from gearbox_monitor.errors import InputError
@@ -80,9 +79,9 @@ class BagWriter:
         self._compression = compression
         self._max_size, self._max_ns = max_size, round(max_seconds * 1e9)
         self._unflushed, self._unflushed_bytes = 0, 0
-        self._topics: dict[str, McapTopic] = {}
+        self._topics: dict[str, metadata.BagTopic] = {}
         self._records: list[tuple[str, dict[str, str]]] = []
-        self._parts: list[BagPart] = []
+        self._parts: list[McapWriter] = []
         self._typestore = get_typestore(Stores.ROS2_JAZZY)
         self._closed = False
         self._syncer: Syncer | None = None
@@ -98,7 +97,7 @@ class BagWriter:
         self._guarded(self._part.start)
 
     @property
-    def _part(self) -> BagPart:
+    def _part(self) -> McapWriter:
         return self._parts[-1]
 
     @property
@@ -137,7 +136,7 @@ class BagWriter:
             raise ValueError(f'{topic} was added before')
         qos = [metadata.qos_profile()] if qos is None else list(qos)
         text, type_hash = self._definition(msgtype, msgdef)
-        self._announce(McapTopic(topic, msgtype, qos, type_hash, text.encode(), {
+        self._announce(metadata.BagTopic(topic, msgtype, qos, type_hash, text.encode(), {
             'offered_qos_profiles': metadata.to_yaml(qos) if qos else '',
             'topic_type_hash': type_hash}))
 
@@ -145,11 +144,11 @@ class BagWriter:
         """Add the topic that `schema` and `channel` of another bag define."""
         offer = channel.metadata
         qos = metadata.read_qos(offer.get('offered_qos_profiles', ''))
-        self._announce(McapTopic(
+        self._announce(metadata.BagTopic(
             channel.topic, schema.name, qos, offer.get('topic_type_hash', ''), schema.data, offer,
             schema.encoding, channel.message_encoding))
 
-    def _announce(self, topic: McapTopic) -> None:
+    def _announce(self, topic: metadata.BagTopic) -> None:
         if self.error is None:
             self._guarded(self._part.add_topic, topic)
             self._topics[topic.name] = topic
@@ -319,7 +318,7 @@ class BagWriter:
     def _open_part(self) -> None:
         """Create the next file."""
         name = f'{self.path.name}_{len(self._parts)}.mcap'
-        self._parts.append(BagPart(self.path / name, self._compression))
+        self._parts.append(McapWriter(self.path / name, self._compression))
         if self._syncer is not None:
             self._syncer.follow(self._part.file)
 

@@ -18,14 +18,12 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
 from pathlib import Path
-import textwrap
 from typing import Any
 
-from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recording, paths_of)
+from gearbox_monitor.cli.drive_recordings import add_recording_arguments, load_recordings
 from gearbox_monitor.cli.exit_codes import UNDECIDED
 from gearbox_monitor.cli.fit_nominal import largest_change
-from gearbox_monitor.cli.options import plain, show
+from gearbox_monitor.cli.options import plain, show, wrapped
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
@@ -54,17 +52,15 @@ def run(args: Namespace) -> int:
     if folder.exists() or not folder.parent.is_dir():
         raise InputError(f'--out {folder}: expected a new folder in one that exists')
     expect_outside_of_bag(folder)
-    paths = paths_of(args)
-    model = load_drive(args)
     values = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
     values.pop('model', None)
+    model, recordings, _, notes = load_recordings(args)
     parameters = EstimatorParameters.of({
         'motor_joint': args.motor_joint, 'arm_joint': args.arm_joint, 'tau_k_model': MIXED,
         **values})
-    loaded = [load_recording(path, model, args) for path in paths]
     with progress_bar('adapt') as progress:
-        result = adapt([recording for recording, _ in loaded], model, parameters=parameters,
-                       jobs=args.jobs, progress=progress)
+        result = adapt(recordings, model, parameters=parameters, jobs=args.jobs,
+                       progress=progress)
     names = ', '.join(Path(path).name for path in args.bag)
     write_adapted(folder, result, names)
     summary = plain({
@@ -73,7 +69,7 @@ def run(args: Namespace) -> int:
         'covariance': result.fit.covariance if result.fit else None,
         'gap_after': result.fit.gap_after if result.fit else None,
         'tolerances': result.tolerances, 'parameters': result.parameters, 'open': result.open,
-        'notes': [note for _, notes in loaded for note in notes]})
+        'notes': notes})
     summary = {'summary': answer(result, summary), **summary}
     show(args, summary, lambda: text(result, summary, folder))
     if result.fit is None:
@@ -95,7 +91,7 @@ def answer(result: Adapted, summary: Mapping[str, Any]) -> str:
 
 def text(result: Adapted, summary: dict[str, Any], folder: Path) -> str:
     """Return the `result`, of which `summary` holds the figures, written to `folder`, as lines."""
-    lines = [*textwrap.wrap(summary['summary'], 80), '',
+    lines = [*wrapped(summary['summary']), '',
              f'{"":22s}{"model file":>12s}{"this unit":>12s}{"+-":>10s}  unit']
     for v in result.fit.values if result.fit else ():
         lines.append(f'{v.name:22s}{v.start:12.5g}{v.value:12.5g}{v.error:10.2g}  {v.unit:10s}'

@@ -23,18 +23,18 @@ import sys
 import textwrap
 from typing import Any
 
-from gearbox_monitor.bag.joint_input import find_input, JointInput
+from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import BagReader, open_bag
 from gearbox_monitor.bag.recorded_samples import sample_parts
-from gearbox_monitor.bag.recorded_snapshots import read_snapshots
 from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
+from gearbox_monitor.cli.filter_inputs import settings_of
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, bag_arguments, estimator_options, expect_new_file, show)
+    add_estimator_arguments, bag_arguments, estimator_options, expect_new_file, show,
+    wrapped)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
-from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.parameters import EstimatorParameters, resolve
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.examine import Examination, examine
@@ -75,7 +75,11 @@ def run(args: Namespace) -> int:
     with open_bag(args.bag) as reader:
         source = find_input(reader, args.topic)
         topic = source.topic
-        model, parameters = _model_and_parameters(args, reader, source)
+        stated, model_file = estimator_options(args)
+        stated.update({name: getattr(args, name) for name in ('motor_joint', 'arm_joint')
+                       if getattr(args, name) is not None})
+        drive, parameters, is_known = settings_of(args, reader, source, stated, model_file)
+        model = drive if is_known else None
         servo = model is not None and model.controller is not None
         examined, notes, joints = _examined(reader, topic, model, parameters,
                                             [args.setpoint_joint] * servo)
@@ -98,25 +102,6 @@ def run(args: Namespace) -> int:
     data = {'summary': summary(data), **data}
     show(args, data, lambda: text(data, sys.stdout.isatty() and not os.environ.get('NO_COLOR')))
     return int(any(examined.suits[purpose][0] == BAD for purpose in args.purposes))
-
-
-def _model_and_parameters(args: Namespace, reader: BagReader,
-                          source: JointInput) -> tuple[DriveModel | None, EstimatorParameters]:
-    """Return model, or None, and all parameters: of the options, else as recorded."""
-    options, model_file = estimator_options(args)
-    model, recorded = None, dict[str, Any]()
-    snapshots = read_snapshots(reader, source)
-    if snapshots:
-        model, recorded = snapshots[0].settings(str(reader.path))
-    if model_file:
-        model = load_model(model_file)
-    values = {**recorded, **options}
-    for name in ('motor_joint', 'arm_joint'):
-        stated = getattr(args, name)
-        values[name] = values.get(name, name.split('_')[0]) if stated is None else stated
-    values.pop('model', None)
-    changed, parameters = resolve(model or DriveModel(), values, args.params or str(reader.path))
-    return model and changed, parameters
 
 
 def _examined(reader: BagReader, topic: str, model: DriveModel | None,
@@ -182,8 +167,8 @@ def summary(data: Mapping[str, Any]) -> str:
 def text(data: Mapping[str, Any], colours: bool = False) -> str:
     """Return the findings `data` as lines of at most 80 columns, with `colours` or without."""
     joints = data['joints']
-    lines = [*_wrapped(data['summary']), '', *_table(data['topics']), '',
-             *_wrapped(f'evaluated: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
+    lines = [*wrapped(data['summary']), '', *_table(data['topics']), '',
+             *wrapped(f'evaluated: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
                        f'{joints["arm"] or "none"}, {"with" if data["model"] else "without"} a '
                        'model file')]
     group = None
@@ -197,7 +182,7 @@ def text(data: Mapping[str, Any], colours: bool = False) -> str:
         verdict = {v: k for k, v in SUITS.items()}[part['verdict']].name.lower()
         lines += _entry(purpose, verdict, part['verdict'] + (
             f': {", ".join(part["because"])}' if part['because'] else ''), '', colours)
-    lines += [part for note in data['notes'] for part in _wrapped(f'note: {note}')]
+    lines += [part for note in data['notes'] for part in wrapped(f'note: {note}')]
     good = _next(data)
     return '\n'.join([*lines, '', *(f'next: {command}' for command in good)]).rstrip()
 
@@ -264,7 +249,3 @@ def _entry(name: str, verdict: str, figure: str, advice: str, colours: bool) -> 
 
 
 _BY_WORD = {verdict.name.lower(): verdict for verdict in (OK, WARN, BAD)}
-
-
-def _wrapped(words: str) -> list[str]:
-    return textwrap.wrap(words, WIDTH, break_on_hyphens=False) or ['']

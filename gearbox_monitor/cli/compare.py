@@ -25,17 +25,17 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 import sys
 import time
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from gearbox_monitor.bag.read import BagReader, open_bag
-from gearbox_monitor.bag.recorded_samples import RecordedSamples
+from gearbox_monitor.bag.recorded_samples import RecordedSamples, sliced
 from gearbox_monitor.bag.replay import truth
 from gearbox_monitor.bag.replay_summary import truth_of
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, show, warn)
+    add_estimator_arguments, check_filter, expect_new_file, show, warn, write_files)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
@@ -49,6 +49,7 @@ from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 
+KnownTorque: TypeAlias = tuple[Integers, Array]  # stamps [N] ns, torque [N] N m
 WARM_UP = 200  # samples that a filter takes before it is timed: kernels are compiled by then
 REPEATS = 3    # runs of which the fastest counts
 SHORTEST = 1000
@@ -63,20 +64,6 @@ class FilterResult:
     cpu: float
     diverged: int
     notes: Sequence[str] = ()
-
-
-class KnownTorque(NamedTuple):
-    """True or measured torque in a bag: stamps [N] ns, torque [N] N m."""
-
-    stamp_ns: Integers
-    tau_k: Array
-
-
-class KnownTwist(NamedTuple):
-    """True twist in a bag: stamps [N] ns, twist [N] rad."""
-
-    stamp_ns: Integers
-    twist: Array
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -108,8 +95,7 @@ def run(args: Namespace) -> int:
         expect_matplotlib('--png')
     with open_bag(args.bag) as reader:
         inputs = load_filter_inputs(args, reader)
-        recorded = truth(reader, inputs.recording)
-        torque = None if recorded is None else KnownTorque(*recorded)
+        torque = truth(reader, inputs.recording)
         twist = None if torque is None else _true_twist(reader, inputs.recording)
         notes = list(inputs.notes)
     samples, count = inputs.samples, len(inputs.samples.stamp_ns)
@@ -117,8 +103,7 @@ def run(args: Namespace) -> int:
         raise InputError(f'{args.bag}: {count} samples, too short to compare, expected at least '
                          f'{SHORTEST}')
     if set(names) & set(filterpy_reference.NAMES) and count > args.filterpy_samples:
-        samples = Samples(*(getattr(samples, field)[:args.filterpy_samples]
-                            for field in ('stamp_ns', 'u', 'y')))
+        samples = sliced(samples, 0, args.filterpy_samples)
         notes.append(f'only the first {args.filterpy_samples} of {count} samples, for filterpy '
                      '(--filterpy-samples)')
     results = []
@@ -167,8 +152,7 @@ def run_filter(name: str, model: DriveModel, parameters: EstimatorParameters,
 
     """
     if name in filterpy_reference.NAMES:
-        few = Samples(*(getattr(samples, field)[:3] for field in ('stamp_ns', 'u', 'y')))
-        filterpy_reference.run(name, model, parameters, few)
+        filterpy_reference.run(name, model, parameters, sliced(samples, 0, 3))
         begin = time.process_time()
         reference = filterpy_reference.run(name, model, parameters, samples)
         return FilterResult(name, reference,
@@ -178,8 +162,7 @@ def run_filter(name: str, model: DriveModel, parameters: EstimatorParameters,
     estimates = estimator.run(samples)
     # Timed without smoothing: what remains is the filter and its loop.
     bare = unsmoothed(parameters)
-    few = Samples(*(getattr(samples, f)[:WARM_UP] for f in ('stamp_ns', 'u', 'y')))
-    Estimator(model, bare).run(few)
+    Estimator(model, bare).run(sliced(samples, 0, WARM_UP))
     cpu = []
     for _ in range(REPEATS):
         timed = Estimator(model, bare)
@@ -199,7 +182,7 @@ def row(result: FilterResult, results: Sequence[FilterResult],
     Args:
         result: of the filter.
         results: of all filters; the CPU time is compared with that of the EKF.
-        torque: true or measured, or None.
+        torque: true or measured, (stamps [N] ns, torque [N] N m), or None.
 
     """
     data = asdict(score(result.estimates, result.name, result.diverged))
@@ -262,17 +245,16 @@ def _show(value: float | None, form: str) -> str:
     return '-' if value is None or not np.isfinite(value) else format(value, form)
 
 
-def _true_twist(reader: BagReader, recording: RecordedSamples) -> KnownTwist | None:
-    """Return the true twist in the bag, or None if it contains a torque only."""
+def _true_twist(reader: BagReader, recording: RecordedSamples) -> Array | None:
+    """Return the true twist [N] beside the torque in the bag, None if it has the torque only."""
     source = truth_of(reader, recording.namespace, recording.transmission)
     if source is None or not source.topic.endswith(PLANT_TRANSMISSION_STATE):
         return None
-    states = reader.joint_states(source.topic, (source.joint,))
-    return KnownTwist(states.stamp_ns, states.position[:, 0])
+    return reader.joint_states(source.topic, (source.joint,)).position[:, 0]
 
 
 def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque | None,
-          twist: KnownTwist | None, axis: str) -> None:
+          twist: Array | None, axis: str) -> None:
     """Write the figure."""
     from gearbox_monitor.report import compare_plot
     origin = min(r.estimates.stamp_ns[0] for r in results)
@@ -289,14 +271,11 @@ def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque 
     truth_curve = None
     if torque is not None:
         end = max(r.estimates.stamp_ns[-1] for r in results)
-        keep = (torque.stamp_ns >= origin) & (torque.stamp_ns <= end)
+        stamps, tau_k = torque
+        keep = (stamps >= origin) & (stamps <= end)
         truth_curve = compare_plot.TrueTorque(
-            (torque.stamp_ns[keep] - origin) * 1e-9, torque.tau_k[keep],
-            None if twist is None else twist.twist[keep])
+            (stamps[keep] - origin) * 1e-9, tau_k[keep], None if twist is None else twist[keep])
     figure = compare_plot.comparison(runs, truth_curve, f'Filters on {Path(args.bag).name}',
                                      axis=axis)
-    try:
-        figure.savefig(args.png, dpi=110)
-    except OSError as error:
-        raise InputError(f'{args.png}: {error.strerror}, expected a new, writable file') from None
+    write_files({Path(args.png): figure})
     print(f'compare: wrote {args.png}', file=sys.stderr)

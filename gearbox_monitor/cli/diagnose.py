@@ -27,7 +27,6 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
-import os
 from pathlib import Path
 import sys
 from typing import Any, TYPE_CHECKING, TypeAlias
@@ -38,23 +37,25 @@ from gearbox_monitor import __version__
 from gearbox_monitor.cli import diagnose_robot
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recording, paths_of, written_options)
-from gearbox_monitor.cli.options import dump, expect_new, JSON_FILE_HELP, plain
+    add_recording_arguments, load_recordings, written_options)
+from gearbox_monitor.cli.options import (
+    dump, expect_new_files, ids_in, JSON_FILE_HELP, plain, write_files)
 from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.cli.robot_inputs import add_robot_arguments
 from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by
 from gearbox_monitor.export.mjcf import refused
 from gearbox_monitor.export.robot_patch import ROOTS
 from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
-from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
+from gearbox_monitor.files.yaml_files import model_text
+from gearbox_monitor.identification.diagnose import chosen_ids
 from gearbox_monitor.identification.findings import NONE
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.library.identify import diagnose
+from gearbox_monitor.library.identify import diagnose, expect_ids
 from gearbox_monitor.library.simulator_file import export_model
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
+from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.suggestion import suggestion
@@ -66,6 +67,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DRAWN = ('report.html', 'overlay.png', 'where.png', 'ranking.png')
+CLOSED = 'drive.closed.yaml'
 OF_RECORDINGS = ('topic', 'motor_joint', 'arm_joint', 'setpoint_joint', 'repeated')
 OF_JOINTS = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'root')
 Drawn: TypeAlias = Mapping[str, 'str | Figure']  # {file of --out: HTML or picture}
@@ -74,7 +76,7 @@ Drawn: TypeAlias = Mapping[str, 'str | Figure']  # {file of --out: HTML or pictu
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     add_recording_arguments(parser)
-    diagnose_robot.add_arguments(parser)
+    add_robot_arguments(parser, values=False)
     parser.add_argument('--validate', metavar='BAG2',
                         help='second recording of the drive, to test the result on')
     parser.add_argument('--out', metavar='DIR',
@@ -100,22 +102,14 @@ def run(args: Namespace) -> int:
     expect_whole(args.seed, '--seed')
     if diagnose_robot.is_robot(args):
         return diagnose_robot.run(args)
-    only = _ids('--only', args.only) if args.only else None
-    exclude = _ids('--exclude', args.exclude)
-    if not [i for i in (only or library()) if i not in exclude]:
-        raise InputError('--exclude: no effect remains, expected at least one to try')
-    targets = _targets(args)
-    paths = paths_of(args)
-    model = load_drive(args)
-    recordings, notes = [], []
-    for path in paths:
-        recording, remarks = load_recording(path, model, args, weigh=True)
-        recordings.append(recording)
-        notes += [f'{Path(path).name}: {note}' if len(paths) > 1 else note for note in remarks]
+    only, exclude = ids_in(args.only or ()) or None, ids_in(args.exclude)
+    expect_ids('--only', only)
+    expect_ids('--exclude', exclude)
+    chosen_ids(only, exclude)  # one at least remains
+    expect_new_files(args.out, (*DRAWN, 'verdict.json', CLOSED), args.json)
+    model, recordings, validate, notes = load_recordings(args, weigh=True)
     if not COMPILED:
         print('diagnose: without numba this takes about a hundred times longer', file=sys.stderr)
-    validate = recordings.pop() if args.validate else None
-    recordings = at_one_rate(recordings)
     simulator = _simulator(args.simulator, recordings, model) if args.simulator else None
     with progress_bar('diagnose') as progress:
         verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,
@@ -142,7 +136,7 @@ def run(args: Namespace) -> int:
     if args.out:
         drawn = draw(verdict, data, recordings, model, PageContext(files, command, changes),
                      args.jobs)
-    written = write(targets, data, closed, drawn, args)
+    written = write(args, data, closed, drawn)
     print(dump(data) if args.json == '-' else
           text(data, recordings, model, written, files, command, changes))
     return 0 if verdict.verdict == NONE else 1
@@ -161,7 +155,7 @@ def _simulator(name: str, recordings: Sequence[UniformRecording], model: DriveMo
 
 def user_files(args: Namespace) -> UserFiles:
     """Return the UserFiles of the options `args`, as further commands have them."""
-    closed = str(Path(args.out) / 'drive.closed.yaml') if args.out else ''
+    closed = str(Path(args.out) / CLOSED) if args.out else ''
     reading = written_options(args, OF_RECORDINGS)
     return UserFiles(args.model, args.bag, reading, closed, args.validate,
                      args.model if args.joint else '', written_options(args, OF_JOINTS),
@@ -188,17 +182,6 @@ def _changes(args: Namespace, closed: DriveModel, data: dict[str, Any]) -> list[
     data['file_changes'] = [change._asdict() for change in patch.changes]
     return [*(f'{Path(args.model).name}: {change.words}' for change in patch.changes),
             *(f'not in it: {row.id}: {row.words}' for row in refused(patch.exported))]
-
-
-def _ids(option: str, words: Sequence[str]) -> tuple[str, ...]:
-    """Return the ids in `words`, also those joined by commas. Raises InputError."""
-    effects = library()
-    ids = [word for part in words for word in part.split(',') if word]
-    for name in ids:
-        if name not in effects:
-            raise InputError(f'{option}: unknown effect {name!r}, expected ids of '
-                             f'{", ".join(effects)}')
-    return tuple(dict.fromkeys(ids))
 
 
 def draw(verdict: Verdict, data: Mapping[str, Any],
@@ -237,72 +220,29 @@ def draw(verdict: Verdict, data: Mapping[str, Any],
     return drawn
 
 
-def _targets(args: Namespace) -> dict[str, Path]:
-    """Return {content: Path} of the files to write. Raises InputError if one exists."""
-    targets = {}
-    if args.json and args.json != '-':
-        targets['json'] = Path(args.json)
-    if args.out:
-        targets['verdict'] = Path(args.out) / 'verdict.json'
-        targets['model'] = Path(args.out) / 'drive.closed.yaml'
-        targets.update((name, Path(args.out) / name) for name in DRAWN)
-    for path in targets.values():
-        expect_new(path)
-    expect_folder_of(args.out)
-    expect_folder_of(args.json)
-    if args.out and Path(args.out).exists() and not Path(args.out).is_dir():
-        raise InputError(f'{args.out}: is a file, expected a directory')
-    return targets
-
-
-def write(targets: Mapping[str, Path], data: Mapping[str, Any], closed: DriveModel | None,
-          drawn: Drawn, args: Namespace) -> list[Path]:
+def write(args: Namespace, data: Mapping[str, Any], closed: DriveModel | None,
+          drawn: Drawn) -> list[Path]:
     """
-    Write all files or none.
+    Write all files or none; return their paths.
 
     Args:
-        targets: {content: Path}.
+        args: options of the command.
         data: the verdict as plain data.
         closed: model with the effect, or None.
         drawn: page and pictures.
-        args: options of the command.
-
-    Returns:
-        The files.
 
     Raises:
         InputError: a file cannot be written.
 
     """
-    comment = [f'Written by gearbox_monitor {__version__} diagnose from '
-               f'{", ".join(args.bag)} and {args.model}.', data['summary']]
-    parts: list[tuple[Path, Path]] = []
-    new_folder = None
-    try:
-        if args.out and not Path(args.out).exists():
-            new_folder = Path(args.out)
-            new_folder.mkdir()
-        for content, path in targets.items():
-            if content == 'model' and closed is None or content in DRAWN and content not in drawn:
-                continue
-            part = path.with_name(f'.{path.name}.{os.getpid()}.part')
-            parts.append((part, path))
-            item = drawn.get(content) or dump(data) + '\n'
-            if content == 'model' and closed is not None:
-                save_model(part, closed, comment)
-            elif isinstance(item, str):
-                part.write_text(item, encoding='utf-8')
-            else:
-                item.savefig(part, dpi=110, format='png')
-        for part, path in parts:
-            os.replace(part, path)
-        new_folder = None
-    except OSError as error:
-        raise InputError(f'{error.filename}: {error.strerror}, expected a new, writable file') \
-            from None
-    finally:
-        for part, _ in parts:
-            part.unlink(missing_ok=True)
-        if new_folder is not None and new_folder.is_dir() and not any(new_folder.iterdir()):
-            new_folder.rmdir()
-    return [path for _, path in parts]
+    contents: dict[Path, str | Figure] = {}
+    if args.json and args.json != '-':
+        contents[Path(args.json)] = dump(data) + '\n'
+    if args.out:
+        contents[Path(args.out, 'verdict.json')] = dump(data) + '\n'
+        if closed is not None:
+            contents[Path(args.out, CLOSED)] = model_text(closed, [
+                f'Written by gearbox_monitor {__version__} diagnose from '
+                f'{", ".join(args.bag)} and {args.model}.', data['summary']])
+        contents |= {Path(args.out, name): content for name, content in drawn.items()}
+    return write_files(contents, args.out)

@@ -4,9 +4,9 @@
 """The verdict of a diagnosis in words: effect, place, certainty, next steps."""
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-import textwrap
 from typing import Any, TypeAlias
 
+from gearbox_monitor.cli.options import wrapped
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
@@ -18,7 +18,6 @@ from gearbox_monitor.report.words import (
     SUGGESTED, torque_map_of, undefined, unit_of, UserFiles, value_rows, value_text)
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
-WIDTH = 80
 LABEL = 15
 RANKED = 8  # lines of the ranking
 
@@ -39,7 +38,7 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
         changes: of the simulator's file, in words.
 
     """
-    lines = textwrap.wrap(data['summary'], WIDTH)
+    lines = wrapped(data['summary'])
     lines += [line for name in ids_of(data) for line in _meaning(name, model.axis)]
     lines.append('')
     for recording in recordings:
@@ -73,17 +72,15 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
 
 def _entry(label: str, words: str) -> list[str]:
     """Return `words` as lines beside `label`."""
-    return textwrap.wrap(words, WIDTH, initial_indent=f'{label:<{LABEL}s}',
-                         subsequent_indent=' ' * LABEL, break_on_hyphens=False) or [label]
+    return wrapped(words, f'{label:<{LABEL}s}', ' ' * LABEL) or [label]
 
 
 def _meaning(name: str, axis: str) -> list[str]:
     effect = library().get(name)
     if effect is None:
         return []
-    return textwrap.wrap(f'{name} ({PLACES.get(effect.location, "")}): {meaning(name, axis)}: '
-                         f'{effect.equation}', WIDTH, initial_indent='  ',
-                         subsequent_indent='    ')
+    return wrapped(f'{name} ({PLACES.get(effect.location, "")}): {meaning(name, axis)}: '
+                   f'{effect.equation}', '  ', '    ')
 
 
 def _gap(data: VerdictData) -> list[str]:

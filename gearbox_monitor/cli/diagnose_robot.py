@@ -6,16 +6,14 @@ Diagnose a whole robot: all joints of a log beside its MJCF or URDF file.
 
 diagnose calls this where --model is the file of a robot and --joint is not given.
 """
-from argparse import ArgumentParser, Namespace
-import os
+from argparse import Namespace
 from pathlib import Path
 import time
 from typing import Any
 
-from gearbox_monitor.cli.options import dump, expect_new_file, show, stated, write_new
+from gearbox_monitor.cli.options import dump, expect_new_file, ids_in, refuse, show, write_files
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.cli.robot_inputs import (
-    add_robot_arguments, robot_of, robot_options)
+from gearbox_monitor.cli.robot_inputs import robot_of, robot_options
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.library.robot import (
@@ -36,32 +34,21 @@ OF_ONE_JOINT = {
     'simulator': 'with an MJCF, MuJoCo runs it'}
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare in `parser` of diagnose what only whole robots take."""
-    parser.add_argument('--reference', metavar='LOG', nargs='+', default=[],
-                        help='of a whole robot: logs from before or of the healthy twin, or one '
-                        'file of learn')
-    add_robot_arguments(parser)
-
-
 def is_robot(args: Namespace) -> bool:
     """Return whether the options `args` of diagnose are about a whole robot."""
     if args.joint is None and Path(args.model).suffix.lower() in SUFFIXES:
         return True
-    for option in stated(args, ('reference', 'recorded')):
-        raise InputError(f'{option}: of a whole robot, expected an MJCF or URDF file as --model, '
-                         'and no --joint')
+    refuse(args, ('reference', 'recorded'), 'of a whole robot, expected an MJCF or URDF file as '
+           '--model, and no --joint')
     return False
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     for attribute, reason in OF_ONE_JOINT.items():
-        for option in stated(args, [attribute]):
-            raise InputError(f'{option}: of one joint, expected --joint with it ({reason})')
+        refuse(args, [attribute], f'of one joint, expected --joint with it ({reason})')
     effects = _effects(args)
-    for path in (args.json, args.out):
-        expect_new_file(path)
+    expect_new_file(args.json, args.out)
     began = time.process_time()
     with progress_bar('diagnose') as progress:
         diagnosis = diagnose_robot(
@@ -78,8 +65,7 @@ def run(args: Namespace) -> int:
 def _effects(args: Namespace) -> list[str] | None:
     """Return the ids of --only without those of --exclude, None for all. Raises InputError."""
     ids = robot_effects()
-    words = {option: [w for part in getattr(args, option) or () for w in part.split(',') if w]
-             for option in ('only', 'exclude')}
+    words = {option: ids_in(getattr(args, option) or ()) for option in ('only', 'exclude')}
     for option, listed in words.items():
         for word in listed:
             if word not in ids:
@@ -98,11 +84,7 @@ def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> 
         data['warnings'].append('not in the file that closes the gap: '
                                 + ', '.join(diagnosis.lacking))
     page = robot_gap_page(data, diagnosis.robot.file.chain, diagnosis.posture)
-    try:
-        os.mkdir(folder)
-    except OSError as error:
-        raise InputError(f'{folder}: {error.strerror}, expected a new folder') from None
-    write_new(folder / 'verdict.json', dump(data) + '\n')
-    write_new(folder / 'report.html', page)
+    contents = {folder / 'verdict.json': dump(data) + '\n', folder / 'report.html': page}
     if diagnosis.closed is not None:
-        diagnosis.save(data['closed'])
+        contents[Path(data['closed'])] = diagnosis.closed
+    write_files(contents, args.out)

@@ -15,7 +15,8 @@ from typing import Any
 from gearbox_monitor.cli.options import stated
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.library.drive_file import load_model
-from gearbox_monitor.library.recording import load_recording as recording_of
+from gearbox_monitor.library.identify import uniform
+from gearbox_monitor.library.recording import load_recording as recording_of, Recording
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import REPEATED, UniformRecording
 
@@ -57,16 +58,22 @@ def add_model_arguments(parser: ArgumentParser, required: bool = True) -> None:
 def add_drive_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` the model file and the joints of a drive."""
     add_model_arguments(parser)
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
+    add_bag_arguments(parser)
     for side in ('motor', 'arm'):
-        parser.add_argument(f'--recorded-{side}', metavar='NAME', default=side,
-                            dest=f'{side}_joint',
-                            help=f'name of the {side} joint, in bags (default: {side})')
         add_renamed(parser, f'--{side}-joint', f'--recorded-{side}', f'{side}_joint')
     add_setpoint_argument(parser)
     parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
                         help='which of several samples with the same stamp to use: the first '
                         '(default), their average, or none')
+
+
+def add_bag_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` topic and joints of a drive in a bag."""
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
+    for side in ('motor', 'arm'):
+        parser.add_argument(f'--recorded-{side}', metavar='NAME', default=side,
+                            dest=f'{side}_joint',
+                            help=f'name of the {side} joint, in bags (default: {side})')
 
 
 def add_setpoint_argument(parser: ArgumentParser) -> None:
@@ -121,18 +128,8 @@ def add_recording_arguments(parser: ArgumentParser) -> None:
     add_drive_arguments(parser)
 
 
-def paths_of(args: Namespace) -> list[str]:
-    """Return the recordings of `args`, that of --validate last. Raises InputError: one twice."""
-    paths = [*args.bag, *filter(None, [getattr(args, 'validate', None)])]
-    places = [os.path.realpath(path) for path in paths]
-    for path, place in zip(paths, places):
-        if places.count(place) > 1:
-            raise InputError(f'{path}: twice, expected different recordings')
-    return paths
-
-
-def load_recording(name: str, model: DriveModel, args: Namespace,
-                   weigh: bool = False) -> tuple[UniformRecording, list[str]]:
+def load_recording(name: str, model: DriveModel, args: Namespace
+                   ) -> tuple[UniformRecording, list[str]]:
     """
     Read a recording and check it.
 
@@ -140,7 +137,6 @@ def load_recording(name: str, model: DriveModel, args: Namespace,
         name: of a bag or CSV file.
         model: of the drive.
         args: options of add_drive_arguments.
-        weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
 
     Returns:
         The recording and notes about it.
@@ -149,14 +145,40 @@ def load_recording(name: str, model: DriveModel, args: Namespace,
         InputError: it cannot be read, or allows no statement about the drive.
 
     """
+    (recording,), _, notes = uniform(_recording_of(name, model, args), model)
+    return recording, notes
+
+
+def load_recordings(args: Namespace, weigh: bool = False) -> tuple[
+        DriveModel, list[UniformRecording], UniformRecording | None, list[str]]:
+    """
+    Return (model, recordings of `args` at one rate, that of --validate or None, notes).
+
+    Args:
+        args: options of add_recording_arguments.
+        weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
+
+    Raises:
+        InputError: one stands twice, cannot be read, or allows no statement about the drive.
+
+    """
+    validate = getattr(args, 'validate', None)
+    paths = [*args.bag, *filter(None, [validate])]
+    places = [os.path.realpath(path) for path in paths]
+    for path, place in zip(paths, places):
+        if places.count(place) > 1:
+            raise InputError(f'{path}: twice, expected different recordings')
+    model = load_drive(args)
+    recordings = [_recording_of(path, model, args) for path in paths]
+    return model, *uniform(recordings[:len(args.bag)], model,
+                           recordings[-1] if validate else None, weigh)
+
+
+def _recording_of(name: str, model: DriveModel, args: Namespace) -> Recording:
     joints = {'motor': args.motor_joint, 'arm': args.arm_joint,
               'setpoint': getattr(args, 'setpoint_joint', 'setpoint')}
-    recording, notes = recording_of(name, model, joints=joints, topic=args.topic,
-                                    repeated=args.repeated).uniform(weigh)
-    if not getattr(args, 'noted', False):  # with the first recording
-        notes = [*model.origin.limits.notes, *notes]
-    args.noted = True
-    return recording, notes
+    return recording_of(name, model, joints=joints, topic=args.topic,
+                        repeated=getattr(args, 'repeated', REPEATED[0]))
 
 
 @contextmanager

@@ -17,16 +17,13 @@ usage examples:
   gearbox_monitor explain WARN
 """
 from argparse import ArgumentParser, Namespace
-import textwrap
 
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
-from gearbox_monitor.cli.options import show
+from gearbox_monitor.cli.options import show, wrapped
 from gearbox_monitor.errors import InputError, most_similar
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.plant.effects import EFFECTS, library, LOCATIONS
 from gearbox_monitor.report.explanation import ALL_CONDITIONS, Explanation, explanations
-
-WIDTH = 80
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -82,19 +79,14 @@ def list_text(listed: dict[str, list[str]]) -> str:
     lines: list[str] = []
     for heading, names in listed.items():
         mark = '; ' if heading.startswith('conditions') else ', '
-        lines += [heading, *_wrapped(mark.join(names), '  ')]
+        lines += [heading, *wrapped(mark.join(names), '  ', '  ')]
     return '\n'.join(lines)
 
 
 def text(explanation: Explanation) -> str:
     """Return an `explanation` as lines of at most 80 columns."""
-    lines = _wrapped(explanation.title, '')
+    lines = wrapped(explanation.title)
     for heading, words in explanation.parts.items():
         lines += ['', heading]
-        lines += [line for part in words for line in _wrapped(part, '  ')]
+        lines += [line for part in words for line in wrapped(part, '  ', '  ')]
     return '\n'.join(lines)
-
-
-def _wrapped(words: str, indent: str) -> list[str]:
-    return textwrap.wrap(words, WIDTH, initial_indent=indent, subsequent_indent=indent,
-                         break_on_hyphens=False)

@@ -44,16 +44,15 @@ usage examples:
   gearbox_monitor export unit1.json unit2.json unit3.json --to isaac --ranges --out events.py
 """
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
 from pathlib import Path
 import sys
-import textwrap
 
 from gearbox_monitor.cli import export_robot
 from gearbox_monitor.cli.drive_recordings import (
-    add_joint_arguments, add_renamed, load_recording)
+    add_bag_arguments, add_joint_arguments, add_renamed, load_recording)
 from gearbox_monitor.cli.options import (
-    estimator_options, expect_new, expect_new_file, stated, write_new, write_or_print)
+    estimator_options, expect_new, expect_new_file, refuse, stated, wrapped, write_new,
+    write_or_print)
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.c99 import firmware
@@ -71,10 +70,9 @@ from gearbox_monitor.library.drive_file import load_model, SIMULATORS
 from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.recording import REPEATED
 from gearbox_monitor.report.words import number
 
-WIDTH = 80
+OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check')
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -96,11 +94,7 @@ def add_arguments(parser: ArgumentParser) -> None:
                         'file of its own)')
     parser.add_argument('--check', metavar='BAG',
                         help='recording on which MuJoCo runs the file before and after')
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
-    parser.add_argument('--recorded-motor', metavar='NAME', default='motor',
-                        help='name of the motor joint in the bag (default: motor)')
-    parser.add_argument('--recorded-arm', metavar='NAME', default='arm',
-                        help='name of the arm joint in the bag (default: arm)')
+    add_bag_arguments(parser)
     parser.add_argument('--params', metavar='FILE',
                         help='with --to c: ROS parameter file of the estimator')
     parser.add_argument('--prefix', metavar='NAME',
@@ -113,8 +107,7 @@ def run(args: Namespace) -> int:
     expect_new_file(args.out)
     args.to = ALIASES.get(args.to, args.to)
     if args.to != 'c' or args.ranges:
-        for option in stated(args, ('params', 'prefix')):
-            raise InputError(f'{option}: with --to {args.to}, expected it with --to c')
+        refuse(args, ('params', 'prefix'), f'with --to {args.to}, expected it with --to c')
     if args.ranges:
         return _export_ranges(args)
     if args.to in WRITERS and args.to not in LISTS:
@@ -135,8 +128,8 @@ def run(args: Namespace) -> int:
                                  + ('' if never else ' and without --into')
                                  + ', expected it with --to mjcf')
     elif not args.into:
-        for option in stated(args, ('keyframe', 'actuator', 'check', 'root')):
-            raise InputError(f'{option}: without --into, expected it with --into FILE')
+        refuse(args, ('keyframe', 'actuator', 'check', 'root'),
+               'without --into, expected it with --into FILE')
     if args.into and not args.joint:
         raise InputError('--joint: missing, --into needs it')
     file = export_model(model, args.to, args.into, joint=args.joint,
@@ -166,7 +159,7 @@ def _model(name: str) -> DriveModel:
 
 def _write_c(args: Namespace) -> int:
     """Write the filter and its header; return the exit code."""
-    _expect_none_of_files(args, '--to c, expected it with the file of a simulator')
+    refuse(args, OF_FILES, 'with --to c, expected it with the file of a simulator')
     if not args.out or Path(args.out).suffix != '.c':
         raise InputError(f'--out: {args.out or "missing"}, with --to c expected FILE.c')
     header = Path(args.out).with_suffix('.h')
@@ -186,26 +179,23 @@ def _export_ranges(args: Namespace) -> int:
     """Write or print the domain randomisation of several estimates; return the exit code."""
     if args.to not in WRITERS:
         raise InputError(f'--to {args.to}: with --ranges, expected one of {", ".join(WRITERS)}')
-    _expect_none_of_files(args, '--ranges, expected none of it')
+    refuse(args, OF_FILES, 'with --ranges, expected none of it')
     actuator = _actuator(args.models[0]) if len(args.models) == 1 else None
     of_drives = ranges(args.models) if actuator is None else actuator.ranges
     write_or_print(args.out, randomisation(of_drives, args.to))
     return 0
 
 
-def _expect_none_of_files(args: Namespace, why: str) -> None:
-    """Raise InputError where `args` have an option of a simulator's file; `why` ends it."""
-    for option in stated(args, ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator',
-                                'root', 'check')):
-        raise InputError(f'{option}: with {why}')
-
-
 def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[str]:
     """Write or show a patched file; return the lines of output."""
-    patch, notes = file.patch, [line for note in file.notes for line in _wrapped(note)]
+    patch, notes = file.patch, [line for note in file.notes for line in wrapped(note, '', '  ')]
     if patch is None:
         return []
-    ending = _written(args, file.before, patch)
+    if args.out:
+        write_new(args.out, patch.data.decode('utf-8'))
+        ending = [f'written {args.out}']
+    else:
+        ending = ['', *difference(args.into, file.before, patch.data)]
     if args.check and file.drive is not None:
         ending += ['', *checked(file.drive, patch, model, args)]
     return [*described(patch, args.into), *notes, *ending]
@@ -214,8 +204,8 @@ def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[st
 def _print_alone(args: Namespace, file: SimulatorFile) -> None:
     """Write or print a file with the drive alone, or a list of its parameters."""
     lines = [line for row in file.exported
-             for line in _wrapped(f'{row.id}: {row.kind}: {row.words}')]
-    lines += [line for note in file.notes for line in _wrapped(note)]
+             for line in wrapped(f'{row.id}: {row.kind}: {row.words}', '', '  ')]
+    lines += [line for note in file.notes for line in wrapped(note, '', '  ')]
     if args.out:
         file.save(args.out)
         print('\n'.join([*lines, f'written {args.out}']))
@@ -226,25 +216,13 @@ def _print_alone(args: Namespace, file: SimulatorFile) -> None:
         print('\n'.join(lines), file=sys.stderr)
 
 
-def _written(args: Namespace, before: bytes, patch: Patch) -> list[str]:
-    """Write the patched file, or return the difference: lines of output."""
-    if args.out:
-        write_new(args.out, patch.data.decode('utf-8'))
-        return [f'written {args.out}']
-    return ['', *difference(args.into, before, patch.data)]
-
-
 def described(patch: Patch, path: str) -> list[str]:
     """Return lines about what `patch` changed in the file `path`, and what it could not."""
     lines = [f'{path}: {len(patch.changes)} changes']
     lines += [f'  {change.words}' for change in patch.changes]
     for row in patch.exported:
-        lines += _wrapped(f'{row.id}: {row.kind}: {row.words}')
+        lines += wrapped(f'{row.id}: {row.kind}: {row.words}', '', '  ')
     return lines
-
-
-def _wrapped(words: str) -> Sequence[str]:
-    return textwrap.wrap(words, WIDTH, subsequent_indent='  ', break_on_hyphens=False)
 
 
 def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) -> list[str]:
@@ -260,10 +238,7 @@ def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) 
     """
     actuator = drive.actuator
     ctrl = 1.0 / (actuator.gear * actuator.gain) if actuator else 0.0
-    names = Namespace(topic=args.topic, motor_joint=args.recorded_motor,
-                      arm_joint=args.recorded_arm, model=args.model,
-                      repeated=REPEATED[0])
-    recording, notes = load_recording(args.check, model, names)
+    recording, notes = load_recording(args.check, model, args)
     laid = overlay(recording, {'model': model})
     patched = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
                        actuator.name or None if actuator else None)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor import __version__
-from gearbox_monitor.cli.options import stated, write_new
+from gearbox_monitor.cli.options import refuse, write_new
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf_file import read_file
 from gearbox_monitor.export.robot_closed import closed_file, title_of
@@ -23,7 +23,7 @@ from gearbox_monitor.files.plain_data import read_json
 
 ROOTS = {'mjcf': 'mujoco', 'urdf': 'robot'}
 OF_ONE_JOINT = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'check', 'topic',
-                'recorded_motor', 'recorded_arm')
+                'motor_joint', 'arm_joint')
 
 
 def is_verdict(args: Namespace) -> bool:
@@ -33,9 +33,7 @@ def is_verdict(args: Namespace) -> bool:
 
 def run(args: Namespace) -> int:
     """Write the findings of the verdict that `args` name into a file; return the exit code."""
-    for option in stated(args, OF_ONE_JOINT):
-        raise InputError(f'{option}: of one joint, expected a model file of a drive, not '
-                         f'{args.model}')
+    refuse(args, OF_ONE_JOINT, f'of one joint, expected a model file of a drive, not {args.model}')
     if args.to not in ROOTS:
         raise InputError(f'--to {args.to}: with the verdict on a robot, expected one of '
                          f'{", ".join(ROOTS)}')

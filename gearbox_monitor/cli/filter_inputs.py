@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from gearbox_monitor.bag.joint_input import find_input
+from gearbox_monitor.bag.joint_input import find_input, JointInput
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.recorded_samples import read_samples, RecordedSamples
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots
@@ -41,6 +41,38 @@ class FilterInputs:
         return self.recording.samples
 
 
+def settings_of(args: Namespace, reader: BagReader, source: JointInput, stated: Values,
+                model_file: str, usual: Values = MappingProxyType({})
+                ) -> tuple[DriveModel, EstimatorParameters, bool]:
+    """
+    Return (model, parameters, whether the model is that of a file or of the bag).
+
+    Both are those that an estimator has recorded, else defaults.
+
+    Args:
+        args: options of add_estimator_arguments.
+        reader: of the bag.
+        source: the estimator's inputs in it.
+        stated: {name: value} that replace recorded parameters.
+        model_file: that replaces the recorded model, '' for none.
+        usual: {name: value} of parameters that neither the bag nor `stated` has.
+
+    Raises:
+        InputError: a parameter or a value of the model is unusable.
+
+    """
+    model, recorded = None, dict[str, Any]()
+    snapshots = read_snapshots(reader, source)
+    if snapshots:
+        model, recorded = snapshots[0].settings(str(reader.path))
+    if model_file:
+        model = load_model(model_file)
+    values = {**usual, **recorded, **stated}
+    values.pop('model', None)
+    changed, parameters = resolve(model or DriveModel(), values, args.params or str(reader.path))
+    return changed, parameters, model is not None
+
+
 def load_filter_inputs(args: Namespace, reader: BagReader, filter_name: str | None = None,
                        usual: Values = MappingProxyType({})) -> FilterInputs:
     """
@@ -66,18 +98,10 @@ def load_filter_inputs(args: Namespace, reader: BagReader, filter_name: str | No
     if filter_name:
         stated['filter'] = check_filter(filter_name)
     source = find_input(reader, args.topic)
-    model, recorded = DriveModel(), dict[str, Any]()
-    snapshots = read_snapshots(reader, source)
-    if snapshots:
-        model, recorded = snapshots[0].settings(str(reader.path))
-    if model_file:
-        model = load_model(model_file)
-    values = {**usual, **recorded, **stated}
-    values.pop('model', None)
-    model, parameters = resolve(model, values, args.params or str(reader.path))
+    model, parameters, is_known = settings_of(args, reader, source, stated, model_file, usual)
     recording = read_samples(reader, parameters.motor_joint, parameters.arm_joint, model,
                              source.topic, source.transmission)
-    notes = [] if snapshots or model_file else [NO_MODEL]
+    notes = [] if is_known else [NO_MODEL]
     notes += [reader.notice] if reader.notice else []
     changed = {row.name: stated[row.name] for row in MODEL if row.name in stated}
     return FilterInputs(recording, model, model_file, parameters, changed, tuple(notes))

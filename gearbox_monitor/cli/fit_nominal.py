@@ -30,17 +30,15 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
 import math
 from pathlib import Path
-import textwrap
 from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recording, paths_of, time_limit)
-from gearbox_monitor.cli.options import plain, show
+    add_recording_arguments, load_recordings, time_limit)
+from gearbox_monitor.cli.options import expect_new_file, plain, show, wrapped
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
 from gearbox_monitor.identification.nominal import fit_nominal
-from gearbox_monitor.quality.recording import at_one_rate
 from gearbox_monitor.report.summary import change, in_unit, sized
 from gearbox_monitor.report.words import number
 from gearbox_monitor.ros.child_processes import cores
@@ -74,16 +72,9 @@ def run(args: Namespace) -> int:
         raise InputError(f'--windows: {args.windows:g}, expected at least {SECONDS:g} s')
     if not args.time_limit > 0.0:
         raise InputError(f'--time-limit: {args.time_limit:g}, expected a number > 0 (s)')
-    expect_folder_of(args.out)
+    expect_new_file(args.out)
     expect_folder_of(args.json)
-    if args.out and Path(args.out).exists():
-        raise InputError(f'--out {args.out}: exists, expected a new file')
-    paths = paths_of(args)
-    model = load_drive(args)
-    loaded = [load_recording(path, model, args) for path in paths]
-    recordings = [recording for recording, _ in loaded]
-    validate = recordings.pop() if args.validate else None
-    recordings = at_one_rate(recordings)
+    model, recordings, validate, notes = load_recordings(args)
     with progress_bar('fit') as progress, time_limit(args.time_limit, '--time-limit'):
         result = fit_nominal(
             recordings, model, args.free, validate=validate, jobs=args.jobs,
@@ -99,7 +90,7 @@ def run(args: Namespace) -> int:
         'gap_after': result.gap_after, 'method': result.method,
         'process_torque_time': None if model.driven_by == 'position' else (
             result.model.process_torque_time), 'validation': result.validation,
-        'notes': [note for _, notes in loaded for note in notes]})
+        'notes': notes})
     data = {'summary': summary(data), **data}
     show(args, data, lambda: text(data, args), replaces=True)
     return 0 if all(v.determined for v in result.values) else 1
@@ -132,7 +123,7 @@ def largest_change(values: Mapping[str, Mapping[str, Any]]) -> list[str]:
 def text(data: Mapping[str, Any], args: Namespace) -> str:
     """Return the figures `data` under the options `args` as lines of at most 80 columns."""
     wide = max(6, *(len(name) + 1 for name in data['values']))
-    lines = [*textwrap.wrap(data['summary'], 80), '',
+    lines = [*wrapped(data['summary']), '',
              f'{"":{wide}s}{"model file":>12s}{"fitted":>12s}{"+-":>10s}  unit']
     for name, v in data['values'].items():
         lines.append(f'{name:{wide}s}{v["start"]:12.5g}{v["value"]:12.5g}{v["error"]:10.2g}  '

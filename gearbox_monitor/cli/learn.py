@@ -14,7 +14,6 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 
-from gearbox_monitor.cli.drive_recordings import add_root_argument
 from gearbox_monitor.cli.options import expect_new_file, show
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
@@ -32,12 +31,9 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='MJCF or URDF file of the robot')
     parser.add_argument('--out', metavar='FILE', required=True,
                         help=f'file to write, NAME{SUFFIX}')
-    add_root_argument(parser)
-    parser.add_argument('--values', metavar='FILE',
-                        help='values that the model file does not state')
     parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')
     parser.add_argument('--json', action='store_true', help='print what was learnt as JSON')
-    add_robot_arguments(parser)
+    add_robot_arguments(parser, reference=False)
 
 
 def run(args: Namespace) -> int:

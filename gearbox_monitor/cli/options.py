@@ -4,18 +4,25 @@
 """Options, files and progress bars that several commands share."""
 from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
+import os
 from pathlib import Path
 import sys
-from typing import Any
+import textwrap
+from typing import Any, TYPE_CHECKING
 
 from gearbox_monitor.bag.joint_input import bag_arguments as bag_arguments
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new as write_new
 from gearbox_monitor.files.plain_data import dump as dump, plain as plain
-from gearbox_monitor.files.yaml_files import expect_folder_of, load_parameters
+from gearbox_monitor.files.yaml_files import (
+    expect_folder_of, expect_new as expect_new, expect_new_file as expect_new_file,
+    load_parameters)
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 BAG_HELP = 'bag directory or .mcap file, complete or truncated'
 JSON_FILE_HELP = '; - prints it, and nothing else'
@@ -46,6 +53,23 @@ def stated(args: Namespace, names: Iterable[str]) -> dict[str, Any]:
             if getattr(args, name) != actions[name].default}
 
 
+def wrapped(words: str, first: str = '', further: str = '') -> list[str]:
+    """Return `words` in lines of at most 80 columns, which `first` and `further` begin."""
+    return textwrap.wrap(words, 80, initial_indent=first, subsequent_indent=further,
+                         break_on_hyphens=False)
+
+
+def ids_in(words: Iterable[str]) -> list[str]:
+    """Return the ids in `words`, each once, also those joined by commas."""
+    return list(dict.fromkeys(name for part in words for name in part.split(',') if name))
+
+
+def refuse(args: Namespace, names: Iterable[str], words: str) -> None:
+    """Raise InputError with `words` where `args` state one of the options `names`."""
+    for option in stated(args, names):
+        raise InputError(f'{option}: {words}')
+
+
 def warn(args: Namespace, notes: Iterable[str]) -> None:
     """Print on stderr what of the `notes` on the command `args` makes its figures doubtful."""
     if NO_MODEL in notes:
@@ -60,17 +84,51 @@ def check_filter(name: str, extra: Sequence[str] = ()) -> str:
     return name
 
 
-def expect_new(path: str | Path | None) -> None:
-    """Raise InputError if the file `path` exists; None and '-' (standard output) never do."""
-    if path and path != '-' and Path(path).exists():
-        raise InputError(f'{path}: exists, expected a new file')
+def expect_new_files(folder: str | None, names: Iterable[str], file: str | None) -> None:
+    """
+    Raise InputError unless the files `names` in `folder`, and `file`, can be new ones.
+
+    None: no folder, no file; '-' is standard output.
+    """
+    expect_new(*(Path(folder) / name for name in names if folder), file)
+    expect_folder_of(folder)
+    expect_folder_of(file)
+    if folder and Path(folder).exists() and not Path(folder).is_dir():
+        raise InputError(f'{folder}: is a file, expected a directory')
 
 
-def expect_new_file(path: str | Path | None) -> None:
-    """Raise InputError if the file `path` exists or its folder does not; None and '-' never do."""
-    expect_new(path)
-    if path:
-        expect_folder_of(path)
+def write_files(contents: 'Mapping[Path, str | Figure]', folder: str | None = None) -> list[Path]:
+    """
+    Write all files or none; return their paths.
+
+    Args:
+        contents: {path: text or picture}.
+        folder: of some of them, made where there is none.
+
+    Raises:
+        InputError: a file cannot be written.
+    """
+    new_folder = Path(folder) if folder and not Path(folder).exists() else None
+    parts = {path: path.with_name(f'.{path.name}.{os.getpid()}.part') for path in contents}
+    try:
+        if new_folder is not None:
+            new_folder.mkdir()
+        for path, content in contents.items():
+            if isinstance(content, str):
+                parts[path].write_text(content, encoding='utf-8')
+            else:
+                content.savefig(parts[path], dpi=110, format='png')
+        for path, part in parts.items():
+            os.replace(part, path)
+    except OSError as error:
+        raise InputError(f'{error.filename}: {error.strerror}, expected a new, writable file') \
+            from None
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
+        if new_folder is not None and new_folder.is_dir() and not any(new_folder.iterdir()):
+            new_folder.rmdir()
+    return list(contents)
 
 
 def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callable[[], str],

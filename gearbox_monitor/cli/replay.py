@@ -71,8 +71,7 @@ def run(args: Namespace) -> int:
     parameters, model_file = estimator_options(args)
     if args.filter:
         parameters['filter'] = args.filter
-    for path in (args.out, args.csv):
-        expect_new_file(path)
+    expect_new_file(args.out, args.csv)
     with open_bag(args.bag) as reader:
         model = load_model(model_file) if model_file else None
         kind = EstimatePlayer if args.estimates_only else Player

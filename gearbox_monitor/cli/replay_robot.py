@@ -11,8 +11,7 @@ import csv
 import io
 from pathlib import Path
 
-from gearbox_monitor.cli.drive_recordings import add_root_argument
-from gearbox_monitor.cli.options import expect_new_file, show, stated, write_new
+from gearbox_monitor.cli.options import expect_new_file, refuse, show, write_new
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
 from gearbox_monitor.errors import InputError
@@ -27,11 +26,6 @@ OF_ROBOT = ('reference', 'values', 'root', 'recorded', 'link', 'empty')
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` of replay what only whole robots take."""
-    parser.add_argument('--reference', metavar='LOG', nargs='+', default=[],
-                        help='of a whole robot: logs without a load, or one file of learn')
-    parser.add_argument('--values', metavar='FILE',
-                        help='of a whole robot: values that its file does not state')
-    add_root_argument(parser)
     add_robot_arguments(parser)
     parser.add_argument('--link', default='', metavar='NAME',
                         help='of a whole robot: link that carries (default: the last)')
@@ -42,10 +36,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def is_robot(args: Namespace) -> bool:
     """Return whether the options `args` of replay are about a whole robot. Raises InputError."""
     robot = args.model is not None and Path(args.model).suffix.lower() in SUFFIXES
-    for option in stated(args, OF_ESTIMATOR if robot else OF_ROBOT):
-        raise InputError(
-            f'{option}: of the estimator of a drive, but --model {args.model} is a whole robot'
-            if robot else f'{option}: of a whole robot, expected its MJCF or URDF file as --model')
+    refuse(args, OF_ESTIMATOR if robot else OF_ROBOT,
+           f'of the estimator of a drive, but --model {args.model} is a whole robot'
+           if robot else 'of a whole robot, expected its MJCF or URDF file as --model')
     return robot
 
 
@@ -55,8 +48,7 @@ def run(args: Namespace) -> int:
         raise InputError(f'--out: {args.out}, expected FILE.csv: of a whole robot replay writes '
                          'a table')
     paths = [path for path in (args.out, args.csv) if path]
-    for path in paths:
-        expect_new_file(path)
+    expect_new_file(*paths)
     with progress_bar('replay') as progress:
         track = track_payload(
             args.bag, robot_of(args), reference=args.reference or None, link=args.link,

@@ -5,12 +5,21 @@
 from argparse import ArgumentParser, Namespace
 import shlex
 
-from gearbox_monitor.cli.drive_recordings import written_options
+from gearbox_monitor.cli.drive_recordings import add_root_argument, written_options
 from gearbox_monitor.library.robot import load_robot, Robot
 
 
-def add_robot_arguments(parser: ArgumentParser) -> None:
-    """Declare in `parser` what only whole robots take."""
+def add_robot_arguments(parser: ArgumentParser, reference: bool = True, values: bool = True
+                        ) -> None:
+    """Declare in `parser` what only whole robots take: a `reference`, `values` and folder."""
+    if reference:
+        parser.add_argument('--reference', metavar='LOG', nargs='+', default=[],
+                            help='of a whole robot: logs of the healthy one without a load, or '
+                            'one file of learn')
+    if values:
+        parser.add_argument('--values', metavar='FILE',
+                            help='of a whole robot: values that its file does not state')
+        add_root_argument(parser)
     parser.add_argument('--recorded', metavar='NAME=LOGNAME', nargs='+', default=[],
                         help='of a whole robot: joints that have another name in the log')
 

@@ -19,16 +19,16 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-import textwrap
 from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.cli.drive_recordings import (
     add_drive_arguments, load_drive, load_recording)
-from gearbox_monitor.cli.options import dump, expect_new, JSON_FILE_HELP, plain
-from gearbox_monitor.errors import expect_matplotlib, InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of, load_model
+from gearbox_monitor.cli.options import (
+    dump, expect_new_files, JSON_FILE_HELP, plain, wrapped, write_files)
+from gearbox_monitor.errors import expect_matplotlib
+from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.identification.closed_model import closed_of, rms
 from gearbox_monitor.identification.model_overlay import Overlay, overlay
 from gearbox_monitor.plant.units import on_axis
@@ -36,7 +36,6 @@ from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import notable_windows
 from gearbox_monitor.report.words import number, percent, unit_of
 
-WIDTH = 80
 PICTURES = ('windows.png', 'free_run.png')
 
 
@@ -55,7 +54,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    _check_targets(args)
+    expect_new_files(args.out, PICTURES, args.json)
+    if args.out:
+        expect_matplotlib('--out')
     models = {'nominal model': load_drive(args)}
     if args.closed:
         # The recording is read once, with the torque constant of the first.
@@ -124,8 +125,8 @@ def text(data: Mapping[str, Any], recording: UniformRecording, written: Sequence
     sigma = ', '.join(
         f'{name} {data["sigma"][1 if name == "arm" else 0]:.3g} {unit_of(name, unit)}'
         for name in data['channels'])
-    lines = _wrapped(data['summary'])
-    lines += _wrapped(f'{recording.name}: {recording.duration:.1f} s, '
+    lines = wrapped(data['summary'])
+    lines += wrapped(f'{recording.name}: {recording.duration:.1f} s, '
                      f'{1.0 / recording.dt:.0f} samples/s, noise {sigma}')
     lines += ['', f'{"":<34s}{"nominal":>12s}' + (f'{"closed":>12s}' if both else '')]
 
@@ -142,31 +143,14 @@ def text(data: Mapping[str, Any], recording: UniformRecording, written: Sequence
     for name in free['before']:
         row(f'  {name}', free['before'][name], (free['after'] or {}).get(name))
     if free['before'] and None in (*free['before'].values(), *(free['after'] or {}).values()):
-        lines += _wrapped('diverges: the values of the run overflow.')
+        lines += wrapped('diverges: the values of the run overflow.')
     for note in data['notes']:
-        lines += _wrapped(f'note: {note}')
+        lines += wrapped(f'note: {note}')
     return '\n'.join([*lines, *(f'written {path}' for path in written)])
 
 
 def _cell(value: float | None) -> str:
     return 'diverges' if value is None else number(value)
-
-
-def _wrapped(words: str) -> list[str]:
-    return textwrap.wrap(words, WIDTH, break_on_hyphens=False)
-
-
-def _check_targets(args: Namespace) -> None:
-    """Raise InputError if a file to write exists or has no folder."""
-    paths = [Path(args.out) / name for name in PICTURES] if args.out else []
-    for path in (*paths, args.json):
-        expect_new(path)
-    expect_folder_of(args.out)
-    if args.out:
-        expect_matplotlib('--out')
-    expect_folder_of(args.json)
-    if args.out and Path(args.out).exists() and not Path(args.out).is_dir():
-        raise InputError(f'{args.out}: is a file, expected a directory')
 
 
 def write(laid: Overlay, data: Mapping[str, Any], args: Namespace,
@@ -184,24 +168,15 @@ def write(laid: Overlay, data: Mapping[str, Any], args: Namespace,
         The files.
 
     """
-    written: list[Path] = []
-    try:
-        if args.out:
-            out = Path(args.out)
-            out.mkdir(exist_ok=True)
-            title = f'{Path(laid.recording.name).name}: gap {number(data["gap_before"])}'
-            if data['gap_after'] is not None:
-                title += f', closed {number(data["gap_after"])}'
-            from gearbox_monitor.report import overlay_plot
-            drawn = (overlay_plot.windows_figure(laid, notable_windows(laid, False), title, unit),
-                     overlay_plot.free_figure(laid, title, unit))
-            for name, figure in zip(PICTURES, drawn):
-                figure.savefig(out / name, dpi=110)
-                written.append(out / name)
-        if args.json and args.json != '-':
-            Path(args.json).write_text(dump(data) + '\n', encoding='utf-8')
-            written.append(Path(args.json))
-    except OSError as error:
-        raise InputError(f'{error.filename}: {error.strerror}, expected a new, writable file') \
-            from None
-    return written
+    contents: dict[Path, Any] = {}
+    if args.out:
+        title = f'{Path(laid.recording.name).name}: gap {number(data["gap_before"])}'
+        if data['gap_after'] is not None:
+            title += f', closed {number(data["gap_after"])}'
+        from gearbox_monitor.report import overlay_plot
+        drawn = (overlay_plot.windows_figure(laid, notable_windows(laid, False), title, unit),
+                 overlay_plot.free_figure(laid, title, unit))
+        contents |= {Path(args.out, name): figure for name, figure in zip(PICTURES, drawn)}
+    if args.json and args.json != '-':
+        contents[Path(args.json)] = dump(data) + '\n'
+    return write_files(contents, args.out)

@@ -25,7 +25,6 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -35,10 +34,10 @@ import yaml
 
 from gearbox_monitor.cli import suggest_robot
 from gearbox_monitor.cli.drive_recordings import add_model_arguments, load_drive
-from gearbox_monitor.cli.options import show, stated
+from gearbox_monitor.cli.options import refuse, show
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.files.opening import read_text
+from gearbox_monitor.files.plain_data import read_json
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.identification.experiment_design import Limits, suggest
 from gearbox_monitor.identification.thresholds import THRESHOLDS
@@ -47,7 +46,6 @@ from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
 
 PRINTED = 3
-MAX_VERDICT = 1 << 26  # bytes of a verdict.json
 NOISE = 1e-3  # rad, without a recording
 
 
@@ -95,8 +93,7 @@ def run(args: Namespace) -> int:
             raise InputError(f'{name}: a folder, expected the name of a file')
     if args.robot is not None:
         return suggest_robot.run(args)
-    for option in stated(args, suggest_robot.OF_A_ROBOT):
-        raise InputError(f'{option}: of a whole robot, expected --robot FILE')
+    refuse(args, suggest_robot.OF_A_ROBOT, 'of a whole robot, expected --robot FILE')
     for option in ('model', 'max_torque'):
         if getattr(args, option) is None:
             raise InputError(f'--{option.replace("_", "-")}: missing, one drive needs it')
@@ -138,16 +135,13 @@ def _question(args: Namespace) -> tuple[dict[str, Any], list[tuple[str, str]], l
         return {}, [(args.pair[0], args.pair[1])], [args.noise or NOISE] * 2
     path = Path(args.verdict)
     path = path / 'verdict.json' if path.is_dir() else path
+    data = read_json(path, 'verdict.json of diagnose --out')
     try:
-        data = json.loads(read_text(path, MAX_VERDICT))
         effects, rivals = data['params'], data['confusable']
         sigma = [args.noise or s or NOISE for s in data['sigma']]
         pairs = [(a, b) for a in effects if a in library_ids for b in rivals
                  if b in library_ids]
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror or error}, expected a verdict of diagnose'
-                         ) from None
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+    except (KeyError, TypeError, AttributeError):
         raise InputError(f'{path}: no verdict of diagnose, expected verdict.json of '
                          'diagnose --out') from None
     if not pairs:

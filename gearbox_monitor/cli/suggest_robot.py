@@ -40,8 +40,7 @@ def run(args: Namespace) -> int:
         raise InputError(f'--robot: with {option}, which is of one drive, expected one of them')
     if args.payload and args.effects is not None:
         raise InputError('--payload: with --effects, expected one of them')
-    for path in (args.out, args.csv, args.json):
-        expect_new(path)
+    expect_new(args.out, args.csv, args.json)
     effects = None if args.effects is None else args.effects.split(',')
     robot = load_robot(args.robot, values=args.values, root=args.root)
     with progress_bar('suggest') as progress:

@@ -30,7 +30,6 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 import math
 import sys
-import textwrap
 import time
 from typing import Any
 
@@ -39,7 +38,7 @@ import numpy as np
 from gearbox_monitor.bag.read import BagReader, JOINT_STATE, open_bag
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, show, warn)
+    add_estimator_arguments, check_filter, expect_new_file, show, warn, wrapped)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search
@@ -143,7 +142,7 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
              'likelihood': 'the likelihood (no standstill of half a second)',
              'fourth differences': 'fourth differences (no standstill of half a second)'}
     lines = [
-        *textwrap.wrap(data['summary'], 80), '',
+        *wrapped(data['summary']), '',
         f'bag          {data["bag"]}, {data["seconds"]:.1f} s; filter {data["filter"]}, '
         f'tau_k_model {data["tau_k_model"]}',
         f'R from       {where[data["noise_from"]]}',

@@ -116,28 +116,10 @@ def save_baseline(path: str | Path, points: list[dict[str, Any]], gearbox_serial
     write_whole(Path(path), text)
 
 
-def save_state(path: str | Path, tracker: Tracker, gearbox_serial: str,
-               adaptation: Values | None = None) -> None:
-    """
-    Write the state of drift to a file, whole or not at all.
-
-    Args:
-        path: of the file; replaced if it exists.
-        tracker: whose state continues after a restart.
-        gearbox_serial: of the gearbox that it belongs to.
-        adaptation: what an adaptive filter has learnt.
-
-    Raises:
-        InputError: if the file cannot be written.
-
-    """
-    write_whole(Path(path), state_text(tracker, gearbox_serial, adaptation))
-
-
 def state_text(tracker: Tracker, gearbox_serial: str, adaptation: Values | None = None,
                recording_ns: int = 0) -> str:
     """
-    Return what save_state writes of a `tracker`, the `gearbox_serial` and values of `adaptation`.
+    Return the state file of a `tracker`, the `gearbox_serial` and values of `adaptation`.
 
     recording_ns: stamp of the baseline recording, 0: none.
     """

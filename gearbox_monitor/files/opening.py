@@ -12,11 +12,11 @@ from gearbox_monitor.errors import InputError
 
 
 def open_file(path: str | Path) -> BinaryIO:
-    """Return the file `path`, opened for reading bytes without a buffer. Raises OSError."""
+    """Return the file `path`, opened for reading bytes. Raises OSError."""
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     mode = os.fstat(descriptor).st_mode
     if stat.S_ISREG(mode):
-        return open(descriptor, 'rb', buffering=0)
+        return open(descriptor, 'rb')
     os.close(descriptor)
     code = errno.EISDIR if stat.S_ISDIR(mode) else errno.EINVAL
     reason = os.strerror(code) if stat.S_ISDIR(mode) else 'a pipe or device, not a file'

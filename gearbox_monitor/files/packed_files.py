@@ -50,8 +50,7 @@ def open_unpacked(path: str | Path) -> IO[bytes]:
     stream = open_file(path)
     packed = stream.read(2) == b'\x1f\x8b'
     stream.seek(0)
-    return cast(IO[bytes], BoundedGzip(path, stream) if packed else
-                io.BufferedReader(cast(io.RawIOBase, stream)))
+    return cast(IO[bytes], BoundedGzip(path, stream)) if packed else stream
 
 
 def read_unpacked(path: str | Path) -> bytes:

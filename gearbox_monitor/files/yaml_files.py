@@ -96,8 +96,22 @@ def _lines(content: Any, lines_by_id: dict[int, dict[Any, int]]) -> dict[str, in
     return positions
 
 
-def expect_folder_of(path: str | Path) -> None:
-    """Raise InputError where `path` has no folder, or that of a bag; '-': stdout."""
+def expect_new_file(*paths: str | Path | None) -> None:
+    """Raise InputError if one of `paths` exists or its folder does not; None and '-' never do."""
+    expect_new(*paths)
+    for path in paths:
+        expect_folder_of(path)
+
+
+def expect_new(*paths: str | Path | None) -> None:
+    """Raise InputError if one of `paths` exists; None and '-' (standard output) never do."""
+    for path in paths:
+        if path and path != '-' and Path(path).exists():
+            raise InputError(f'{path}: exists, expected a new file')
+
+
+def expect_folder_of(path: str | Path | None) -> None:
+    """Raise InputError where `path` has no folder, or that of a bag; None and '-' need none."""
     if not path or path == '-':
         return
     folder = Path(path).absolute().parent
@@ -147,9 +161,14 @@ def save_model(path: str | Path, model: DriveModel, comment: Sequence[str]) -> N
         InputError: if the file exists or cannot be written.
 
     """
+    write_new(path, model_text(model, comment))
+
+
+def model_text(model: DriveModel, comment: Sequence[str]) -> str:
+    """Return the model file of `model`, which lines of `comment` precede."""
     lines = [f'# {line}'.rstrip() for line in comment]
-    write_new(path, '\n'.join(lines) + '\n' + yaml.safe_dump(
-        model.to_dict(), sort_keys=False, default_flow_style=None))
+    return '\n'.join(lines) + '\n' + yaml.safe_dump(
+        model.to_dict(), sort_keys=False, default_flow_style=None)
 
 
 def load_parameters(path: str | Path, node: str, table: Table, of: str = '') -> dict[str, Any]:

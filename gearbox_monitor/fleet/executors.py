@@ -247,13 +247,11 @@ def _initialise(ends: Any, memory: int) -> None:
     if memory:
         used = int(Path('/proc/self/statm').read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + memory, resource.RLIM_INFINITY))
-    try:
+    with contextlib.suppress(OSError, AttributeError):  # not glibc
         # Keep freed memory for the next bag: requesting it again costs some percent of the time.
         libc = ctypes.CDLL(None)
         libc.mallopt(M_TRIM_THRESHOLD, TRIM_BYTES)
         libc.mallopt(M_MMAP_THRESHOLD, MMAP_BYTES)
-    except (OSError, AttributeError):
-        pass  # not glibc
 
     def watch() -> None:
         connection.wait([ends])
@@ -309,12 +307,10 @@ class DaskExecutor:
     def results(self, timeout: float) -> list[TaskResult]:
         """Return the results since the last call; wait up to `timeout` s for one."""
         done: list[Any] = []
-        try:
+        with contextlib.suppress(queue.Empty):
             done.append(self._done.get(timeout=timeout))
             while True:
                 done.append(self._done.get_nowait())
-        except queue.Empty:
-            pass
         if self._client.status != 'running':
             raise self._lost()
         finished = [future for future in done if future.status == 'finished']
@@ -347,9 +343,7 @@ class DaskExecutor:
 
     def close(self) -> None:
         """Disconnect; tasks without a result are dropped."""
-        try:
+        with contextlib.suppress(OSError, TimeoutError, CancelledError):  # it was lost
             if self._client.status == 'running':
                 self._client.cancel([future for _, future in self._running.values()])
             self._client.close(timeout=1.0)
-        except (OSError, TimeoutError, CancelledError):
-            pass  # the scheduler was lost

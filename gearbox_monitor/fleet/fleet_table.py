@@ -10,6 +10,7 @@ that a killed one has left.
 """
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import fields
 import fcntl
 import json
@@ -80,10 +81,8 @@ class FleetTable:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  traceback: TracebackType | None) -> None:
-        try:
+        with suppress(OSError):  # the disk is full, as was reported
             self._journal.close()
-        except OSError:  # the disk is full, as was reported
-            pass
         shutil.rmtree(self.folder / PARTS, ignore_errors=True)
         self._lock.close()
 

@@ -19,8 +19,6 @@ import time
 from typing import Any, TypeAlias
 from urllib.parse import quote
 
-import numpy as np
-
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.player import Player
 from gearbox_monitor.bag.read import open_bag
@@ -28,6 +26,7 @@ from gearbox_monitor.bag.recorded_samples import joined_samples, samples_of
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.files.plain_data import plain
 from gearbox_monitor.fleet.paths import content_hash, fetched
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.kernels.jit import KERNELS
@@ -212,12 +211,8 @@ def _diagnosis(player: Player, windows: Sequence[Window], start: int, end: int,
     return {'diagnosis': verdict['verdict'], 'diagnosis_effect': verdict['effect'],
             'diagnosis_place': place if isinstance(place, str) else '+'.join(place),
             'diagnosis_confusable': ', '.join(verdict['confusable']),
-            'diagnosis_gap': _number(verdict['gap_before']),
-            'diagnosis_closed': _number(verdict['closed_fraction'])}
-
-
-def _number(value: float | None) -> float | None:
-    return None if value is None or not np.isfinite(value) else float(value)
+            'diagnosis_gap': plain(verdict['gap_before']),
+            'diagnosis_closed': plain(verdict['closed_fraction'])}
 
 
 def _between(player: Player, begin: int, end: int) -> Samples:

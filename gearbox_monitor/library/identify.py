@@ -4,6 +4,7 @@
 """Diagnose, fit, tune and adapt: recordings of one drive and its model, in one call."""
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.errors import expect_whole, InputError, unknown
@@ -49,7 +50,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     """
     expect_model(model)
     for option, ids in (('only', only), ('exclude', exclude)):
-        _expect_ids(option, ids)
+        expect_ids(option, ids)
     expect_whole(jobs, 'jobs', 1)
     expect_whole(seed, 'seed')
     parts, validation, notes = uniform(recordings, model, validate, weigh=True)
@@ -121,13 +122,13 @@ def uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel,
             continue
         part, remarks = source.uniform(weigh)
         parts.append(part)
-        notes += source.limits.notes
-        notes += [f'{source.name}: {note}' for note in remarks] if len(sources) > 1 else remarks
+        notes += [*source.limits.notes, *(f'{Path(source.name).name}: {note}' if len(sources) > 1
+                                          else note for note in remarks)]
     validation = parts.pop() if validate is not None else None
     return at_one_rate(parts), validation, list(dict.fromkeys(notes))
 
 
-def _expect_ids(option: str, ids: object) -> None:
+def expect_ids(option: str, ids: object) -> None:
     """Raise InputError unless `ids`, an argument `option`, are those of effects."""
     effects = library()
     for name in _expect_list(option, ids, 'ids of effects'):

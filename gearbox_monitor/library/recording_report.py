@@ -12,7 +12,7 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.plain_data import plain
-from gearbox_monitor.files.yaml_files import expect_folder_of, gearboxes_of, load_parameters
+from gearbox_monitor.files.yaml_files import expect_new_file, gearboxes_of, load_parameters
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.library.drive_file import expect_path, load_model
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
@@ -73,7 +73,7 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
     page = Path(out or f'{path.resolve().stem}.html')
     if filter is not None and filter not in FILTER_NAMES:
         raise InputError(f'filter: {filter!r}, expected one of {", ".join(FILTER_NAMES)}')
-    _expect_new(page)
+    expect_new_file(page)
     with open_bag(path) as reader:
         estimators = sorted(recorded_inputs(reader, topic))
         if parameters and not estimators and topics_called(reader, topic):
@@ -116,7 +116,7 @@ def _of_robot(bag: str, page: Path, estimators: Sequence[str],
         names = [node.strip('/').replace('/', '_') for node in estimators]
     pages = {name: page.with_name(f'{page.stem}.{name}.html') for name in names}
     for new in pages.values():
-        _expect_new(new)
+        expect_new_file(new)
     joints, bags = {}, {name: bag_arguments(bag, node) for name, node in zip(names, estimators)}
     for name, node in zip(names, estimators):
         joints[name] = recorded(node, name)
@@ -132,12 +132,6 @@ def _of_robot(bag: str, page: Path, estimators: Sequence[str],
         'summary': overview.headline, 'bag': bag, 'page': str(page),
         'headline': overview.headline, 'joints': rows}), pages, (
             f'{len(joints)} joints, each with its page: {page.stem}.JOINT.html'), tuple(notes))
-
-
-def _expect_new(path: Path) -> None:
-    if path.exists():
-        raise InputError(f'{path}: exists, expected a new file')
-    expect_folder_of(path)
 
 
 def _name(bag: str | Path) -> str:

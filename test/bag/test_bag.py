@@ -29,7 +29,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.bag import cdr, decompression, mcap_writer
 from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.message_block import block_of
-from gearbox_monitor.bag.metadata import qos_profile
+from gearbox_monitor.bag.metadata import BagTopic, qos_profile
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.record_file import RecordFile
 from gearbox_monitor.bag.recovery import recover
@@ -157,25 +157,27 @@ def test_files_equal_those_of_the_mcap_package(tmp_path, monkeypatch, compressio
     """Byte by byte: checksums, indexes, statistics, metadata, sequence numbers, any encoding."""
     monkeypatch.setattr(mcap_writer, 'ZSTD_LEVEL', 3)  # that of the package
     topics = ('/a', '/b', '/never', '/c')
-    ours = mcap_writer.McapWriter(RecordFile(tmp_path / 'ours.mcap'), compression)
+    ours = mcap_writer.McapWriter(tmp_path / 'ours.mcap', compression)
     with open(tmp_path / 'peer.mcap', 'wb') as file:
         peer = PeerWriter(file, chunk_size=1 << 30,
                           compression=getattr(CompressionType, compression.upper()),
                           index_types=IndexType.ALL ^ IndexType.ATTACHMENT)
-        ours.start('ros2')
+        ours.start()
         peer.start('ros2', f'gearbox_monitor {__version__}')
-        for add, add_schema, add_channel in (
-                (ours.add_metadata, ours.add_schema, ours.add_channel),
-                (peer.add_metadata, peer.register_schema, peer.register_channel)):
-            add('first', {'key': 'text'})
-            for kind in ('ros2msg', 'unheard_of'):
-                schema = add_schema(kind, kind, b'definition')
-            channels = {topic: add_channel(topic, 'json', schema, {'of': topic})
-                        for topic in topics}
-            add('second', {})
+        for writer in (ours, peer):
+            writer.add_metadata('first', {'key': 'text'})
+        schemas, channels = {}, {}
+        for topic, kind in zip(topics, ('ros2msg', 'unheard_of', 'ros2msg', 'unheard_of')):
+            ours.add_topic(BagTopic(topic, kind, [], '', b'definition',
+                                                 {'of': topic}, kind, 'json'))
+            if kind not in schemas:
+                schemas[kind] = peer.register_schema(kind, kind, b'definition')
+            channels[topic] = peer.register_channel(topic, 'json', schemas[kind], {'of': topic})
+        for writer in (ours, peer):
+            writer.add_metadata('second', {})
         for k, (topic, log_ns, publish_ns, raw) in enumerate(random_messages(topics)):
-            for writer in (ours, peer):
-                writer.add_message(channels[topic], log_ns, raw, publish_ns, 7 * k)
+            ours.write(topic, log_ns, raw, publish_ns, 7 * k)
+            peer.add_message(channels[topic], log_ns, raw, publish_ns, 7 * k)
             if k % 40 == 39:
                 ours.finish_chunk()
                 peer.flush()

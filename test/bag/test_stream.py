@@ -364,7 +364,7 @@ def test_no_half_table_and_no_pyarrow(drive, tmp_path, capsys, monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(estimate_table.CsvTable, '_write', full)
             patch.setattr(estimate_table.ParquetTable, '_write', full)
-            patch.setattr('gearbox_monitor.bag.bag_part.BagPart.finish_chunk', full)
+            patch.setattr('gearbox_monitor.bag.mcap_writer.McapWriter.finish_chunk', full)
             patch.setattr('gearbox_monitor.bag.write.CHUNK_BYTES', chunk)
             assert main([*options, '--out', str(tmp_path / name)]) == 2
         told = capsys.readouterr().err

@@ -176,7 +176,8 @@ def test_replay_of_a_robot_says_what_it_held_and_writes_a_table(tmp_path, arm, l
     (['--out', 'bag'], 'expected FILE.csv')])
 def test_wrong_options_of_a_robot_are_one_line(tmp_path, arm, capsys, options, words):
     path = tmp_path / 'log.csv'
-    path.write_text('t,' + ','.join(f'q_{j},tau_{j}' for j in arm.joints) + '\n')
+    names = ['t', *(f'{x}_{j}' for x in ('q', 'tau') for j in arm.joints)]
+    path.write_text(f'{",".join(names)}\n{",".join("0" * len(names))}\n')
     assert main(['replay', str(path), '--model', str(config_path('arm6.urdf')), *options]) == 2
     error = capsys.readouterr().err
     assert words in error and len(error.splitlines()) == 1

@@ -291,9 +291,9 @@ def test_bad_recordings_get_no_verdict(folder, tmp_path, capsys):
 
 @pytest.mark.parametrize('words, says', [
     (['nowhere'], 'nowhere: no such file or directory'),
-    (['worn.csv', '--only', 'gravity,gravitiy'], "--only: unknown effect 'gravitiy', expected"),
-    (['worn.csv', '--exclude', 'x'], "--exclude: unknown effect 'x', expected ids of motor_"),
-    (['worn.csv', '--only', 'gravity', '--exclude', 'gravity'], 'no effect remains'),
+    (['worn.csv', '--only', 'gravity,gravitiy'], "unknown effect 'gravitiy', did you mean"),
+    (['worn.csv', '--exclude', 'x'], "--exclude: unknown effect 'x', expected one of actuator_"),
+    (['worn.csv', '--only', 'gravity', '--exclude', 'gravity'], 'effects: none remains'),
     (['worn.csv', '--jobs', '0'], '--jobs: 0, expected'),
     (['worn.csv', '--seed', '-1'], '--seed: -1, expected'),
     (['worn.csv', '--json', 'no/where.json'], 'no such folder'),
@@ -317,7 +317,7 @@ def test_interrupted_it_leaves_nothing(folder, worn, tmp_path, monkeypatch):
         assert call(folder, *words) == 130
     assert not list(tmp_path.iterdir())
     monkeypatch.setattr(command, 'diagnose', lambda *_, **__: worn.verdict)
-    monkeypatch.setattr(command, 'save_model', interrupted)  # between the two files
+    monkeypatch.setattr('os.replace', interrupted)  # before any has its name
     assert call(folder, *words) == 130
     assert not list(tmp_path.iterdir())
 

@@ -13,7 +13,8 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST, S_X4
-from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state
+from gearbox_monitor.files.baselines import (
+    load_baseline, load_state, save_baseline, state_text, write_whole)
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash import forecast, scan
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
@@ -332,7 +333,7 @@ def test_state_goes_on_bit_for_bit(tmp_path):
     gearbox.go(100)
     gearbox.go(10, 0.02)
     file = tmp_path / 'state.json'
-    save_state(file, gearbox.tracker, 'g7', {'gain': 0.1})
+    write_whole(file, state_text(gearbox.tracker, 'g7', {'gain': 0.1}))
     state, told = load_state(file, 'g7')
     assert not told and len(file.read_bytes()) < 30000 and state['adaptation'] == {'gain': 0.1}
     before = json.loads(file.read_text())
@@ -360,7 +361,7 @@ def test_a_damaged_state_is_set_aside(tmp_path, text):
 
 def test_a_state_of_another_gearbox_is_set_aside(tmp_path):
     file = tmp_path / 'state.json'
-    save_state(file, Gearbox(0).tracker, 'g7')
+    write_whole(file, state_text(Gearbox(0).tracker, 'g7'))
     state, told = load_state(file, 'g8')
     assert state is None and "'g7', expected 'g8'" in told
 

@@ -492,6 +492,11 @@ def test_csv_admits_missing_values(tmp_path):
     assert np.isnan(columns.motor[1]) and np.isnan(columns.arm_torque[0])
 
 
+def test_csv_takes_times_since_1970(tmp_path):
+    path = write(tmp_path / 'a.csv', 't,u,motor', [(1.7e9 + 0.01 * k, 1, 2) for k in range(9)])
+    assert np.allclose(np.diff(read_csv(path).t), 0.01, atol=1e-6)
+
+
 @pytest.mark.parametrize('header, rows, text', [
     ('t,u', [(0, 1)], r"no column motor or arm in 't, u', expected t,u,motor,arm"),
     ('t,u,u,motor,arm', [], "column 'u' stands 2 times, expected once"),

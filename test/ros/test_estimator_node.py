@@ -25,7 +25,7 @@ from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import replay  # noqa: E402
-from gearbox_monitor.files.baselines import save_state  # noqa: E402
+from gearbox_monitor.files.baselines import state_text, write_whole  # noqa: E402
 from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
 from gearbox_monitor.kernels.compilation import FIRST_START  # noqa: E402
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings  # noqa: E402
@@ -285,7 +285,7 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
         gap = 0.2 * (1.0 if k < 40 else 1.3) + 1e-3 * random.standard_normal()
         tracker.update(Backlash(T0 - (60 - k) * 10 ** 10, gap, 1e-3, 25.0, 0.1, angle=0.0,
                                 speed=18.0, load=3.6, flank=0.4))
-    save_state(file, tracker, serial)
+    write_whole(file, state_text(tracker, serial))
     alerts, snapshots, diagnostics = [], [], []
     for kind, topic, got, qos in ((DiagnosticArray, 'drift_alerts', alerts, LATCHED),
                                   (DiagnosticArray, 'estimator/snapshot', snapshots, LATCHED),

@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
-from gearbox_monitor.files.baselines import save_state  # noqa: E402
+from gearbox_monitor.files.baselines import state_text, write_whole  # noqa: E402
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings  # noqa: E402
 from gearbox_monitor.monitoring.backlash.features import Backlash  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
@@ -34,7 +34,7 @@ def healthy(path):
     for k in range(40):
         tracker.update(Backlash(10**9 * (1 + k), 0.1 + 1e-3 * random.standard_normal(), 1e-3,
                                 25.0, 0.1, angle=0.0, speed=18.0, load=3.6, flank=0.4))
-    save_state(path, tracker, 'gearbox')
+    write_whole(path, state_text(tracker, 'gearbox'))
     return path
 
 

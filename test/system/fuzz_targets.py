@@ -25,7 +25,8 @@ from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.files.baselines import load_baseline, load_state, save_baseline, save_state
+from gearbox_monitor.files.baselines import (
+    load_baseline, load_state, save_baseline, state_text, write_whole)
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
@@ -193,7 +194,7 @@ def targets(folder):
     """Return the Targets; sound files are made in `folder`."""
     tracker = _tracked()
     save_baseline(folder / 'baseline.yaml', tracker.baseline_points(), 'joint3', {'filter': 'ekf'})
-    save_state(folder / 'state.json', tracker, 'joint3', {'gain': 0.1})
+    write_whole(folder / 'state.json', state_text(tracker, 'joint3', {'gain': 0.1}))
     found = []
     for compression in ('none', 'lz4', 'zstd'):
         files = _bag_files(folder, compression)

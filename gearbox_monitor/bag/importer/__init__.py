@@ -11,12 +11,10 @@ scores and is never an input of the estimator.
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-import hashlib
 from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor import __version__
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.importer.clocks import estimated_lag, interpolated
 from gearbox_monitor.bag.importer.columns import read_columns
@@ -24,12 +22,10 @@ from gearbox_monitor.bag.importer.mapping import (
     bound_to, FIRST_STAMP_NS, ImportMapping, load_mapping, signal_kind, SIGNALS, TimeMapping)
 from gearbox_monitor.bag.importer.raw_columns import MIN_SAMPLES, RawColumns
 from gearbox_monitor.bag.importer.robot_recording import (
-    JOINT_TOPIC, robot_recording, RobotRecording, write_in_order)
+    JOINT_TOPIC, robot_recording, RobotRecording, Topic, write_topics)
 from gearbox_monitor.bag.importer.stamp_policy import (
     absolute_ns, even_stamps, in_one_line, ordered, require_plausible)
 from gearbox_monitor.bag.importer.unit_table import standard_unit
-from gearbox_monitor.bag.read import JOINT_STATE
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
 
@@ -65,6 +61,22 @@ class ImportedRecording:
     arm_velocity: Array
     motor_setpoint: Array
     notices: tuple[str, ...] = ()
+
+    def messages(self) -> Iterator[Topic]:
+        """Yield (topic, stamps, messages): joint states, and the reference torque if any."""
+        none = np.full(len(self.stamp_ns), np.nan)
+        columns = {'motor': (self.motor_position, self.motor_velocity, self.motor_effort),
+                   'arm': (self.arm_position, self.arm_velocity, self.arm_effort)}
+        if not np.isnan(self.motor_setpoint).all():
+            columns['setpoint'] = self.motor_setpoint, none, none
+        position, velocity, effort = map(np.column_stack, zip(*columns.values()))
+        yield JOINT_TOPIC, self.stamp_ns, encode_joint_states(
+            self.stamp_ns, list(columns), position,
+            None if np.isnan(velocity).all() else velocity, effort)
+        if self.reference_torque is not None:
+            yield REFERENCE_TOPIC, self.stamp_ns, encode_joint_states(
+                self.stamp_ns, ['transmission'], none[:, None],
+                effort=self.reference_torque[:, None])
 
 
 @dataclass(frozen=True)
@@ -343,40 +355,6 @@ def write_imported_bag(recording: ImportedRecording | RobotRecording, bag: str |
     Raises:
         InputError: `bag` exists or cannot be written.
     """
-    messages = list(recording.messages() if isinstance(recording, RobotRecording) else
-                    _of_gearbox(recording))
-    with BagWriter(bag) as writer:
-        for topic, _, _ in messages:
-            writer.add_topic(topic, JOINT_STATE)
-        writer.add_metadata('import', {
-            'source': Path(source).name,
-            'source_sha256': hashlib.sha256(Path(source).read_bytes()).hexdigest()
-            if Path(source).is_file() else '',
-            'mapping': mapping.yaml_text,
-            'mapping_file': Path(mapping.source).name,
-            'kind': mapping.kind,
-            'notices': '\n'.join(recording.notices),
-            'gearbox_monitor_version': __version__,
-        })
-        write_in_order(writer, messages)
-
-
-def _of_gearbox(recording: ImportedRecording) -> Iterator[tuple[str, Integers, list[bytes]]]:
-    """Yield (topic, stamps, messages) of a recording of one drive."""
-    r = recording
-    joints, none = ['motor', 'arm'], np.full(len(r.stamp_ns), np.nan)
-    position, velocity, effort = ([r.motor_position, r.arm_position],
-                                  [r.motor_velocity, r.arm_velocity],
-                                  [r.motor_effort, r.arm_effort])
-    if not np.isnan(r.motor_setpoint).all():
-        joints.append('setpoint')
-        position, velocity, effort = ([*position, r.motor_setpoint], [*velocity, none],
-                                      [*effort, none])
-    yield JOINT_TOPIC, r.stamp_ns, encode_joint_states(
-        r.stamp_ns, joints, np.column_stack(position),
-        velocity=None if np.isnan(velocity).all() else np.column_stack(velocity),
-        effort=np.column_stack(effort))
-    if r.reference_torque is not None:
-        yield REFERENCE_TOPIC, r.stamp_ns, encode_joint_states(
-            r.stamp_ns, ['transmission'], np.full((len(r.stamp_ns), 1), np.nan),
-            effort=r.reference_torque[:, None])
+    write_topics(bag, source, list(recording.messages()), recording.notices,
+                 mapping=mapping.yaml_text, mapping_file=Path(mapping.source).name,
+                 kind=mapping.kind)

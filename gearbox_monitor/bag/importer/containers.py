@@ -186,7 +186,8 @@ def table_metadata(path: str | Path, kind: str) -> dict[str, str]:
 
 def attribute(tree: Any, name: str) -> Any:
     """Return field or attribute `name` (dotted: inside others) of a `tree`, None without it."""
-    parts = name.replace('/', '.').split('.')
+    is_whole = isinstance(tree, Mapping) and name in tree  # a name with dots
+    parts = [name] if is_whole else name.replace('/', '.').split('.')
     for part in parts[:-1]:
         if not isinstance(tree, Mapping) or part not in tree:
             return None

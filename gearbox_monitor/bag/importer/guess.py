@@ -187,7 +187,8 @@ class _Proposal:
             problem = f'{", ".join(still)[:200]} never changes' if still else \
                 f'no position or velocity among {", ".join(c.label for c in series)[:200]}'
             raise InputError(f'{self.path}: {problem}, expected a motion')
-        self._gather(choices)
+        for question in (question for choice in choices for question in choice.questions):
+            self._ask(question.topic, question.text, question.option)
         self._require_used(time, descriptions, choices)
         axes = {self._axis(choice) for choice in choices}
         self.kind = 'prismatic' if axes == {'prismatic'} else 'rotary'
@@ -374,15 +375,6 @@ class _Proposal:
             use[full] = stem_of(fitting[0]) if fitting and fitting[0].joint else name
         return use
 
-    def _gather(self, choices: Sequence[Choice]) -> None:
-        """Take over the questions of all joints, each once, and what stands behind a role."""
-        topics = set()
-        for choice in choices:
-            for question in choice.questions:
-                if question.topic not in topics:
-                    self.questions.append(question)
-                topics.add(question.topic)
-
     # --- keys -----------------------------------------------------------------------------------
     def _block(self, role: str, column: Column, series: Sequence[Series]) -> dict[str, Any]:
         """Return the block of the mapping for a `column` in a role."""
@@ -437,14 +429,13 @@ class _Proposal:
             role = next((role for role in roles if role in choice.roles), None)
             if role is None:
                 continue
-            blocks[name] = self._block(role, choice.roles[role], series)
-            self._numbers(name, blocks[name], choice.roles[role], choice)
+            column, key = choice.roles[role], f'joints.{choice.joint}.{name}'
+            block = blocks[name] = self._block(role, column, series)
+            self._numbers(name, block, column, choice)
             if name == 'effort':
-                self._torque_constant(blocks[name], choice.roles[role].meaning.label,
-                                      f'joints.{choice.joint}.effort', choice.joint)
-            if name != 'effort':
-                self._counts(blocks[name], choice.roles[role].meaning.label,
-                             f'joints.{choice.joint}.{name}', self._axis(choice))
+                self._torque_constant(block, column.meaning.label, key, choice.joint)
+            else:
+                self._counts(block, column.meaning.label, key, self._axis(choice))
         if 'unit' in blocks.get('position', {}) and 'setpoint' in blocks:
             blocks['setpoint'].setdefault('unit', blocks['position']['unit'])
         return blocks
@@ -457,17 +448,17 @@ class _Proposal:
         label, quantity = column.meaning.label, signal_kind(
             name if '_' in name else f'joint:{name}').quantity
         span = float(np.ptp(values))
+        is_coarse = span > COARSE and (values == np.floor(values)).all()
         if quantity == 'effort':
             if is_input(column.meaning) and 'reference' not in name:
                 words = set(column.meaning.words)
                 current = words & {'current', 'currents', 'curr', 'cur', 'amps', 'i', 'iq',
                                    'strom'}
-                whole = span > COARSE and (values == np.floor(values)).all()
-                block['unit'] = 'counts' if whole else 'A' if current else '1'
+                block['unit'] = 'counts' if is_coarse else 'A' if current else '1'
                 if block['unit'] == 'A':
                     self.assumptions.append(f'{label}: a current, so A.')
             return
-        if quantity == 'position' and span > COARSE and (values == np.floor(values)).all():
+        if quantity == 'position' and is_coarse:
             block['unit'] = 'counts'
             self.assumptions.append(f'{label}: whole numbers, so counts.')
             return

@@ -8,6 +8,7 @@ A number of a mapping may be ``{from_header: NAME, scale: 1.0}``: in text a comm
 line ``NAME = VALUE``, elsewhere the field, attribute or metadata NAME.
 """
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from copy import deepcopy
 from itertools import islice
 from pathlib import Path
@@ -113,17 +114,13 @@ def header_values(path: str | Path, data: Any, names: Sequence[str]) -> dict[str
     Raises:
         InputError: the file cannot be read.
     """
-    kind = data.get('format')
-    block = data.get('text')
-    text: Mapping[str, Any] = block if isinstance(block, dict) else {}
-    with readable(path, str(text.get('encoding', 'utf-8'))):
+    kind, text = data.get('format'), data.get('text')
+    encoding = str(text.get('encoding', 'utf-8')) if isinstance(text, dict) else 'utf-8'
+    with readable(path, encoding):
         if kind == 'text':
-            return _of_lines(path, str(text.get('encoding', 'utf-8')), names)
-        if kind in ('parquet', 'feather'):
-            metadata = table_metadata(path, kind)
-            return {name: value for name in names
-                    if (value := _number_of(metadata.get(name))) is not None}
-        with opened_tree(path, str(kind)) as tree:
+            return _of_lines(path, encoding, names)
+        with nullcontext(table_metadata(path, kind)) if kind in ('parquet', 'feather') else \
+                opened_tree(path, str(kind)) as tree:
             return {name: value for name in names
                     if (value := _number_of(attribute(tree, name))) is not None}
 

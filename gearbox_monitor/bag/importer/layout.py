@@ -143,10 +143,8 @@ def _text(path: str | Path) -> tuple[dict[str, Any], list[Series], bool]:
     own = [' '.join(filter(None, names[k])) if k < len(names) else '' for k in range(columns)]
     labels, units = _labelled(names, columns)
     units = units if any(units) else _preamble_units(path, text, columns)
-    labelled = any(labels)
-    if not labelled:
+    if not any(labels):
         labels = _echoed(cells, text) or labels
-        labelled = any(labels)
     default = TextFormat()
     block = {key: value for key, value in vars(text).items() if value != getattr(default, key)}
     series: list[Series] = []
@@ -165,7 +163,7 @@ def _text(path: str | Path) -> tuple[dict[str, Any], list[Series], bool]:
         if values is not None:
             unit = (first[1] if first else '') or unit_of_label(label) or units[k]
             series.append(Series({'column': place}, label or f'column {k + 1}', unit, values))
-    return {'format': 'text', **({'text': block} if block else {})}, series, labelled
+    return {'format': 'text', **({'text': block} if block else {})}, series, any(labels)
 
 
 def _labelled(names: Sequence[Sequence[str]], columns: int) -> tuple[list[str], list[str]]:

@@ -11,22 +11,19 @@ the setpoint; the notes list the others.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-import hashlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
-from gearbox_monitor import __version__
-from gearbox_monitor.bag.cdr import encode_joint_states
+from gearbox_monitor.bag.importer import ImportedRecording
 from gearbox_monitor.bag.importer.clocks import interpolated
 from gearbox_monitor.bag.importer.message_topics import chosen_topics, DYNAMIC, STATES
-from gearbox_monitor.bag.importer.robot_recording import JOINT_TOPIC, SETPOINT_TOPIC, Topic
-from gearbox_monitor.bag.importer.robot_recording import write_in_order
+from gearbox_monitor.bag.importer.robot_recording import (
+    JOINT_TOPIC, RobotRecording, Topic, write_topics)
 from gearbox_monitor.bag.importer.stamp_policy import even_stamps
 from gearbox_monitor.bag.read import FORMATS, is_ros1, JOINT_STATE, open_bag
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array, Integers
 
@@ -293,7 +290,8 @@ def import_bag(source: str | Path, bag: str | Path, topic: str = '', stamps: str
             notices += [note for note in notes if note not in notices]
             stamped.append((part, times))
     topics = [topic_of_bag for part, times in stamped for topic_of_bag in (
-        _as_robot(part, times) if joint is None else _as_drive(part, times, joint, stamped))]
+        RobotRecording(part.joints, times, part.values).messages() if joint is None else
+        _as_drive(part, times, joint, stamped))]
     if not topics:
         measured = sorted({name for part, _ in stamped for name in part.values})
         raise InputError(f'{source}: --joint {joint}: {", ".join(measured)} without a position, '
@@ -303,7 +301,7 @@ def import_bag(source: str | Path, bag: str | Path, topic: str = '', stamps: str
         notices.append(f'{len(publishers)} publishers: ' + '; '.join(
             f'{len(part.stamp_ns)} messages of {", ".join(part.joints)}'[:120]
             for part in publishers))
-    _write(Path(source), Path(bag), topics, notices)
+    write_topics(bag, source, topics, notices)
     states = [times for name, times, _ in topics if name == JOINT_TOPIC] or [topics[0][1]]
     count = sum(map(len, states))
     seconds = (max(int(times[-1]) for times in states) - min(
@@ -314,50 +312,20 @@ def import_bag(source: str | Path, bag: str | Path, topic: str = '', stamps: str
             'notes': notices}
 
 
-def _as_robot(part: JointMessages, times: Integers) -> list[Topic]:
-    """Return the topic of all joints of messages: of their states, or of their setpoints."""
-    if SETPOINT in part.values:
-        return [(SETPOINT_TOPIC, times, encode_joint_states(
-            times, part.joints, part.values[SETPOINT]))]
-    position = part.values.get('position', np.full((len(times), len(part.joints)), np.nan))
-    return [(JOINT_TOPIC, times, encode_joint_states(
-        times, part.joints, position, part.values.get('velocity'), part.values.get('effort')))]
-
-
 def _as_drive(part: JointMessages, times: Integers, joint: str,
-              stamped: Sequence[tuple[JointMessages, Integers]]) -> list[Topic]:
-    """Return the topic of one joint as the motor of a drive, with its setpoint."""
-    k = part.joints.index(joint)
-    if 'position' not in part.values or not np.isfinite(part.values['position'][:, k]).any():
-        return []
-    columns = {name: [part.values[name][:, k]] if name in part.values else
-               [np.full(len(times), np.nan)] for name in OF_STATE}
-    names = ['motor', 'arm']
-    for name in columns:
-        columns[name].append(np.full(len(times), np.nan))
-    source, own = next(((source, own) for source, own in stamped if SETPOINT in source.values
-                        and joint in source.joints), (None, times))
-    if source is not None:
-        names.append(SETPOINT)
-        setpoint = source.values[SETPOINT][:, source.joints.index(joint)]
-        columns['position'].append(setpoint if np.array_equal(times, own) else interpolated(
-            times, own, setpoint))
-        for name in ('velocity', 'effort'):
-            columns[name].append(np.full(len(times), np.nan))
-    stacked = {name: np.column_stack(values) for name, values in columns.items()}
-    return [(JOINT_TOPIC, times, encode_joint_states(
-        times, names, stacked['position'],
-        None if np.isnan(stacked['velocity']).all() else stacked['velocity'],
-        stacked['effort']))]
-
-
-def _write(source: Path, bag: Path, topics: Sequence[Topic], notices: Sequence[str]) -> None:
-    """Write the new bag with its origin as metadata."""
-    with BagWriter(bag) as writer:
-        for name in dict.fromkeys(name for name, _, _ in topics):
-            writer.add_topic(name, JOINT_STATE)
-        digest = hashlib.sha256(source.read_bytes()).hexdigest() if source.is_file() else ''
-        writer.add_metadata('import', {
-            'source': source.name, 'source_sha256': digest, 'notices': '\n'.join(notices),
-            'gearbox_monitor_version': __version__})
-        write_in_order(writer, topics)
+              stamped: Sequence[tuple[JointMessages, Integers]]) -> Iterator[Topic]:
+    """Yield the topic of one joint as the motor of a drive, with its setpoint."""
+    k, none = part.joints.index(joint), np.full(len(times), np.nan)
+    position, velocity, effort = (part.values[name][:, k] if name in part.values else none
+                                  for name in OF_STATE)
+    if not np.isfinite(position).any():
+        return
+    setpoint = none
+    for source, own in stamped:
+        if SETPOINT in source.values and joint in source.joints:
+            setpoint = source.values[SETPOINT][:, source.joints.index(joint)]
+            if not np.array_equal(times, own):
+                setpoint = interpolated(times, own, setpoint)
+            break
+    yield from ImportedRecording(times, position, effort, none, none, None, velocity, none,
+                                 setpoint).messages()

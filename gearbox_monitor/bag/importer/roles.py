@@ -339,12 +339,8 @@ def _drive_effort(choice: Choice, measured: Sequence[Column], commanded: Sequenc
     torques = [c for c in measured if not is_input(c.meaning)]
     commanded_torques = [c for c in commanded if not is_input(c.meaning)]
     if torques:
-        of_motor = [c for c in torques if c.meaning.side == 'motor'] or torques
-        if len(of_motor) > 1:
-            _ask_effort(choice, of_motor, 'torques of one joint, and no name tells which is the '
-                        "motor's")
-        else:
-            choice.take('motor_effort', of_motor[0], f'by its name: {of_motor[0].meaning.why}')
+        _take_effort(choice, [c for c in torques if c.meaning.side == 'motor'] or torques,
+                     "torques of one joint, and no name tells which is the motor's")
     elif measured and commanded_torques:
         choice.questions.append(Question(
             'effort', f'{stem_of(measured[0].meaning)}, {stem_of(commanded_torques[0].meaning)}: '
@@ -357,21 +353,24 @@ def _drive_effort(choice: Choice, measured: Sequence[Column], commanded: Sequenc
             of_unit = [c for c in of_motor if c.meaning.unit == 'A' or set(
                 c.meaning.words) & {'current', 'iq', 'i'}]
             of_motor = of_unit if len(of_unit) == 1 else of_motor
-        if len(of_motor) > 1:
-            _ask_effort(choice, of_motor, 'inputs of one motor')
-        else:
-            choice.take('motor_effort', of_motor[0], f'by its name: {of_motor[0].meaning.why}')
+        _take_effort(choice, of_motor, 'inputs of one motor')
     else:
         commanded = _without_copies(choice, commanded_torques or commanded)
-        if len(commanded) > 1:
-            _ask_effort(choice, commanded, 'commanded efforts of one joint')
-        else:
-            choice.take('motor_effort', commanded[0],
-                        f'commanded, the only effort: {commanded[0].meaning.why}')
+        _take_effort(choice, commanded, 'commanded efforts of one joint',
+                     'commanded, the only effort')
     for column in (*measured, *commanded):
         if column not in choice.roles.values():
             choice.left.setdefault(column.number, 'another effort: '
                                    + use_option('effort', stem_of(column.meaning)))
+
+
+def _take_effort(choice: Choice, columns: Sequence[Column], question: str,
+                 reason: str = 'by its name') -> None:
+    """Choose the effort of the motor, or ask which of several `columns` it is."""
+    if len(columns) > 1:
+        _ask_effort(choice, columns, question)
+    else:
+        choice.take('motor_effort', columns[0], f'{reason}: {columns[0].meaning.why}')
 
 
 def _ask_effort(choice: Choice, columns: Sequence[Column], question: str) -> None:

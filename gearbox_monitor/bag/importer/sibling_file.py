@@ -21,12 +21,12 @@ TABLES = ('.csv', '.csv.gz', '.parquet', '.npz', '.txt')
 OVERLAP = 0.5  # of the time of the states, in which setpoints of the same run stand
 
 
-def setpoint_files(path: Path) -> list[Path]:
-    """Return the files whose names call them setpoints of the run in `path`."""
-    setpoints, run = run_of(_stem(path))
-    return [] if setpoints else sorted(
+def _files_beside(path: Path, setpoints: bool) -> list[Path]:
+    """Return the files with `setpoints`, or states, of the run whose other ones `path` holds."""
+    own, run = run_of(_stem(path))
+    return [] if own == setpoints else sorted(
         file for file in path.parent.iterdir()
-        if file.suffixes == path.suffixes and run_of(_stem(file)) == (True, run))
+        if file.suffixes == path.suffixes and run_of(_stem(file)) == (setpoints, run))
 
 
 def states_beside(path: Path, time: FoundTime, joints: Mapping[str, Mapping[str, Any]]
@@ -39,11 +39,8 @@ def states_beside(path: Path, time: FoundTime, joints: Mapping[str, Mapping[str,
         time: of it.
         joints: {joint: {quantity: block of the mapping}} of it.
     """
-    setpoints, run = run_of(_stem(path))
-    files = sorted(path.parent.iterdir()) if setpoints else []
-    return next((file.name for file in files
-                 if file.suffixes == path.suffixes and run_of(_stem(file)) == (False, run)
-                 and _setpoints_in(file, time, joints) is not None), '')
+    return next((file.name for file in _files_beside(path, False)
+                 if _setpoints_in(file, time, joints) is not None), '')
 
 
 def _stem(path: Path) -> str:
@@ -60,7 +57,7 @@ def sibling_setpoints(path: Path, time: FoundTime, states: Mapping[str, Mapping[
         time: of the states.
         states: {joint: {quantity: block of the mapping}} of the states.
     """
-    return [block for file in setpoint_files(path)
+    return [block for file in _files_beside(path, True)
             if (block := _setpoints_in(file, time, states)) is not None]
 
 
@@ -97,4 +94,4 @@ def state_files(folder: Path) -> list[Path]:
         return episodes
     tables = sorted(file for file in folder.iterdir() if file.is_file()
                     and file.name.endswith(TABLES) and file.name != JOINT_LIST)
-    return [file for file in tables if setpoint_files(file)] or tables
+    return [file for file in tables if _files_beside(file, True)] or tables

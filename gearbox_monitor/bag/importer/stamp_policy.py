@@ -7,6 +7,7 @@ Stamps of foreign recordings: epochs, ISO 8601, repeated and unordered ones, and
 Times become whole nanoseconds at once: a double resolves today's date to 256 ns only.
 """
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import timedelta
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
@@ -28,6 +29,7 @@ LAST = 2 ** 31 * 1_000_000_000  # ns: the header of a message holds no later sec
 ZONE = re.compile(r'\s*(Z|[+-]\d\d:?\d\d)$')
 
 
+@dataclass(frozen=True)
 class Ordering:
     """
     What becomes of samples with repeated or unordered stamps: ``apply(values)`` of any signal.
@@ -35,20 +37,20 @@ class Ordering:
     Made by `ordered`. `stamp_ns` is strictly increasing; `notices` are sentences for the user.
     """
 
-    def __init__(self, stamp_ns: Integers, rows: Integers, starts: Integers, average: bool,
-                 notices: tuple[str, ...]) -> None:
-        self.stamp_ns = stamp_ns
-        self.notices = notices
-        self._rows, self._starts, self._average = rows, starts, average
+    stamp_ns: Integers
+    rows: Integers
+    starts: Integers
+    average: bool
+    notices: tuple[str, ...]
 
     def apply(self, values: Array) -> Array:
         """Return `values` [N] at `stamp_ns` [M]."""
-        values = values[self._rows]
-        if not self._average:
-            return values[self._starts]
+        values = values[self.rows]
+        if not self.average:
+            return values[self.starts]
         missing = np.isnan(values)
-        count = np.add.reduceat((~missing).astype(float), self._starts)
-        total = np.add.reduceat(np.where(missing, 0.0, values), self._starts)
+        count = np.add.reduceat((~missing).astype(float), self.starts)
+        total = np.add.reduceat(np.where(missing, 0.0, values), self.starts)
         return np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
 
 

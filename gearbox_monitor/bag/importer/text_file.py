@@ -8,14 +8,15 @@ Numbers are read by numpy.loadtxt; row by row only to name the first bad value, 
 ones, and for times that a double does not hold.
 """
 from array import array
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 import csv
 from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from itertools import chain, islice, zip_longest
 import math
 from pathlib import Path
 import re
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class TextTable:
     """
 
     names: tuple[tuple[str, ...], ...]
-    rows: Iterator[tuple[int, list[str]]]
+    rows: Sequence[tuple[int, list[str]]]
     numbers: tuple[int, ...] = ()
 
 
@@ -105,8 +106,8 @@ def signal_rows(path: str | Path, text: TextFormat) -> TextTable:
     if not header and columns and not any(is_number(cell, text) for cell in columns[0]):
         header = 1
     names = tuple(tuple(cell.strip() for cell in row[:header]) for row in cells)
-    return TextTable(names, ((k + 1, list(column)) for k, column in
-                             enumerate(columns) if k >= header),
+    return TextTable(names, [(k + 1, list(column)) for k, column in
+                             enumerate(columns) if k >= header],
                      tuple(number for number, _ in lines))
 
 
@@ -174,6 +175,7 @@ def list_columns(names: Sequence[Sequence[str]], places: Places) -> dict[str, tu
     return result
 
 
+@lru_cache(64)  # signals of one list are read one after the other
 def numbers_of_list(cell: str) -> list[float] | None:
     """Return the numbers of a cell such as '[1.0, 2.0]', None if it is none."""
     brackets = re.fullmatch(r'\s*[\[(](.*)[\])]\s*', cell, re.DOTALL)
@@ -183,39 +185,6 @@ def numbers_of_list(cell: str) -> list[float] | None:
         return [float(part) for part in brackets[1].replace(',', ' ').split()]
     except ValueError:
         return None
-
-
-def _read_lists(path: str | Path, mapping: ImportMapping, places: Places,
-                lists: Mapping[str, tuple[str, int]]) -> RawColumns:
-    """Return the RawColumns of a text file with lists of numbers in cells."""
-    names, rows = sample_rows(path, mapping.text)
-    plain = {name: replace(place, column=lists[name][0]) if name in lists else place
-             for name, place in places.items()}
-    numbers = column_numbers(path, mapping, plain, names)
-    table = [(line, split_line(text, mapping.text)) for line, text in rows]
-
-    def _place(row: int, name: str) -> str:
-        return f'line {table[row][0]}, column {numbers[name] + 1} ({label_of(name)})'
-    cell_value = _parser(path, mapping, places)
-    parsed: dict[int, list[list[float]]] = {}
-    values: dict[str, AnyArray] = {}
-    for name, column in numbers.items():
-        cells = [row[column].strip() if column < len(row) else '' for _, row in table]
-        if name not in lists:
-            place = places[name]
-            values[name] = np.array(cells) if isinstance(place, TimeMapping) and (
-                place.unit in AS_TEXT) else np.array(
-                [cell_value(cell, name, _place(k, name)) for k, cell in enumerate(cells)])
-            continue
-        if column not in parsed:
-            parsed[column] = [numbers_of_list(cell) or [] for cell in cells]
-        element = lists[name][1]
-        for k, row in enumerate(parsed[column]):
-            if len(row) < element:
-                raise InputError(f'{path}: {_place(k, name)} value {cells[k][:40]!r}: expected a '
-                                 f'list of at least {element} numbers')
-        values[name] = np.array([row[element - 1] for row in parsed[column]])
-    return RawColumns(values, _place, (), _units(numbers, names))
 
 
 def read_text(path: str | Path, mapping: ImportMapping, places: Places) -> RawColumns:
@@ -230,55 +199,94 @@ def read_text(path: str | Path, mapping: ImportMapping, places: Places) -> RawCo
     Raises:
         InputError: it names line, column, value and what was expected.
     """
-    text = mapping.text
-    if row_per_signal(path, text):
-        return _read_signal_rows(path, mapping, places)
-    names, rows = sample_rows(path, text)
+    text, lines = mapping.text, array('q')
+    table = signal_rows(path, text) if row_per_signal(path, text) else None
+    names = sample_rows(path, text)[0] if table is None else table.names
     lists = list_columns(names, places)
-    if lists:
-        return _read_lists(path, mapping, places, lists)
-    numbers = column_numbers(path, mapping, places, names)
-    lines = array('q')
-
-    def _data() -> Iterator[str]:
-        for number, line in rows:
-            lines.append(number)
-            yield line.replace(',', '.') if text.decimal == ',' else line
+    numbers = column_numbers(path, mapping, {
+        name: replace(place, column=lists[name][0]) if name in lists else place
+        for name, place in places.items()}, names)
 
     def _place(row: int, name: str) -> str:
-        return f'line {lines[row]}, column {numbers[name] + 1} ({label_of(name)})'
-
+        line, column = (lines[row], numbers[name] + 1) if table is None else (
+            table.numbers[numbers[name]], lines[row])
+        return f'line {line}, column {column} ({label_of(name)})'
     texts = {name for name, place in places.items()
              if isinstance(place, TimeMapping) and place.unit in AS_TEXT}
-    columns = sorted({numbers[name] for name in places if name not in texts})
-    delimiter = None if text.delimiter == 'whitespace' else text.delimiter
+    values = None if table is not None or lists else _by_numpy(path, text, {
+        name: column for name, column in numbers.items() if name not in texts}, lines)
+    rows = partial(_cells, path, mapping, places, table, numbers)
+    value = _parser(path, mapping, places, lists, _place)
+    if values is None:
+        del lines[:]
+        values = _by_cells(rows(), numbers, texts, lines, value)
+    reread = {name: numbers[name] for name, place in places.items() if name not in values or (
+        isinstance(place, TimeMapping) and name not in texts and _rounded(values[name], place))}
+    if reread:
+        values |= _by_cells(rows(), reread, reread, array('q'), value)
+    notice = () if table is None else (
+        f'one row per signal ({len(table.numbers)} rows of {len(lines)} samples): column numbers '
+        'count the rows',)
+    return RawColumns(values, _place, notice, _units(numbers, names))
+
+
+def _by_numpy(path: str | Path, text: TextFormat, numbers: Mapping[str, int],
+              lines: 'array[int]') -> dict[str, AnyArray] | None:
+    """Return {name: column of `numbers`}, None where some cell is no number; fill `lines`."""
+    _, rows = sample_rows(path, text)
     first = next(rows, None)
     if first is None:
         raise InputError(f'{path}: no rows of data, expected at least {MIN_SAMPLES}')
-    rows = chain([first], rows)
+
+    def _data() -> Iterator[str]:
+        for number, line in chain([first], rows):
+            lines.append(number)
+            yield line.replace(',', '.') if text.decimal == ',' else line
+    delimiter = None if text.delimiter == 'whitespace' else text.delimiter
+    columns = sorted({*numbers.values()})
+    if not columns:  # times that are texts alone
+        return None
     try:
-        if not columns:
-            raise ValueError  # times only
         values: Array = np.loadtxt(_data(), delimiter=delimiter, usecols=columns, comments=None,
                                    quotechar=None if delimiter is None else '"', ndmin=2)
-    except UnicodeDecodeError:
+    except (UnicodeDecodeError, InputError):
         raise
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
-        lines = array('q')
-        values = _carefully(path, mapping, places, (numbers, columns), lines)
-    result: dict[str, AnyArray] = {}
-    for name, column in numbers.items():
-        place = places[name]
-        if name in texts or isinstance(place, TimeMapping) and _rounded(
-                values[:, columns.index(column)], place):
-            result[name] = np.array([
-                cells[column].strip() if column < len(cells) else '' for _, cells in
-                ((n, split_line(line, text)) for n, line in sample_rows(path, text)[1])])
-        else:
-            result[name] = values[:, columns.index(column)].copy()
-    return RawColumns(result, _place, (), _units(numbers, names))
+    except ValueError:
+        return None
+    return {name: values[:, columns.index(column)].copy() for name, column in numbers.items()}
+
+
+def _cells(path: str | Path, mapping: ImportMapping, places: Places, table: TextTable | None,
+           numbers: Mapping[str, int]) -> Iterator[tuple[int, list[str]]]:
+    """Yield (number, cells) of each sample: its line, or its column in a `table` of signals."""
+    count = max(numbers.values()) + 1
+    if table is not None:
+        if len(table.numbers) < count:
+            name = max(numbers, key=lambda name: numbers[name])
+            raise InputError(f'{path}: {len(table.numbers)} rows, one per signal, expected row '
+                             f'{count} ({label_of(name)})')
+        yield from table.rows
+        return
+    unequal = any(getattr(place, 'time', None) is not None for place in places.values())
+    for number, line in sample_rows(path, mapping.text)[1]:
+        cells = split_line(line, mapping.text)
+        if len(cells) < count and not unequal:
+            raise InputError(f'{path}: line {number}: {len(cells)} columns, expected at least '
+                             f'{count}')
+        yield number, cells + [''] * (count - len(cells))
+
+
+def _by_cells(rows: Iterator[tuple[int, list[str]]], numbers: Mapping[str, int],
+              texts: Container[str], lines: 'array[int]',
+              value: Callable[[str, str, int], float]) -> dict[str, AnyArray]:
+    """Return {name: column of `numbers`}, of `texts` as texts, else by `value`; fill `lines`."""
+    columns: dict[str, Any] = {name: [] if name in texts else array('d') for name in numbers}
+    for row, (number, cells) in enumerate(rows):
+        lines.append(number)
+        for name, column in numbers.items():
+            cell = cells[column].strip()
+            columns[name].append(cell if name in texts else value(cell, name, row))
+    return {name: np.array(values) for name, values in columns.items()}
 
 
 def _rounded(raw: Array, time: TimeMapping) -> bool:
@@ -298,39 +306,22 @@ def _units(numbers: Mapping[str, int], names: Sequence[Sequence[str]]) -> dict[s
     return units
 
 
-def _read_signal_rows(path: str | Path, mapping: ImportMapping, places: Places) -> RawColumns:
-    """Return the RawColumns of a file with a row per signal."""
-    table = signal_rows(path, mapping.text)
-    numbers = column_numbers(path, mapping, places, table.names)
-    rows = list(table.rows)
-
-    def _place(row: int, name: str) -> str:
-        return f'line {table.numbers[numbers[name]]}, column {rows[row][0]} ({label_of(name)})'
-    values: dict[str, AnyArray] = {}
-    cell_value = _parser(path, mapping, places)
-    for name, column in numbers.items():
-        if column >= len(table.numbers):
-            raise InputError(f'{path}: {len(table.numbers)} rows, one per signal, expected row '
-                             f'{column + 1} ({label_of(name)})')
-        place = places[name]
-        cells = [row[column].strip() for _, row in rows]
-        values[name] = np.array(cells) if isinstance(place, TimeMapping) and (
-            place.unit in AS_TEXT) else np.array(
-            [cell_value(cell, name, _place(k, name)) for k, cell in enumerate(cells)])
-    notice = (f'one row per signal ({len(table.numbers)} rows of {len(rows)} samples): column '
-              'numbers count the rows')
-    return RawColumns(values, _place, (notice,), _units(numbers, table.names))
-
-
-def _parser(path: str | Path, mapping: ImportMapping, places: Places
-            ) -> Callable[[str, str, str], float]:
-    """Return the function that makes a number of a cell, of a signal's name and of its place."""
+def _parser(path: str | Path, mapping: ImportMapping, places: Places,
+            lists: Mapping[str, tuple[str, int]], place: Callable[[int, str], str]
+            ) -> Callable[[str, str, int], float]:
+    """Return the function that makes a number of a cell, of a signal's name and of its row."""
     # Where signals have times of their own, the shorter columns end in empty cells.
     unequal = any(getattr(place, 'time', None) is not None for place in places.values())
     may_miss = {name for name, place in places.items()
                 if unequal or getattr(place, 'missing', 'error') == 'nan'}
 
-    def _value(cell: str, name: str, place: str) -> float:
+    def _value(cell: str, name: str, row: int) -> float:
+        if name in lists:
+            element, own = lists[name][1], numbers_of_list(cell) or []
+            if len(own) < element:
+                raise InputError(f'{path}: {place(row, name)} value {cell[:40]!r}: expected a '
+                                 f'list of at least {element} numbers')
+            return own[element - 1]
         try:
             if name in may_miss and cell.lower() in MISSING:
                 return math.nan
@@ -340,31 +331,6 @@ def _parser(path: str | Path, mapping: ImportMapping, places: Places
             if number is not None and number[1] == standard_unit(
                     str(getattr(places[name], 'unit', ''))):
                 return number[0]
-            raise InputError(f'{path}: {place} value {cell!r}: expected a number') from None
+            raise InputError(f'{path}: {place(row, name)} value {cell!r}: expected a '
+                             'number') from None
     return _value
-
-
-def _carefully(path: str | Path, mapping: ImportMapping, places: Places,
-               numbered: tuple[Mapping[str, int], Sequence[int]], lines: 'array[int]') -> Array:
-    """Return columns [N, C] read row by row; `numbered`: of signals, of columns; fill `lines`."""
-    numbers, columns = numbered
-    values = array('d')
-    names: dict[int, str] = {}
-    cell_value = _parser(path, mapping, places)
-    for name, column in numbers.items():
-        # Of two signals in one column, that which may miss decides.
-        if column not in names or getattr(places[name], 'missing', 'error') == 'nan':
-            names[column] = name
-    unequal = any(getattr(place, 'time', None) is not None for place in places.values())
-    for number, line in sample_rows(path, mapping.text)[1]:
-        lines.append(number)
-        cells = split_line(line, mapping.text)
-        if len(cells) <= max(numbers.values()):
-            if not unequal:
-                raise InputError(f'{path}: line {number}: {len(cells)} columns, expected at least '
-                                 f'{max(numbers.values()) + 1}')
-            cells += [''] * (max(numbers.values()) + 1 - len(cells))
-        for column in columns:
-            place = f'line {number}, column {column + 1} ({label_of(names[column])})'
-            values.append(cell_value(cells[column].strip(), names[column], place))
-    return np.array(values).reshape(-1, len(columns))
