@@ -18,7 +18,7 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf import (
-    ARM, COGGING, constant_load, Exported, LUGRE, MjcfValues, MOTOR, Passive, TENDON)
+    ARM, COGGING, constant_load, Exported, LUGRE, MjcfValues, MOTOR, Passive, steady, TENDON)
 from gearbox_monitor.export.mjcf_file import (
     drive_of, MjcfActuator, MjcfDrive, MjcfJoint, values_in, weight)
 from gearbox_monitor.export.xml_edit import (
@@ -86,11 +86,9 @@ class _Draft:
 
         Raises InputError if there are any and the element, called `title`, is in another file.
         """
-        if element is None:
-            if values or tag:
-                raise InputError(f'{self.drive.path}: {title}: is not in this file itself, '
-                                 'expected it here and not in one that it includes')
+        if not values and not tag:
             return
+        element = self.own(element, title)
         edit = self.attributes.setdefault(element.start, (element, {}, tag))
         if tag:
             self.attributes[element.start] = (element, edit[1], tag)
@@ -100,6 +98,13 @@ class _Draft:
                 continue
             edit[1][name] = value
             self.changes.append(Splice(_title(element), name, present, value or 'removed'))
+
+    def own(self, element: XmlElement | None, title: str) -> XmlElement:
+        """Return an `element` of the file itself, called `title`. Raises InputError without."""
+        if element is None:
+            raise InputError(f'{self.drive.path}: {title}: is not in this file itself, expected '
+                             'it here and not in one that it includes')
+        return element
 
     def add(self, section: str, title: str, text: str) -> None:
         """Add an element `title`, its `text`, to a section of the file such as tendon."""
@@ -294,10 +299,7 @@ def _with_rotor(draft: _Draft, values: MjcfValues) -> tuple[str, str]:
     """Add the rotor's body and joint; return the names of the joints of motor and arm."""
     drive, joint = draft.drive, draft.drive.motor
     document, m = drive.document, drive.compiled
-    if joint.element is None:
-        raise InputError(f'{drive.path}: joint {joint.name}: is not in this file itself, expected '
-                         'it here and not in one that it includes')
-    body = document.parent(joint.element)
+    body = document.parent(draft.own(joint.element, f'joint {joint.name}'))
     if len(body.all('joint')) != 1:
         raise InputError(f'{drive.path}: line {body.line}: {_title(body)}: several joints, '
                          'expected one for a rotor beside it')
@@ -713,7 +715,7 @@ def _delayed(drive: MjcfDrive, delay: float, where: str) -> dict[str, str | None
 def _passives(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -> None:
     """Add the passive torques of `values` that the file lacks, take out those that it has."""
     present = values_in(draft.drive)
-    steady = constant_load(values) - constant_load(present)
+    load = constant_load(values) - constant_load(present)
     for where in (MOTOR, ARM, TENDON):
         for kind in (LUGRE, COGGING):
             if (where, kind) == (ARM, COGGING):
@@ -727,8 +729,8 @@ def _passives(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) 
                               title=f'dcmotor ({kind})')
             for numbers in own:
                 _passive(draft, Passive(where, kind, numbers), names)
-    if abs(steady) > SAME * max(1.0, abs(constant_load(values))):
-        _passive(draft, Passive(ARM, COGGING, (-steady, 0.0, 0.5 * math.pi)), names)
+    if abs(load) > SAME * max(1.0, abs(constant_load(values))):
+        _passive(draft, steady(-load), names)
 
 
 def _passive_element(drive: MjcfDrive, actuator: int) -> XmlElement | None:

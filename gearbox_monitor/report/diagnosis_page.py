@@ -17,7 +17,7 @@ from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.diagnosis_evidence import (
     DiagnosisEvidence, explained_by, MissingSignal)
 from gearbox_monitor.report.figures import (
-    BarRow, bars, chart, ChartView, heat_maps, HeatAxis, PageTable, Panel, Span, Trace)
+    BarRow, bars, chart, ChartView, heat_maps, PageTable, Panel, Span, Trace)
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
 from gearbox_monitor.report.shared_sections import verdict_numbers
 from gearbox_monitor.report.words import (
@@ -255,8 +255,8 @@ def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
         'charts': charts, 'planes': heat_maps(
             f'Gap over {planes.x} and {planes.y}',
             [(run.name, v) for run, v in zip(evidence.overlay.runs, planes.values)],
-            HeatAxis(planes.x_edges, evidence.labels[planes.x]),
-            HeatAxis(planes.y_edges, evidence.labels[planes.y]), '= gap')}, 'Where', folded=True)
+            (planes.x_edges, evidence.labels[planes.x]),
+            (planes.y_edges, evidence.labels[planes.y]), '= gap')}, 'Where', folded=True)
 
 
 def _missing(missing: MissingSignal | None, labels: Mapping[str, str]) -> dict[str, Any] | None:

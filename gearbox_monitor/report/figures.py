@@ -127,16 +127,6 @@ class PathView:
 
 
 @dataclass(frozen=True)
-class LegendEntry:
-    """A curve in the legend: name, class of its line, class of its band or ''."""
-
-    name: str
-    style: str
-    dots: bool
-    band: str
-
-
-@dataclass(frozen=True)
 class PanelView:
     """
     A panel or lane ready to be drawn.
@@ -170,11 +160,11 @@ class MarkView:
 
 @dataclass(frozen=True)
 class ChartView:
-    """A chart ready to be drawn; first, last: ends of the x axis."""
+    """A chart ready to be drawn; legend: a curve of each name; first, last: ends of the x axis."""
 
     title: str
     panels: Sequence[PanelView]
-    legend: Sequence[LegendEntry]
+    legend: Sequence[Trace]
     marks: Sequence[MarkView]
     ticks: Sequence[Tick]
     vertical: str
@@ -273,27 +263,14 @@ class Axis:
 
     def ticks(self, count: int = 5) -> list[tuple[float, str]]:
         """Return about `count` round values with their texts."""
-        values, digits = ticks(self.low, self.high, count)
-        return [(value, f'{value:.{digits}f}') for value in values]
+        step = _tick_step(self.low, self.high, count)
+        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+        digits = max(0, -math.floor(math.log10(step) + 1e-9))
+        return [(k * step, f'{k * step:.{digits}f}') for k in range(first, last + 1)]
 
-
-def ticks(low: float, high: float, count: int = 5) -> tuple[list[float], int]:
-    """
-    Return round ticks of an axis.
-
-    Args:
-        low: lower end of the axis.
-        high: upper end of the axis.
-        count: about so many ticks.
-
-    Returns:
-        Their values and the digits behind the point that they need.
-
-    """
-    step = _tick_step(low, high, count)
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return ([k * step for k in range(first, last + 1)],
-            max(0, -math.floor(math.log10(step) + 1e-9)))
+    def to_the_right(self) -> list[Tick]:
+        """Return the ticks of an x axis."""
+        return [Tick(100.0 * self.share(value), text) for value, text in self.ticks()]
 
 
 def _tick_step(low: float, high: float, count: int) -> float:
@@ -352,32 +329,24 @@ def chart(title: str, panels: Sequence[Panel | Lane], x_label: str, unit: str, z
         The view that templates/figures.html draws.
 
     """
+    traces = [trace for panel in panels if isinstance(panel, Panel) for trace in panel.traces]
+    legend: dict[str, Trace] = {}
+    for trace in traces:
+        if trace.name:
+            legend.setdefault(trace.name, trace)
     if span is None:
-        xs = [trace.x for panel in panels if isinstance(panel, Panel) for trace in panel.traces]
-        span = min(x[0] for x in xs), max(x[-1] for x in xs)
+        span = min(trace.x[0] for trace in traces), max(trace.x[-1] for trace in traces)
     first, last = float(span[0]), float(span[1])
     axis = Axis(first, last if last > first else first + 1.0)
-    x_ticks = axis.ticks()
     return ChartView(
         title, [_panel(panel, axis) if isinstance(panel, Panel) else _lane(panel, axis)
                 for panel in panels],
-        _legend(panels),
+        list(legend.values()),
         [MarkView(100.0 * axis.share(mark.x), f'{mark.x:.9g}', mark.label, mark.role,
                   f'M{axis.right(mark.x):.0f} 0V{UNITS}') for mark in marks],
-        [Tick(100.0 * axis.share(value), text) for value, text in x_ticks],
-        ''.join(f'M{axis.right(value):.0f} 0V{UNITS}' for value, _ in x_ticks),
+        axis.to_the_right(),
+        ''.join(f'M{axis.right(value):.0f} 0V{UNITS}' for value, _ in axis.ticks()),
         f'{axis.low:.9g}', f'{axis.high:.9g}', x_label, unit, group, zoom)
-
-
-def _legend(panels: Sequence[Panel | Lane]) -> list[LegendEntry]:
-    """Return an entry for each name of a curve, as its first curve is drawn."""
-    entries: dict[str, LegendEntry] = {}
-    for panel in panels:
-        for trace in panel.traces if isinstance(panel, Panel) else ():
-            if trace.name:
-                entries.setdefault(trace.name, LegendEntry(
-                    trace.name, trace.style, trace.dots, '' if trace.band is None else trace.role))
-    return list(entries.values())
 
 
 def _lane(lane: Lane, axis: Axis) -> PanelView:
@@ -513,39 +482,25 @@ def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: s
     views = [SliceView(
         k / max(len(slices) - 1, 1), s.name, path(*s.cloud, dots=True),
         ''.join(path(*line, dots=False) for line in s.lines)) for k, s in enumerate(slices)]
-    x_ticks, y_ticks = x_axis.ticks(), y_axis.ticks(PLANE // 48)
-    lattice = ''.join(f'M{x_axis.right(value):.0f} 0V{UNITS}' for value, _ in x_ticks)
+    y_ticks = y_axis.ticks(PLANE // 48)
+    lattice = ''.join(f'M{x_axis.right(value):.0f} 0V{UNITS}' for value, _ in x_axis.ticks())
     lattice += ''.join(f'M0 {y_axis.down(value):.0f}H{UNITS}' for value, _ in y_ticks)
     return PlaneView(
         title, views, f'{x_axis.low:.9g}', f'{x_axis.high:.9g}', f'{y_axis.low:.9g}',
-        f'{y_axis.high:.9g}', [Tick(100.0 * x_axis.share(value), text) for value, text in x_ticks],
-        _below_label(y_axis, y_ticks, PLANE), lattice,
-        x_label, y_label, PLANE)
+        f'{y_axis.high:.9g}', x_axis.to_the_right(), _below_label(y_axis, y_ticks, PLANE),
+        lattice, x_label, y_label, PLANE)
 
 
-@dataclass(frozen=True)
-class HeatAxis:
-    """Edges of the bins [N + 1] of one axis of heat maps, and its label."""
-
-    edges: Array
-    label: str
-
-    def ticks(self) -> list[Tick]:
-        """Return its ticks."""
-        axis = Axis(float(self.edges[0]), float(self.edges[-1]))
-        return [Tick(100.0 * axis.share(value), text) for value, text in axis.ticks()]
-
-
-def heat_maps(title: str, planes: Sequence[tuple[str, Array]], x: HeatAxis, y: HeatAxis,
-              unit: str) -> HeatMapsView:
+def heat_maps(title: str, planes: Sequence[tuple[str, Array]], x: tuple[Array, str],
+              y: tuple[Array, str], unit: str) -> HeatMapsView:
     """
     Return planes side by side, with colours on one logarithmic scale.
 
     Args:
         title: plain text above them.
         planes: (name, values [Y, X]) of each; values are 1 and above, NaN stays empty.
-        x: columns of the values.
-        y: rows of the values.
+        x: edges of the columns [X + 1], and what they are of.
+        y: edges of the rows [Y + 1], and what they are of.
         unit: words behind the largest value of the scale.
 
     Returns:
@@ -564,8 +519,10 @@ def heat_maps(title: str, planes: Sequence[tuple[str, Array]], x: HeatAxis, y: H
                       f'{values[k, i]:.3g}')
                  for k in range(rows) for i in range(columns) if np.isfinite(values[k, i])]
         maps.append(HeatMap(name, cells, round(width + 1), round(height + 1)))
-    return HeatMapsView(title, maps, x.ticks(), y.ticks(), [colour(k / 8) for k in range(9)],
-                        f'{top:.3g}', x.label, y.label, unit)
+    x_ticks, y_ticks = (Axis(float(edges[0]), float(edges[-1])).to_the_right()
+                        for edges, _ in (x, y))
+    return HeatMapsView(title, maps, x_ticks, y_ticks, [colour(k / 8) for k in range(9)],
+                        f'{top:.3g}', x[1], y[1], unit)
 
 
 def colour(share: float) -> str:

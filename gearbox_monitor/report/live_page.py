@@ -31,11 +31,11 @@ NOTHING = np.empty(0)
 
 def live_frame() -> tuple[str, str]:
     """Return the page into which the parts are put, and its Content-Security-Policy."""
-    script = asset('live.js')
+    script, page = asset('live.js'), Page('Live', Section('', {}), ())
     policy = content_policy(script) + "; connect-src 'self'"
     return environment().get_template('live/frame.html').render(
-        page=Page('Live', Section('', {}), ()), axis='rotary', style=asset('page.css'), script=script,
-        policy=policy, version=__version__), policy
+        page=page, axis=page.axis, style=asset('page.css'), script=script, policy=policy,
+        version=__version__), policy
 
 
 class LivePage:

@@ -199,10 +199,8 @@ def mujoco_module() -> Any:
 
 
 def name_of(m: Any, kind: str, index: int) -> str:
-    """Return the name of object `index` of `m`, of a `kind` as in mjtObj, or its number."""
-    mujoco = mujoco_module()
-    own = mujoco.mj_id2name(m, getattr(mujoco.mjtObj, f'mjOBJ_{kind.upper()}'), int(index))
-    return own or f'number {int(index)}'
+    """Return the name of object `index` of `m`, of a `kind` such as joint, or its number."""
+    return getattr(m, kind)(int(index)).name or f'number {int(index)}'
 
 
 def disabled(m: Any, *flags: str) -> bool:
@@ -338,7 +336,7 @@ def actuator_law(m: Any, actuator: int) -> ActuatorLaw:
     """
     mujoco, i = mujoco_module(), actuator
     gain_kind, bias_kind = int(m.actuator_gaintype[i]), int(m.actuator_biastype[i])
-    word = _kind_of(mujoco.mjtGain, gain_kind, 'mjGAIN_')
+    word = kind_of(mujoco.mjtGain, gain_kind)
     if m.actuator_plugin[i] >= 0:
         raise Unread('plugin', 'its torque is code')
     if gain_kind == int(mujoco.mjtGain.mjGAIN_DCMOTOR):
@@ -346,7 +344,7 @@ def actuator_law(m: Any, actuator: int) -> ActuatorLaw:
     if gain_kind not in (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_PID)):
         raise Unread('gaintype', f'{word}, expected fixed')
     if bias_kind not in (int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)):
-        raise Unread('biastype', _kind_of(mujoco.mjtBias, bias_kind, 'mjBIAS_')
+        raise Unread('biastype', kind_of(mujoco.mjtBias, bias_kind)
                      + ', expected none or affine')
     bias = [0.0] * 3
     if bias_kind == int(mujoco.mjtBias.mjBIAS_AFFINE):
@@ -371,17 +369,13 @@ def actuator_law(m: Any, actuator: int) -> ActuatorLaw:
         raise Unread('gainprm', f'{gain:g}, expected a number above 0 (a negative gear turns '
                      'the sign)')
     return ActuatorLaw(
-        i, _name(m, i), gear, gain, gear * bias[0], spring, damper, _force(m, i, gear),
+        i, m.actuator(i).name, gear, gain, gear * bias[0], spring, damper, _force(m, i, gear),
         _control(m, i), lag, _delay(m, i), setpoint, speed=bool(not setpoint and damper))
 
 
-def _kind_of(enumeration: Any, value: int, prefix: str) -> str:
-    return str(enumeration(value).name).removeprefix(prefix).lower()
-
-
-def _name(m: Any, i: int) -> str:
-    mujoco = mujoco_module()
-    return mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_ACTUATOR, i) or ''
+def kind_of(enumeration: Any, value: int) -> str:
+    """Return the name of a `value` of an `enumeration` of MuJoCo, as 'hinge' of mjJNT_HINGE."""
+    return str(enumeration(int(value)).name).partition('_')[2].lower()
 
 
 def _gear(m: Any, i: int) -> float:
@@ -412,7 +406,7 @@ def _lag(m: Any, i: int) -> float:
     if kind in (int(dyn.mjDYN_NONE), int(dyn.mjDYN_PID)):
         return 0.0
     if kind not in (int(dyn.mjDYN_FILTER), int(dyn.mjDYN_FILTEREXACT)):
-        raise Unread('dyntype', f'{_kind_of(dyn, kind, "mjDYN_")}, expected none, filter or '
+        raise Unread('dyntype', f'{kind_of(dyn, kind)}, expected none, filter or '
                      'filterexact')
     if m.actuator_actlimited[i] or m.actuator_actearly[i]:
         raise Unread('actlimited' if m.actuator_actlimited[i] else 'actearly',
@@ -458,7 +452,7 @@ def _dc_motor(m: Any, i: int) -> ActuatorLaw:
     bias = [float(v) for v in m.actuator_biasprm[i, :6]]
     size = abs(gear)
     return ActuatorLaw(
-        i, _name(m, i), gear, gain, 0.0, 0.0, gear * gear * gain * constant,
+        i, m.actuator(i).name, gear, gain, 0.0, 0.0, gear * gear * gain * constant,
         _force(m, i, gear), (-math.inf, math.inf) if passive else _control(m, i), 0.0,
         0.0 if passive else _delay(m, i), passive=passive, speed=False,
         cogging=(gear * bias[0], bias[1] * gear, bias[2]) if bias[0] else (),
@@ -503,7 +497,7 @@ def undecided(m: Any, joints: Sequence[int], state: Any = None,
             refusals += _of_tendons(m, joint, tendons, gearboxes)
             refusals += _of_actuators(m, joint, tendons, gearboxes)
         else:
-            kind = _kind_of(mujoco_module().mjtJoint, int(m.jnt_type[joint]), 'mjJNT_')
+            kind = kind_of(mujoco_module().mjtJoint, m.jnt_type[joint])
             refusals.append(Refusal(name_of(m, 'joint', joint), 'type',
                                     f'{kind}, expected hinge or slide'))
         refusals += _of_constraints(m, joint, tendons)
@@ -573,7 +567,7 @@ def _steps_of(m: Any, joint: int) -> Iterator[Refusal]:
     steps = int(m.opt.integrator)
     if steps not in (kinds.mjINT_EULER, kinds.mjINT_RK4, kinds.mjINT_IMPLICIT,
                      kinds.mjINT_IMPLICITFAST):
-        yield Refusal(name, 'integrator', f'{_kind_of(kinds, steps, "mjINT_")}, '
+        yield Refusal(name, 'integrator', f'{kind_of(kinds, steps)}, '
                       'expected Euler, RK4, implicit or implicitfast')
 
 
