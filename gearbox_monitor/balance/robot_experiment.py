@@ -143,7 +143,8 @@ class _Experiment:
     def __init__(self, robot: RobotModel, limits: RobotLimits, targets: Sequence[Target],
                  link: str, seconds: float, touches: Callable[[Array], bool]) -> None:
         self.robot, self.targets, self.link, self.touches = robot, targets, link, touches
-        self.limits = RobotLimits(*(_inside(limits.low, limits.high)), ALLOWED * limits.speed,
+        edge = 0.5 * (1.0 - ALLOWED) * (limits.high - limits.low)
+        self.limits = RobotLimits(limits.low + edge, limits.high - edge, ALLOWED * limits.speed,
                                   ALLOWED * limits.torque)
         self.t = np.arange(round(seconds * RATE) + 1) / RATE
         joints = len(robot.chain.links)
@@ -236,12 +237,6 @@ def model_torque(chain: Chain, t: Array, q: Array, v: Array) -> Array:
         momentum[:, r.joint] += r.p @ theta
         out[:, r.joint] += (r.g - r.k) @ theta
     return np.asarray(out + np.gradient(momentum, t, axis=0))
-
-
-def _inside(low: Array, high: Array) -> tuple[Array, Array]:
-    """Return the middle ALLOWED of the ranges."""
-    edge = 0.5 * (1.0 - ALLOWED) * (high - low)
-    return low + edge, high - edge
 
 
 def _beside(c: Candidate, rival: Candidate) -> Candidate:

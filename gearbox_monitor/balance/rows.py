@@ -8,7 +8,7 @@ Rows are (segment, frequency) of each joint. What the model leaves of the effort
 nuisance columns are what may be off without being a finding, with the deviations of their
 coefficients.
 """
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -253,16 +253,22 @@ def _bodies(robot: RobotModel, mean: Mapping[str, float] | None) -> Array:
                      for link in robot.chain.links])
 
 
+def _shaped(m: JointMotion, shapes: Sequence[tuple[int, str]], joint: int
+            ) -> Iterator[tuple[str, int, Array]]:
+    """Yield (shape, number, column [N]) of the shapes that friction of a joint may have."""
+    for shape in (*FIRST, *(name for j, name in shapes if j == joint)):
+        for k, column in enumerate(shape_of(shape)(m).T):
+            yield shape, k, column
+
+
 def _taught(m: JointMotion, name: str, shapes: Sequence[tuple[int, str]],
             mean: Mapping[str, float], joint: int, acceleration: Array) -> JointMotion:
     """Return `m` with the torque that a reference taught of the joint."""
     rotor = mean.get(f'armature {name}', 0.0) * acceleration
     model = m.model + rotor
     groups = {DRY: np.zeros_like(model), VISCOUS: np.zeros_like(model), '': np.zeros_like(model)}
-    for shape in (*FIRST, *(s for j, s in shapes if j == joint)):
-        series = shape_of(shape)(m)
-        for k in range(series.shape[1]):
-            groups[group_of(shape)] += mean.get(f'{name}: {shape} {k}', 0.0) * series[:, k]
+    for shape, k, x in _shaped(m, shapes, joint):
+        groups[group_of(shape)] += mean.get(f'{name}: {shape} {k}', 0.0) * x
     taught = np.sum(list(groups.values()), axis=0)
     return replace(m, model=model + taught, taught=taught, dry=groups[DRY], wet=groups[VISCOUS])
 
@@ -299,12 +305,9 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
             add(f'creep {name}', slow, m.coulomb + 1e-9, DRY)
         else:
             add(f'creep {name}', slow, s.learnt * torque, DRY)
-            for shape in (*FIRST, *(x for k, x in shapes if k == j)):
-                series = shape_of(shape)(m)
-                for k in range(series.shape[1]):
-                    size = np.std(series[:, k]) + 1e-3 * np.abs(series[:, k]).max() + 1e-12
-                    add(f'{name}: {shape} {k}', series[:, k], s.learnt * torque / size,
-                        group_of(shape))
+            for shape, k, x in _shaped(m, shapes, j):
+                size = np.std(x) + 1e-3 * np.abs(x).max() + 1e-12
+                add(f'{name}: {shape} {k}', x, s.learnt * torque / size, group_of(shape))
         if rows.setpoint:
             gain = robot.gain_tolerance
             # The column of the effect itself: two that differ by rounding would explain noise.

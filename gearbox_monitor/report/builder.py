@@ -90,9 +90,23 @@ def render_section(section: Section, axis: str) -> str:
         section=section.data, axis=axis)
 
 
+def framed(page: Page, template: str, script: str, sources: str = '') -> tuple[str, str]:
+    """
+    Return a page as HTML, and its Content-Security-Policy.
+
+    Args:
+        page: its title and sections.
+        template: in templates/.
+        script: in assets/.
+        sources: what the policy allows beside the script.
+    """
+    code = asset(script)
+    policy = content_policy(code) + sources
+    return environment().get_template(template).render(
+        page=page, axis=page.axis, style=asset('page.css'), script=code, policy=policy,
+        version=__version__), policy
+
+
 def render_page(page: Page) -> str:
     """Return `page` as HTML."""
-    script = asset('page.js')
-    return environment().get_template('page.html').render(
-        page=page, axis=page.axis, style=asset('page.css'), script=script,
-        policy=content_policy(script), version=__version__)
+    return framed(page, 'page.html', 'page.js')[0]

@@ -6,17 +6,18 @@ Geometry of the charts of a page: curves become SVG paths in the units of their 
 
 Functions are pure and return views, which templates/figures.html draws; nothing here is HTML.
 """
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 import json
 import math
-from typing import TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Integers
 
 Span: TypeAlias = tuple[float, float]  # (low, high)
+View: TypeAlias = Mapping[str, Any]  # {name in templates/figures.html: value}
 Place = TypeVar('Place', float, Array)
 UNITS = 10000      # width and height of a panel's view box
 PLANE = 420        # height of a plane in pixels
@@ -148,24 +149,13 @@ class PanelView:
 
 
 @dataclass(frozen=True)
-class MarkView:
-    """A mark ready to be drawn: its place in percent, x, label, role, d of its line."""
-
-    percent: float
-    x: str
-    label: str
-    role: str
-    d: str
-
-
-@dataclass(frozen=True)
 class ChartView:
     """A chart ready to be drawn; legend: a curve of each name; first, last: ends of the x axis."""
 
     title: str
     panels: Sequence[PanelView]
     legend: Sequence[Trace]
-    marks: Sequence[MarkView]
+    marks: Sequence[View]
     ticks: Sequence[Tick]
     vertical: str
     first: str
@@ -174,69 +164,6 @@ class ChartView:
     unit: str
     group: str
     zoom: bool
-
-
-@dataclass(frozen=True)
-class SliceView:
-    """One slice of a loop plane: share of its age (0 to 1), name, d of cloud and of lines."""
-
-    age: float
-    name: str
-    cloud: str
-    lines: str
-
-
-@dataclass(frozen=True)
-class PlaneView:
-    """A loop plane ready to be drawn; x_low to y_high: ends of both axes."""
-
-    title: str
-    slices: Sequence[SliceView]
-    x_low: str
-    x_high: str
-    y_low: str
-    y_high: str
-    x_ticks: Sequence[Tick]
-    y_ticks: Sequence[Tick]
-    lattice: str
-    x_label: str
-    y_label: str
-    height: int
-
-
-@dataclass(frozen=True)
-class Cell:
-    """One rectangle of a heat map, its colour and its value in words."""
-
-    x: int
-    y: int
-    colour: str
-    text: str
-
-
-@dataclass(frozen=True)
-class HeatMap:
-    """One plane of values: its name and cells."""
-
-    name: str
-    cells: Sequence[Cell]
-    width: int
-    height: int
-
-
-@dataclass(frozen=True)
-class HeatMapsView:
-    """Heat maps side by side on one scale; stops: colours of the scale, top: its largest value."""
-
-    title: str
-    maps: Sequence[HeatMap]
-    x_ticks: Sequence[Tick]
-    y_ticks: Sequence[Tick]
-    stops: Sequence[str]
-    top: str
-    x_label: str
-    y_label: str
-    unit: str
 
 
 # ---------------------------------------------------------------------- axes
@@ -342,8 +269,8 @@ def chart(title: str, panels: Sequence[Panel | Lane], x_label: str, unit: str, z
         title, [_panel(panel, axis) if isinstance(panel, Panel) else _lane(panel, axis)
                 for panel in panels],
         list(legend.values()),
-        [MarkView(100.0 * axis.share(mark.x), f'{mark.x:.9g}', mark.label, mark.role,
-                  f'M{axis.right(mark.x):.0f} 0V{UNITS}') for mark in marks],
+        [{'percent': 100.0 * axis.share(mark.x), 'x': f'{mark.x:.9g}', 'label': mark.label,
+          'role': mark.role, 'd': f'M{axis.right(mark.x):.0f} 0V{UNITS}'} for mark in marks],
         axis.to_the_right(),
         ''.join(f'M{axis.right(value):.0f} 0V{UNITS}' for value, _ in axis.ticks()),
         f'{axis.low:.9g}', f'{axis.high:.9g}', x_label, unit, group, zoom)
@@ -457,7 +384,7 @@ def _band(x: Array, band: tuple[Array, Array], axis: Axis, y_axis: Axis) -> str:
 
 
 def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: str,
-               limits: tuple[Span, Span] | None = None) -> PlaneView:
+               limits: tuple[Span, Span] | None = None) -> View:
     """
     Return slices of time over each other in one plane; both axes can be zoomed.
 
@@ -479,20 +406,23 @@ def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: s
     def path(x: Array, y: Array, dots: bool) -> str:
         """Return the d of a line through `x`, `y`, or of a cloud of `dots`."""
         return _drawn(x_axis.right(x), y_axis.down(y), dots)
-    views = [SliceView(
-        k / max(len(slices) - 1, 1), s.name, path(*s.cloud, dots=True),
-        ''.join(path(*line, dots=False) for line in s.lines)) for k, s in enumerate(slices)]
+    views = [{'age': k / max(len(slices) - 1, 1), 'name': s.name,
+              'cloud': path(*s.cloud, dots=True),
+              'lines': ''.join(path(*line, dots=False) for line in s.lines)}
+             for k, s in enumerate(slices)]
     y_ticks = y_axis.ticks(PLANE // 48)
     lattice = ''.join(f'M{x_axis.right(value):.0f} 0V{UNITS}' for value, _ in x_axis.ticks())
     lattice += ''.join(f'M0 {y_axis.down(value):.0f}H{UNITS}' for value, _ in y_ticks)
-    return PlaneView(
-        title, views, f'{x_axis.low:.9g}', f'{x_axis.high:.9g}', f'{y_axis.low:.9g}',
-        f'{y_axis.high:.9g}', x_axis.to_the_right(), _below_label(y_axis, y_ticks, PLANE),
-        lattice, x_label, y_label, PLANE)
+    return {
+        'title': title, 'slices': views, 'x_low': f'{x_axis.low:.9g}',
+        'x_high': f'{x_axis.high:.9g}', 'y_low': f'{y_axis.low:.9g}',
+        'y_high': f'{y_axis.high:.9g}', 'x_ticks': x_axis.to_the_right(),
+        'y_ticks': _below_label(y_axis, y_ticks, PLANE), 'lattice': lattice, 'x_label': x_label,
+        'y_label': y_label, 'height': PLANE}
 
 
 def heat_maps(title: str, planes: Sequence[tuple[str, Array]], x: tuple[Array, str],
-              y: tuple[Array, str], unit: str) -> HeatMapsView:
+              y: tuple[Array, str], unit: str) -> View:
     """
     Return planes side by side, with colours on one logarithmic scale.
 
@@ -514,15 +444,17 @@ def heat_maps(title: str, planes: Sequence[tuple[str, Array]], x: tuple[Array, s
     for name, values in planes:
         rows, columns = values.shape
         width, height = UNITS / columns, UNITS / rows
-        cells = [Cell(round(i * width), round(UNITS - (k + 1) * height),
-                      colour(math.log(max(values[k, i], 1.0)) / math.log(top)),
-                      f'{values[k, i]:.3g}')
+        cells = [{'x': round(i * width), 'y': round(UNITS - (k + 1) * height),
+                  'colour': colour(math.log(max(values[k, i], 1.0)) / math.log(top)),
+                  'text': f'{values[k, i]:.3g}'}
                  for k in range(rows) for i in range(columns) if np.isfinite(values[k, i])]
-        maps.append(HeatMap(name, cells, round(width + 1), round(height + 1)))
+        maps.append({'name': name, 'cells': cells, 'width': round(width + 1),
+                     'height': round(height + 1)})
     x_ticks, y_ticks = (Axis(float(edges[0]), float(edges[-1])).to_the_right()
                         for edges, _ in (x, y))
-    return HeatMapsView(title, maps, x_ticks, y_ticks, [colour(k / 8) for k in range(9)],
-                        f'{top:.3g}', x[1], y[1], unit)
+    return {'title': title, 'maps': maps, 'x_ticks': x_ticks, 'y_ticks': y_ticks,
+            'stops': [colour(k / 8) for k in range(9)], 'top': f'{top:.3g}', 'x_label': x[1],
+            'y_label': y[1], 'unit': unit}
 
 
 def colour(share: float) -> str:

@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor import __version__
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.report.builder import (
-    asset, content_policy, environment, Page, render_section, Section)
+from gearbox_monitor.report.builder import framed, Page, render_section, Section
 from gearbox_monitor.report.figures import (
     chart, Lane, loop_plane, LoopSlice, PageTable, Panel, round_span, Trace)
 from gearbox_monitor.report.live_history import (
@@ -31,11 +29,8 @@ NOTHING = np.empty(0)
 
 def live_frame() -> tuple[str, str]:
     """Return the page into which the parts are put, and its Content-Security-Policy."""
-    script, page = asset('live.js'), Page('Live', Section('', {}), ())
-    policy = content_policy(script) + "; connect-src 'self'"
-    return environment().get_template('live/frame.html').render(
-        page=page, axis=page.axis, style=asset('page.css'), script=script, policy=policy,
-        version=__version__), policy
+    return framed(Page('Live', Section('', {}), ()), 'live/frame.html', 'live.js',
+                  "; connect-src 'self'")
 
 
 class LivePage:
