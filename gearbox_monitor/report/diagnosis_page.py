@@ -17,7 +17,7 @@ from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.diagnosis_evidence import (
     DiagnosisEvidence, explained_by, MissingSignal)
 from gearbox_monitor.report.figures import (
-    BarRow, bars, chart, ChartView, heat_maps, PageTable, Panel, Span, Trace)
+    BarRow, bars, chart, heat_maps, PageTable, Panel, Span, Trace, View)
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
 from gearbox_monitor.report.shared_sections import verdict_numbers
 from gearbox_monitor.report.words import (
@@ -216,7 +216,7 @@ def _channel_panels(name: str, traces: Sequence[Trace], residual: Sequence[Trace
             Panel(on_axis(f'{name}, recording - model ({unit})', axis), residual, 0.0, 110)]
 
 
-def _whole(overlay: Overlay, axis: str) -> ChartView:
+def _whole(overlay: Overlay, axis: str) -> View:
     """Return the chart of one run over the whole recording."""
     t, panels = overlay.recording.t, []
     for channel in overlay.channels:

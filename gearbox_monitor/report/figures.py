@@ -107,7 +107,7 @@ class LoopSlice:
     lines: Sequence[tuple[Array, Array]]
 
 
-# ---------------------------------------------------------------------- views
+# ---------------------------------------------------------------------- axes
 
 
 @dataclass(frozen=True)
@@ -116,57 +116,6 @@ class Tick:
 
     percent: float
     text: str
-
-
-@dataclass(frozen=True)
-class PathView:
-    """One SVG path: class and d; name: of its curve, '' for lines that have no readout."""
-
-    style: str
-    d: str
-    name: str = ''
-
-
-@dataclass(frozen=True)
-class PanelView:
-    """
-    A panel or lane ready to be drawn.
-
-    height in pixels; low, high: ends of the y axis; horizontal: d of its grid; level: d of the
-    dotted line or ''; spans: JSON of [[begin, words], ...] and end: of a lane, else ''.
-    """
-
-    label: str
-    height: int
-    low: str
-    high: str
-    paths: Sequence[PathView]
-    ticks: Sequence[Tick] = ()
-    horizontal: str = ''
-    level: str = ''
-    spans: str = ''
-    end: str = ''
-
-
-@dataclass(frozen=True)
-class ChartView:
-    """A chart ready to be drawn; legend: a curve of each name; first, last: ends of the x axis."""
-
-    title: str
-    panels: Sequence[PanelView]
-    legend: Sequence[Trace]
-    marks: Sequence[View]
-    ticks: Sequence[Tick]
-    vertical: str
-    first: str
-    last: str
-    x_label: str
-    unit: str
-    group: str
-    zoom: bool
-
-
-# ---------------------------------------------------------------------- axes
 
 
 @dataclass(frozen=True)
@@ -238,7 +187,7 @@ def _panel_axis(panel: Panel) -> Axis:
 
 
 def chart(title: str, panels: Sequence[Panel | Lane], x_label: str, unit: str, zoom: bool = True,
-          marks: Sequence[Mark] = (), group: str = '', span: Span | None = None) -> ChartView:
+          marks: Sequence[Mark] = (), group: str = '', span: Span | None = None) -> View:
     """
     Return Panels and Lanes above each other on one x axis.
 
@@ -265,18 +214,19 @@ def chart(title: str, panels: Sequence[Panel | Lane], x_label: str, unit: str, z
         span = min(trace.x[0] for trace in traces), max(trace.x[-1] for trace in traces)
     first, last = float(span[0]), float(span[1])
     axis = Axis(first, last if last > first else first + 1.0)
-    return ChartView(
-        title, [_panel(panel, axis) if isinstance(panel, Panel) else _lane(panel, axis)
-                for panel in panels],
-        list(legend.values()),
-        [{'percent': 100.0 * axis.share(mark.x), 'x': f'{mark.x:.9g}', 'label': mark.label,
-          'role': mark.role, 'd': f'M{axis.right(mark.x):.0f} 0V{UNITS}'} for mark in marks],
-        axis.to_the_right(),
-        ''.join(f'M{axis.right(value):.0f} 0V{UNITS}' for value, _ in axis.ticks()),
-        f'{axis.low:.9g}', f'{axis.high:.9g}', x_label, unit, group, zoom)
+    return {
+        'title': title, 'x_label': x_label, 'unit': unit, 'group': group, 'zoom': zoom,
+        'panels': [_panel(panel, axis) if isinstance(panel, Panel) else _lane(panel, axis)
+                   for panel in panels],
+        'legend': legend.values(),
+        'marks': [{'percent': 100.0 * axis.share(mark.x), 'x': f'{mark.x:.9g}',
+                   'label': mark.label, 'role': mark.role,
+                   'd': f'M{axis.right(mark.x):.0f} 0V{UNITS}'} for mark in marks],
+        'ticks': axis.to_the_right(), 'first': f'{axis.low:.9g}', 'last': f'{axis.high:.9g}',
+        'vertical': ''.join(f'M{axis.right(value):.0f} 0V{UNITS}' for value, _ in axis.ticks())}
 
 
-def _lane(lane: Lane, axis: Axis) -> PanelView:
+def _lane(lane: Lane, axis: Axis) -> View:
     """Return the view of one Lane; colour and height say the same."""
     ends = (*lane.begins[1:], lane.end)
     paths = ['', '', '']
@@ -285,28 +235,29 @@ def _lane(lane: Lane, axis: Axis) -> PanelView:
         paths[level] += (f'M{axis.right(begin):.0f} {low:.0f}H{axis.right(end):.0f}'
                          f'V{high:.0f}H{axis.right(begin):.0f}Z')
     spans = json.dumps([[float(f'{b:.6g}'), w] for b, w in zip(lane.begins, lane.words)])
-    return PanelView(
-        lane.label, LANE_HEIGHT, '0', '1',
-        [PathView(f'lane level{level}', path) for level, path in enumerate(paths) if path],
-        spans=spans, end=f'{lane.end:.6g}')
+    return {
+        'label': lane.label, 'height': LANE_HEIGHT, 'low': '0', 'high': '1', 'ticks': (),
+        'paths': [{'style': f'lane level{level}', 'd': path, 'name': ''}
+                  for level, path in enumerate(paths) if path],
+        'horizontal': '', 'level': '', 'spans': spans, 'end': f'{lane.end:.6g}'}
 
 
-def _panel(panel: Panel, axis: Axis) -> PanelView:
+def _panel(panel: Panel, axis: Axis) -> View:
     """Return the view of one Panel."""
     y = _panel_axis(panel)
     y_ticks = y.ticks(max(4, panel.height // 36))
     paths = []
     for trace in panel.traces:
-        if trace.band is not None:
-            area = _band(trace.x, trace.band, axis, y)
-            if area:
-                paths.append(PathView(f'band {trace.role}', area))
-        paths.append(PathView(trace.style, _path(trace, axis, y), trace.name))
-    return PanelView(
-        panel.label, panel.height, f'{y.low:.9g}', f'{y.high:.9g}', paths,
-        _below_label(y, y_ticks, panel.height),
-        ''.join(f'M0 {y.down(value):.0f}H{UNITS}' for value, _ in y_ticks),
-        '' if panel.level is None else f'M0 {y.down(panel.level):.0f}H{UNITS}')
+        area = '' if trace.band is None else _band(trace.x, trace.band, axis, y)
+        if area:
+            paths.append({'style': f'band {trace.role}', 'd': area, 'name': ''})
+        paths.append({'style': trace.style, 'd': _path(trace, axis, y), 'name': trace.name})
+    return {
+        'label': panel.label, 'height': panel.height, 'low': f'{y.low:.9g}',
+        'high': f'{y.high:.9g}', 'paths': paths, 'spans': '', 'end': '',
+        'ticks': _below_label(y, y_ticks, panel.height),
+        'horizontal': ''.join(f'M0 {y.down(value):.0f}H{UNITS}' for value, _ in y_ticks),
+        'level': '' if panel.level is None else f'M0 {y.down(panel.level):.0f}H{UNITS}'}
 
 
 def _below_label(axis: Axis, y_ticks: Sequence[tuple[float, str]], height: int) -> list[Tick]:
@@ -484,16 +435,7 @@ class BarRow:
     interval: Span | None = None
 
 
-@dataclass(frozen=True)
-class BarView:
-    """A bar ready to be drawn; fill in percent or None, whisker: (begin, length) or None."""
-
-    row: BarRow
-    fill: float | None
-    whisker: Span | None
-
-
-def bars(rows: Sequence[BarRow], log: bool = False, top: float | None = None) -> list[BarView]:
+def bars(rows: Sequence[BarRow], log: bool = False, top: float | None = None) -> list[View]:
     """
     Return horizontal bars.
 
@@ -516,11 +458,11 @@ def bars(rows: Sequence[BarRow], log: bool = False, top: float | None = None) ->
         else:
             share = value / full if full > 0.0 else 0.0
         return 100.0 * min(1.0, max(0.0, share))
-    views = []
+    views: list[View] = []
     for row in rows:
         ends = None if row.interval is None else (part(row.interval[0]), part(row.interval[1]))
-        views.append(BarView(row, None if row.value is None else part(row.value),
-                             ends and (ends[0], max(ends[1] - ends[0], 0.0))))
+        views.append({'row': row, 'fill': None if row.value is None else part(row.value),
+                      'whisker': ends and (ends[0], max(ends[1] - ends[0], 0.0))})
     return views
 
 

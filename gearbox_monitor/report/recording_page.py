@@ -16,7 +16,7 @@ from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import (
-    chart, ChartView, Lane, loop_plane, LoopSlice, Mark, PageTable, Panel, Trace)
+    chart, Lane, loop_plane, LoopSlice, Mark, PageTable, Panel, Trace, View)
 from gearbox_monitor.report.shared_sections import advice
 from gearbox_monitor.report.timeline import LEVELS, LevelSpans, Loop, Timeline, WindowBacklash
 from gearbox_monitor.report.timeline_source import RecordingFacts
@@ -70,7 +70,7 @@ class TimeAxis:
         return f'{t / self.scale:.4g} {self.unit}'
 
     def chart(self, title: str, panels: Sequence[Panel | Lane],
-              marks: Sequence[Mark] = ()) -> ChartView:
+              marks: Sequence[Mark] = ()) -> View:
         """
         Return a chart on this axis; all of them zoom together.
 
@@ -321,7 +321,7 @@ def _errors(timeline: Timeline, time: TimeAxis, axis: str) -> Section:
         'nis': _nis_chart(timeline, time)}, 'Prediction errors')
 
 
-def _nis_chart(timeline: Timeline, time: TimeAxis) -> ChartView | None:
+def _nis_chart(timeline: Timeline, time: TimeAxis) -> View | None:
     """Return the chart of the NIS with the limits of its alarm, or None without any."""
     _, _, nis = timeline.nis.of(0)
     finite = np.isfinite(nis)  # once per second if it comes from diagnostics

@@ -621,7 +621,7 @@ def _on_sites(m: Any, joint: int) -> Iterator[Refusal]:
     """Yield the actuators that act on sites which a joint moves."""
     trn, bodies = mujoco_module().mjtTrn, moved_by(m, joint)
     for i in range(len(m.actuator_trntype)):
-        if m.actuator_trntype[i] in (trn.mjTRN_SITE, trn.mjTRN_SLIDERCRANK) and (
+        if int(m.actuator_trntype[i]) in (trn.mjTRN_SITE, trn.mjTRN_SLIDERCRANK) and (
                 not is_off(m, i) and bodies[m.site_bodyid[m.actuator_trnid[i, 0]]]):
             yield Refusal(name_of(m, 'joint', joint), f'actuator {name_of(m, "actuator", i)}',
                           'acts on a site that the joint moves, expected one on the joint')
