@@ -483,9 +483,10 @@ def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[Jo
     chain = evidence.recordings[0].robot.chain
     for j, (name, link) in enumerate(zip(chain.joints, chain.links)):
         effort = np.concatenate([r.joints[j].effort for r in evidence.recordings])
-        gaps = (rms_in_motion(evidence, j, x) for x in (evidence.at[j].y, fit.residual[j]))
-        out.append(JointGap(name, *gaps, float(np.std(effort)), _gain_at(evidence, blank, fit, j),
-                            'prismatic' if link.slides else 'rotary'))
+        out.append(JointGap(
+            name, rms_in_motion(evidence, j, evidence.at[j].y),
+            rms_in_motion(evidence, j, fit.residual[j]), float(np.std(effort)),
+            _gain_at(evidence, blank, fit, j), 'prismatic' if link.slides else 'rotary'))
     return tuple(sorted(out, key=lambda g: -g.evidence))
 
 

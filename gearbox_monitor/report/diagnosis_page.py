@@ -305,11 +305,11 @@ def _imitators(separations: Mapping[str, tuple[float, Mapping[str, float]]]
     for name, (d, shares) in separations.items():
         nearest = sorted(shares.items(), key=lambda item: item[1])[:RIVALS]
         if nearest:
-            shares = PageTable(('effect', 's2', 'd s2', ''), [
+            table = PageTable(('effect', 's2', 'd s2', ''), [
                 (rival, f'{s2:.3f}', number(d * s2),
                  '' if d * s2 > THRESHOLDS.isolable else 'too close')
                 for rival, s2 in nearest], (1, 2))
-            imitators.append({'effect': name, 'evidence': d, 'shares': shares})
+            imitators.append({'effect': name, 'evidence': d, 'shares': table})
     return imitators
 
 

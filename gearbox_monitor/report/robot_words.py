@@ -20,7 +20,8 @@ UNITS = {**{e.id: {p.name: p.unit for p in e.parameters} for e in EFFECTS.values
          **{e.id: dict(e.units) for e in ROBOT_EFFECTS}}
 ALL_ROTARY: Mapping[str, str] = MappingProxyType({})
 ON_BODIES = {e.id for e in ROBOT_EFFECTS if e.place != JOINT}
-MEANINGS = {e.id: e.meaning for e in (*EFFECTS.values(), *ROBOT_EFFECTS)}
+MEANINGS = {**{e.id: e.meaning for e in EFFECTS.values()},
+            **{e.id: e.meaning for e in ROBOT_EFFECTS}}
 # The value by which a report states an effect, and what it is in words.
 SUBJECTS = {**{e.id: (e.column.states or e.parameters[0].name, e.noun)
                for e in EFFECTS.values() if e.column is not None},
