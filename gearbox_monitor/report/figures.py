@@ -4,7 +4,8 @@
 """
 Geometry of the charts of a page: curves become SVG paths in the units of their panel.
 
-Functions are pure and return views, which templates/figures.html draws; nothing here is HTML.
+Functions are pure and return views, plain data by the names by which templates/figures.html draws
+them; nothing here is HTML.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -124,7 +124,8 @@ class Effect:
     What it is:
         id, location, meaning: its name, one of LOCATIONS ('': its parameter place says which),
             one line for reports. noun: its first parameter in words; shows: how it shows in
-            data; since: version. docs/effects.md and the command explain are made of these.
+            data; since: version, the first unless stated. docs/effects.md and the command
+            explain are made of these.
         equation: text in the symbols of docs/effects.md.
         parameters: in the order of the fields of `c`. The effect is off where the first one is
             `off`; where a kernel evaluates the effect, off must be 0.
