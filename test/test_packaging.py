@@ -183,10 +183,10 @@ def test_installed_copy_finds_its_own_configuration(installed, tmp_path):
 def test_installed_copy_renders_a_page(installed, tmp_path):
     _, library = installed
     code = ('from gearbox_monitor.report.builder import Page, render_page\n'
-            'from gearbox_monitor.report.fleet_page import BagProblems\n'
-            'from gearbox_monitor.report.shared_sections import PageSummary\n'
-            'print(render_page(Page("a <page>", PageSummary("", "<b>"), '
-            '[BagProblems.of([], 3)])))')
+            'from gearbox_monitor.report.fleet_page import bag_problems\n'
+            'from gearbox_monitor.report.shared_sections import page_summary\n'
+            'print(render_page(Page("a <page>", page_summary("", "<b>"), '
+            '[bag_problems([], 3)])))')
     result = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, check=True,
                             env={**os.environ, 'PYTHONPATH': str(library)}, capture_output=True,
                             text=True)

@@ -6,6 +6,7 @@ import numpy as np
 
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.local_cosines import COVERED
+from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Flags
 
 LEAST = 10  # segments
@@ -16,7 +17,7 @@ def _usable(evidence: RobotEvidence, joint: int) -> tuple[Array, Flags]:
     covered = np.concatenate([rows.tests.covered[:, joint] for rows in evidence.recordings])
     strange = np.concatenate([np.zeros(len(rows.tests.starts)) if rows.strange is None else
                               rows.strange[:, joint] for rows in evidence.recordings])
-    return covered, (covered > COVERED) & (strange <= 1.0 - evidence.settings.visited)
+    return covered, (covered > COVERED) & (strange <= 1.0 - SETTINGS.visited)
 
 
 def _usual(evidence: RobotEvidence, weights: Array, joint: int) -> Array:
@@ -49,7 +50,7 @@ def burstiness(evidence: RobotEvidence,
     """
     out = np.zeros(evidence.joints)
     times: list[list[tuple[str, float, float]]] = []
-    seconds = 2.0 * evidence.settings.hop
+    seconds = 2.0 * SETTINGS.hop
     where = [(rows.name, float(t), float(t) + seconds) for rows in evidence.recordings
              for t in rows.motion.t[rows.tests.starts]]
     for j, a in enumerate(evidence.at):

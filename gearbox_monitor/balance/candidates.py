@@ -34,7 +34,7 @@ class Candidate:
     An effect, or a function without a law (`free`), at a place.
 
     joint, link: where; both None is the base. columns: {joint: [R, k]}. setting: of its nonlinear
-    parameter. again(setting): the candidate for another one, None if there is none to refine.
+    parameter. at_setting(setting): the candidate for another one, None if there is none to refine.
     low, high: bounds of the first coefficient. values(b): parameters of the coefficients.
     twins: effects with the same columns. over: variable of a free function, or what tells an
     effect from another one of its id at the same place. next_setting(b): the setting that follows
@@ -48,7 +48,7 @@ class Candidate:
     joint: str | None = None
     link: str | None = None
     setting: Any = None
-    again: Callable[[Any], 'Candidate'] | None = None
+    at_setting: Callable[[Any], 'Candidate'] | None = None
     low: float = -math.inf
     high: float = math.inf
     values: Callable[[Array], Mapping[str, float]] | None = None
@@ -78,7 +78,7 @@ class Candidate:
     @property
     def searched(self) -> bool:
         """Whether the setting is a number that was searched."""
-        return self.again is not None and self.next_setting is None
+        return self.at_setting is not None and self.next_setting is None
 
     @property
     def place(self) -> str:
@@ -151,7 +151,7 @@ def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Seq
         return Candidate(
             name[0], _stacked(parts), joint=name[1], hidden=hidden,
             setting=setting if column.setting else None,
-            again=made if column.setting and not column.whole else None,
+            at_setting=made if column.setting and not column.whole else None,
             low=max(column.low(m) for m in motions), high=column.high,
             values=lambda b: column.values(b, setting), twins=column.twins, over=name[2],
             span=float(np.std(setting_of.q)) if column.place else 0.0,
@@ -180,7 +180,7 @@ def _of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate
             where['joint'] = chain.joints[index]
         return Candidate(
             effect.id, _stacked([columns(rows, index, centre) for rows in recordings]),
-            setting=centre, again=(lambda c: made(index, c)) if effect is PAYLOAD else None,
+            setting=centre, at_setting=(lambda c: made(index, c)) if effect is PAYLOAD else None,
             low=-math.inf if recordings[0].robot.learnt else effect.low,
             values=lambda b: values(b, centre),
             next_setting=centre_of if effect is PAYLOAD else None, **where)
@@ -222,10 +222,9 @@ def stops(x: Array, widths: Sequence[float]) -> Array:
     """
     edge = np.std(x, axis=0)[:, None] * widths
     out = np.zeros((len(x), *edge.shape))
-    now = out[0]
+    state = out[0]
     for i, step in enumerate(np.diff(x, axis=0)[:, :, None], 1):
-        now = np.minimum(np.maximum(now + step, -edge), edge)
-        out[i] = now
+        out[i] = state = np.minimum(np.maximum(state + step, -edge), edge)
     return out
 
 
@@ -268,7 +267,7 @@ def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
         parts = [rows.tested(j, x) for rows, x in zip(recordings, series)]
         return Candidate('function', {j: np.concatenate(parts)}, joint=joints[j], free=True,
                          over='past speeds', setting=frequency, extra=1,
-                         again=lambda f: swinging(j, f))
+                         at_setting=lambda f: swinging(j, f))
     past = stops(np.concatenate([rows.motion.q for rows in recordings]), HYSTERESIS)
     angles = [splines(whole(lambda m: m.q, k), 6) for k in range(len(joints))]
     speeds = [np.stack([whole(lambda m: m.v, k), whole(lambda m: m.sign, k)], axis=1)
@@ -284,8 +283,8 @@ def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
         add(j, 'friction over angle', sign[:, None] * splines(q, 6))
         add(j, 'past angles', past[:, j])
         out += [swinging(j, f) for f in SWINGS]
-        for k, other in enumerate(joints):
+        for k, partner in enumerate(joints):
             if k != j:
-                add(j, f'angle of {other}', angles[k])
-                add(j, f'speed of {other}', speeds[k])
+                add(j, f'angle of {partner}', angles[k])
+                add(j, f'speed of {partner}', speeds[k])
     return out

@@ -17,6 +17,7 @@ from gearbox_monitor.balance.candidates import Candidate
 from gearbox_monitor.balance.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.balance.knowledge import key_of, Knowledge
 from gearbox_monitor.balance.robot_effects import PAYLOAD
+from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.actuator import SATURATION
 from gearbox_monitor.plant.effects.motor_side import STRIBECK
@@ -181,7 +182,8 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
     fits = []
     for c in chosen:
         fit = evidence.fit((*current.chosen, c), current.weights, 4)
-        if c.again is not None and current.deviance - fit.deviance > cost(evidence, c, scales):
+        gain = current.deviance - fit.deviance
+        if c.at_setting is not None and gain > cost(evidence, c, scales):
             fit = _refined(evidence, fit)
         if _allowed(fit):
             fits.append((worth_of(evidence, current, fit, scales), fit))
@@ -193,7 +195,7 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
                          - cost(evidence, fit.chosen[-1], scales)) for own, fit in fits]
 
     def rank(e: Contender) -> tuple[bool, float]:
-        pays = e.worth >= evidence.settings.margin
+        pays = e.worth >= SETTINGS.margin
         return pays, e.likeness if pays else e.worth
     entries.sort(key=rank, reverse=True)
     # What explains the same by fewer coefficients is first: of a first link some have no torque.
@@ -204,7 +206,7 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
         return entries
     # Of links that carry a load alike it hangs at the outermost, which most joints move.
     carriers = [e for e in entries if e.candidate.effect == PAYLOAD.id
-                and rank(e) > (pays, largest - evidence.settings.margin)
+                and rank(e) > (pays, largest - SETTINGS.margin)
                 and e.candidate.columns.keys() >= entries[0].candidate.columns.keys()]
     outermost = max(carriers, key=lambda e: len(e.candidate.columns))
     return [outermost, *(e for e in entries if e is not outermost)]
@@ -222,7 +224,7 @@ def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
         scales: of the evidence of candidates.
     """
     c, own = fit.chosen[-1], fit.of(len(fit.chosen) - 1)
-    k = evidence.n_nuisance
+    k = len(evidence.labels)
     columns = slice(k + own.start, k + own.stop)
     covariance = fit.covariance[columns, columns] / np.outer(fit.scale[own], fit.scale[own])
     share = tempered(fit.values[own], covariance, scales.scatter.get(key_of(c)),
@@ -242,7 +244,7 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
 
     A place of mass by its fixed point, a speed or level by a search around the grid's.
     """
-    c, base, remade = fit.chosen[-1], fit.chosen[:-1], fit.chosen[-1].again
+    c, base, remade = fit.chosen[-1], fit.chosen[:-1], fit.chosen[-1].at_setting
     assert remade is not None
     if c.next_setting is not None:
         for _ in range(3):
@@ -291,7 +293,7 @@ def pruned(evidence: RobotEvidence, fit: RobotFit,
             whole = evidence.fit(ordered, fit.weights, 2)
             worth.append(worth_of(evidence, less, whole, scales))
         i = int(np.argmin(worth))
-        if worth[i] >= evidence.settings.margin:
+        if worth[i] >= SETTINGS.margin:
             break
         fit = evidence.fit((*fit.chosen[:i], *fit.chosen[i + 1:]), fit.weights, 4)
         del numbers[i]

@@ -12,7 +12,6 @@ A nuisance column acts on few joints only: each joint's Gram matrix holds its ow
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ import scipy
 from gearbox_monitor.balance.candidates import Candidate
 from gearbox_monitor.balance.motion import highest_kept
 from gearbox_monitor.balance.rows import NuisanceColumn, Rows
+from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Integers
 
 WEAK = 1e-7      # prior precision of a candidate's coefficient, in units of its column
@@ -112,7 +112,6 @@ class RobotEvidence:
                  variance: Array | None = None) -> None:
         self.variance = variance
         self.recordings = tuple(recordings)
-        self.settings = recordings[0].settings
         self.joints = len(recordings[0].joints)
         self.nuisance: dict[str, NuisanceColumn] = {}
         for number, rows in enumerate(recordings):
@@ -146,7 +145,7 @@ class RobotEvidence:
         own = np.array(sorted(index), int)
         where = {k: i for i, k in enumerate(own)}
         cell, target, weight, model, segment = [], [], [], [], []
-        begin, bands = 0, 0
+        begin, bands = 0, len(SETTINGS.bands) - 1
         for number, rows in enumerate(self.recordings):
             z = np.zeros((rows.tests.rows, len(own)))
             for column in rows.nuisance:
@@ -154,7 +153,6 @@ class RobotEvidence:
                     k = place[_label(column, number)]
                     z[:, where[k]] = column.rows[j] * self.deviation[k]
             blocks.append(z)
-            bands = len(rows.settings.bands) - 1
             cell.append(number * bands + rows.tests.band)
             target.append(rows.target[j])
             per_segment = rows.tests.rows // len(rows.tests.starts)
@@ -162,12 +160,12 @@ class RobotEvidence:
             segment.append(begin + np.repeat(np.arange(len(rows.tests.starts)), per_segment))
             model.append(rows.model[j])
             begin += len(rows.tests.starts)
-        kept = np.flatnonzero(np.concatenate([
-            rows.tests.frequency <= highest_kept(rows.motion, rows.settings.smoothed)[j]
+        usable = np.flatnonzero(np.concatenate([
+            rows.tests.frequency <= highest_kept(rows.motion)[j]
             for rows in self.recordings]))
         if self.variance is not None:
-            kept = kept[np.isfinite(self.variance[j])[np.concatenate(cell)[kept] % bands]]
-        order = kept[np.argsort(np.concatenate(cell)[kept], kind='stable')]
+            usable = usable[np.isfinite(self.variance[j])[np.concatenate(cell)[usable] % bands]]
+        order = usable[np.argsort(np.concatenate(cell)[usable], kind='stable')]
         z, y, cells = np.concatenate(blocks)[order], np.concatenate(target)[order], np.concatenate(
             cell)[order]
         y = y - z @ self.mean[own]
@@ -178,17 +176,12 @@ class RobotEvidence:
         full = np.column_stack([z, y])
         gram = np.stack([full[s].T @ full[s] for s in slices])
         # Else a joint without effort may explain all by nothing (0 = 0).
-        floor = np.array([np.sum(torque[s] ** 2) for s in slices]) * self.settings.floor ** 2
+        floor = np.array([np.sum(torque[s] ** 2) for s in slices]) * SETTINGS.floor ** 2
         kind = cells[edges[:-1]]
         if self.variance is not None:
             floor = np.maximum(floor, count * self.variance[j][kind % bands])
         return JointRows(z, own, y, slices, count, kind // bands, kind % bands,
                          np.concatenate(segment)[order], order, gram, floor + 1e-30)
-
-    @cached_property
-    def n_nuisance(self) -> int:
-        """Number of nuisance coefficients."""
-        return len(self.labels)
 
     def rows_in(self, candidate: Candidate) -> float:
         """Return the effective number of rows that a candidate acts on."""
@@ -227,7 +220,7 @@ class RobotEvidence:
             weights: per joint, to begin with.
             rounds: of reweighting, at most.
         """
-        k = self.n_nuisance
+        k = len(self.labels)
         extra, places, scale = self._columns(chosen)
         grams, index = [], []
         for a, x, place in zip(self.at, extra, places):
@@ -304,7 +297,7 @@ class RobotEvidence:
         close = np.exp(-distance / 1.5) * (distance > 0) * same
         total = close @ count
         smooth = np.where(total > 0.0, close @ (log * count) / np.maximum(total, 1e-9), log)
-        shrink = self.settings.shrink
+        shrink = SETTINGS.shrink
         return count * np.exp((count * log + shrink * smooth) / (count + shrink))
 
     def estimates(self, fit: RobotFit, candidates: Sequence[Candidate],
@@ -319,7 +312,7 @@ class RobotEvidence:
                 part of the rows is what differs between this part and the others.
         """
         extra, places, _ = self._columns(fit.chosen)
-        k = self.n_nuisance
+        k = len(self.labels)
         weight = [a.spread(w) for a, w in zip(self.at, fit.weights)]
         full = [np.column_stack([a.z, x]) for a, x in zip(self.at, extra)]
         index = [np.r_[a.index, k + place] for a, place in zip(self.at, places)]
@@ -372,7 +365,7 @@ class RobotEvidence:
             cross[index[j]] += full[j].T @ (x * weight[j][:, None])
             squares += weight[j] @ x ** 2
         share = fit.covariance @ cross
-        k = self.n_nuisance
+        k = len(self.labels)
         schur = share[:k].T @ self.precision @ share[:k] + WEAK * share[k:].T @ share[k:]
         for j in range(self.joints):
             reduced = -full[j] @ share[index[j]]
@@ -388,7 +381,7 @@ class RobotEvidence:
         It holds where the residual is no white noise (White, 1980; segments as clusters), and is
         not below that of the likelihood.
         """
-        k = self.n_nuisance
+        k = len(self.labels)
         extra, places, _ = self._columns(fit.chosen)
         scores = np.zeros((self.segments, len(fit.covariance)))
         for a, x, place, w, r in zip(self.at, extra, places, fit.weights, fit.residual):
@@ -413,19 +406,11 @@ class RobotEvidence:
             dispersion: [J], by which the information of each joint is divided, of a fit without
                 candidates; None for 1.
         """
+        if dispersion is not None:
+            fit = self.fit((), [w / phi for w, phi in zip(fit.weights, dispersion)], 1)
         d = self.deviation
-        if dispersion is None:
-            return Prior(self.labels, (self.mean + fit.nuisance) * d,
-                         fit.covariance[:len(d), :len(d)] * np.outer(d, d))
-        precision, right = self.precision.copy(), np.zeros(len(d))
-        for a, w, phi in zip(self.at, fit.weights, dispersion):
-            total = np.tensordot(w / phi, a.gram, 1)
-            precision[a.index[:, None], a.index] += total[:-1, :-1]
-            right[a.index] += total[:-1, -1]
-        precision[np.diag_indices(len(d))] *= ROUNDED
-        factor = scipy.linalg.cho_factor(precision, lower=True)
-        return Prior(self.labels, (self.mean + scipy.linalg.cho_solve(factor, right)) * d,
-                     scipy.linalg.cho_solve(factor, np.eye(len(d))) * np.outer(d, d))
+        return Prior(self.labels, (self.mean + fit.nuisance) * d,
+                     fit.covariance[:len(d), :len(d)] * np.outer(d, d))
 
 
 def _label(column: NuisanceColumn, number: int) -> str:

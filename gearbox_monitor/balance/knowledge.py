@@ -18,7 +18,7 @@ from gearbox_monitor.balance.candidates import Candidate, free_functions, librar
 from gearbox_monitor.balance.evidence import Prior, RobotEvidence, RobotFit
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import nuisance_of, RobotModel, Rows, rows_of
-from gearbox_monitor.balance.settings import SETTINGS, Settings
+from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.balance.shapes import dictionary, shape_of
 from gearbox_monitor.balance.visits import States, states_of, Visits, visits_of
 from gearbox_monitor.kernels.types import Array, Integers
@@ -78,7 +78,6 @@ def key_of(candidate: Candidate) -> str:
 
 
 def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
-          settings: Settings = SETTINGS,
           progress: Callable[[int, int], None] = lambda done, of: None) -> Knowledge:
     """
     Return the Knowledge that `logs` of a healthy robot teach.
@@ -87,28 +86,27 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
         robot: its model; `learnt` must be set.
         logs: references.
         model: hash of the model's file.
-        settings: limits.
         progress: called with (steps done, steps in sum).
     """
-    shapes = _shapes(robot, logs, settings, progress)
-    recordings = [rows_of(log, robot, shapes, settings=settings) for log in logs]
+    shapes = _shapes(robot, logs, progress)
+    recordings = [rows_of(log, robot, shapes) for log in logs]
     noisy = _noisy(recordings)
     for _ in range(2):     # the second time with the torque that the first one taught
         evidence = RobotEvidence(recordings, variance=noisy)
         prior = evidence.posterior(evidence.fit())
         mean = dict(zip(prior.labels, prior.mean.tolist()))
-        recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
+        recordings = [rows_of(log, robot, shapes, mean) for log in logs]
     evidence = RobotEvidence(recordings, variance=noisy)
     fit = evidence.fit()
     candidates = [c for c in library(recordings) + free_functions(recordings)
                   if c.effect not in (SATURATION.id, SERVO_LIMIT.id, COGGING.id, TORQUE_RIPPLE.id)]
     scatter, dispersion, parts = scattered(evidence, fit, candidates)
-    progress(settings.rounds + 1, settings.rounds + 1)
+    progress(SETTINGS.rounds + 1, SETTINGS.rounds + 1)
     joints = range(evidence.joints)
     taught = [np.concatenate([r.joints[j].model - r.joints[j].load for r in recordings])
               for j in joints]
     return Knowledge(
-        another_day(evidence, fit, dispersion, settings), tuple(shapes), scatter, dispersion,
+        another_day(evidence, fit, dispersion), tuple(shapes), scatter, dispersion,
         worst_segments(evidence, fit),
         {name: visits_of(recordings, j) for j, name in enumerate(robot.chain.joints)},
         np.array([np.sqrt(np.mean(x ** 2)) for x in taught]),
@@ -128,7 +126,7 @@ def _noisy(recordings: Sequence[Rows]) -> Array:
     that is all of them, something else is wrong.
     """
     evidence = RobotEvidence(recordings)
-    noisy = np.zeros((evidence.joints, len(evidence.settings.bands) - 1))
+    noisy = np.zeros((evidence.joints, len(SETTINGS.bands) - 1))
     open_joints = set(range(evidence.joints))
     while open_joints:
         fit = evidence.fit()
@@ -150,16 +148,15 @@ def _noisy(recordings: Sequence[Rows]) -> Array:
 
 def _variance(evidence: RobotEvidence, fit: RobotFit) -> Array:
     """Return the variance [J, bands] of what a fit leaves, 0 where there are no rows."""
-    out = np.zeros((evidence.joints, len(evidence.settings.bands) - 1))
+    out = np.zeros((evidence.joints, len(SETTINGS.bands) - 1))
     for j, a in enumerate(evidence.at):
-        total, rows = np.zeros(out.shape[1]), np.zeros(out.shape[1])
-        np.add.at(total, a.band, a.count / fit.weights[j])
-        np.add.at(rows, a.band, a.count)
+        total, rows = (np.bincount(a.band, x, out.shape[1])
+                       for x in (a.count / fit.weights[j], a.count))
         out[j] = np.where(rows > 0.0, total / np.maximum(rows, 1e-9), 0.0)
     return out
 
 
-def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
+def _shapes(robot: RobotModel, logs: Sequence[RobotLog],
             progress: Callable[[int, int], None]) -> list[tuple[int, str]]:
     """
     Return the shapes that references need: one more per joint and round while it pays.
@@ -168,7 +165,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
     differ, what one of them needs is no property of the joint.
     """
     shapes: list[tuple[int, str]] = []
-    recordings = [rows_of(log, robot, settings=settings) for log in logs]
+    recordings = [rows_of(log, robot) for log in logs]
     joints, names = range(len(robot.chain.links)), list(dictionary())
     offers: list[list[Candidate]] = []
     for j in joints:
@@ -182,8 +179,8 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
     dispersion = scattered(evidence, fit, free)[1]
     done, open_joints = 0, set(joints)
     for _ in range(MOST_PASSES):
-        while open_joints and done < settings.rounds:
-            progress(done, settings.rounds + 1)
+        while open_joints and done < SETTINGS.rounds:
+            progress(done, SETTINGS.rounds + 1)
             done += 1
             count = len(shapes)
             for j in sorted(open_joints):
@@ -193,7 +190,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
                          - 2.0 * np.log(len(names))
                          for c, e in zip(remaining, evidence.estimates(fit, remaining))]
                 i = int(np.argmax(worth))
-                if worth[i] > settings.margin:
+                if worth[i] > SETTINGS.margin:
                     shapes.append((j, remaining[i].effect))
                 else:
                     open_joints.discard(j)
@@ -204,13 +201,12 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog], settings: Settings,
                 fit = evidence.fit()
         before_pass, dispersion = dispersion, scattered(evidence, fit, free)[1]
         open_joints = set(np.flatnonzero(dispersion < CALMED * before_pass).tolist())
-        if not open_joints or done >= settings.rounds:
+        if not open_joints or done >= SETTINGS.rounds:
             break
     return shapes
 
 
-def another_day(evidence: RobotEvidence, fit: RobotFit, dispersion: Array,
-              settings: Settings) -> Prior:
+def another_day(evidence: RobotEvidence, fit: RobotFit, dispersion: Array) -> Prior:
     """
     Return the prior of another day.
 
@@ -222,9 +218,9 @@ def another_day(evidence: RobotEvidence, fit: RobotFit, dispersion: Array,
     covariance = prior.covariance.copy()
     for group in {g for g in groups if g is not None}:
         whole = np.where([g == group for g in groups], prior.mean, 0.0)
-        covariance += settings.drift ** 2 * np.outer(whole, whole)
+        covariance += SETTINGS.drift ** 2 * np.outer(whole, whole)
     own = np.array([g is not None for g in groups])
-    covariance += np.diag(np.where(own, settings.drift_own * prior.mean, 0.0) ** 2)
+    covariance += np.diag(np.where(own, SETTINGS.drift_own * prior.mean, 0.0) ** 2)
     keep = np.array([not column.own for column in evidence.nuisance.values()])
     return Prior(tuple(label for label, k in zip(prior.labels, keep) if k), prior.mean[keep],
                  covariance[np.ix_(keep, keep)])
@@ -237,7 +233,6 @@ def partitions(evidence: RobotEvidence) -> list[list[Array]]:
     Equal repeats of a motion do not differ over time; where the robot stands and how fast it
     moves, a wrong model differs even then.
     """
-    settings = evidence.settings
     number, speed, posture = [], [], []
     for i, rows in enumerate(evidence.recordings):
         hop = rows.tests.value.shape[0]
@@ -248,7 +243,7 @@ def partitions(evidence: RobotEvidence) -> list[list[Array]]:
     by_time, parts = [], 0
     for own in np.bincount(number):
         count = max(2 if len(evidence.recordings) == 1 else 1,
-                    int(own * settings.hop / settings.part))
+                    int(own * SETTINGS.hop / SETTINGS.part))
         by_time += (parts + np.arange(own) * count // own).tolist()
         parts += count
     out = [_parts(np.array(by_time))]

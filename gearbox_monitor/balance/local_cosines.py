@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.balance.motion import RobotMotion
-from gearbox_monitor.balance.settings import Settings
+from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.kernels.cosine_basis import cosine_basis, motion_mask
 from gearbox_monitor.kernels.types import Array, Integers
 
@@ -80,29 +80,29 @@ class TestFunctions:
             - self._project(x * self.mask_slope[:, joint, None], self.value)
 
 
-def local_cosines(motion: RobotMotion, highest: float, settings: Settings) -> TestFunctions:
-    """Return the test functions of `motion` up to `highest` Hz, of the length in `settings`."""
+def local_cosines(motion: RobotMotion, highest: float) -> TestFunctions:
+    """Return the test functions of `motion` up to `highest` Hz."""
     step = motion.step
-    hop = int(round(settings.hop / step))
+    hop = int(round(SETTINGS.hop / step))
     count = int(min(highest, 0.4 / step) * 2 * hop * step)
     value, slope = cosine_basis(hop, count)
     starts = np.concatenate([np.arange(s.start, s.stop - 2 * hop + 1, hop)
                              for s in motion.sections])
     frequency = np.tile((np.arange(count) + 0.5) / (2 * hop * step), len(starts))
-    mask, mask_slope = _masks(motion, settings)
+    mask, mask_slope = _masks(motion)
     return TestFunctions(value, slope / step, starts, frequency,
-                        np.digitize(frequency, settings.bands) - 1, mask, mask_slope)
+                        np.digitize(frequency, SETTINGS.bands) - 1, mask, mask_slope)
 
 
-def _masks(motion: RobotMotion, settings: Settings) -> tuple[Array, Array]:
+def _masks(motion: RobotMotion) -> tuple[Array, Array]:
     """
     Return the masks [N, J] and their derivatives, 1/s.
 
     Static friction is any torque up to Coulomb's: no law can be held against it. The mask
     multiplies the test functions, so the weak form stays exact.
     """
-    slow = np.maximum(3.0 * motion.sigma_v, settings.slow)
-    width = max(1, int(round(settings.ramp / motion.step)))
+    slow = np.maximum(3.0 * motion.sigma_v, SETTINGS.slow)
+    width = max(1, int(round(SETTINGS.ramp / motion.step)))
     mask, slope = np.empty_like(motion.v), np.empty_like(motion.v)
     for section in motion.sections:
         for j in range(motion.v.shape[1]):

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.balance.robot_log import LogSection, RobotLog
-from gearbox_monitor.balance.settings import SETTINGS, Settings
+from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 
@@ -38,30 +38,23 @@ class RobotMotion:
     cut_off: Array | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class _Grid:
-    t: Array
-    q: Array
-    input: Array
-
-
-def motion_of(log: RobotLog, settings: Settings = SETTINGS) -> RobotMotion:
+def motion_of(log: RobotLog) -> RobotMotion:
     """
     Return the RobotMotion of a log, smoothed by each joint's own noise floor.
 
     The cut-off of a joint is where its spectrum meets the floor (Wiener). Both ends of a section
     are cut: a smoother is wrong there.
     """
-    rate = min(log.rate, settings.grid)
+    rate = min(log.rate, SETTINGS.grid)
     grids = [_on_grid(section, rate, log.rate) for section in log.sections]
-    cut, floor = _cut_offs(grids, rate, settings)
+    cut, floor = _cut_offs(grids, rate)
     margin = int(np.ceil(2.0 * rate / cut.min()))
     parts, sections, begin = [], [], 0
     for grid in grids:
-        if len(grid.t) < 2 * margin + 2.0 * settings.hop * rate + 2:
+        if len(grid.t) < 2 * margin + 2.0 * SETTINGS.hop * rate + 2:
             continue
         filters = [scipy.signal.butter(ORDER, f, fs=rate, output='sos') for f in cut]
-        smooth = np.column_stack([scipy.signal.sosfiltfilt(filter_, grid.q[:, j])
+        smooth = np.column_stack([scipy.signal.sosfiltfilt(filter_, grid.position[:, j])
                                   for j, filter_ in enumerate(filters)])
         middle = slice(margin, len(grid.t) - margin)
         speed = scipy.interpolate.CubicSpline(grid.t, smooth)(grid.t[middle], 1)
@@ -72,21 +65,21 @@ def motion_of(log: RobotLog, settings: Settings = SETTINGS) -> RobotMotion:
         begin += len(speed)
     if not parts:
         raise InputError(f'{log.name}: no part without gaps is longer than '
-                         f'{2 * margin / rate + 2 * settings.hop:.1f} s, expected a longer log')
+                         f'{2 * margin / rate + 2 * SETTINGS.hop:.1f} s, expected a longer log')
     t, q, v, inputs, input_speed = (np.concatenate(x) for x in zip(*parts))
     return RobotMotion(t - log.sections[0].t[0], q, v, inputs, input_speed,
                   np.sqrt(floor * (2.0 * np.pi) ** 2 * cut ** 3 / 3.0),
                   np.sqrt(floor * rate / 2.0), 1.0 / rate, tuple(sections), cut)
 
 
-def highest_kept(motion: RobotMotion, lost: float) -> Array:
-    """Return the frequencies [J], Hz, up to which the smoother takes `lost` of a motion."""
+def highest_kept(motion: RobotMotion) -> Array:
+    """Return the frequencies [J], Hz, up to which the smoother keeps a motion nearly whole."""
     if motion.cut_off is None:
         return np.full(motion.q.shape[1], np.inf)
-    return motion.cut_off * (lost / (1.0 - lost)) ** (0.5 / ORDER)
+    return motion.cut_off * (SETTINGS.smoothed / (1.0 - SETTINGS.smoothed)) ** (0.5 / ORDER)
 
 
-def _on_grid(section: LogSection, rate: float, of_log: float) -> _Grid:
+def _on_grid(section: LogSection, rate: float, of_log: float) -> LogSection:
     """Return a section on a uniform grid; of a faster log the means between grid points."""
     t = np.arange(section.t[0], section.t[-1], 1.0 / rate)
     if of_log > 1.5 * rate:
@@ -100,16 +93,16 @@ def _on_grid(section: LogSection, rate: float, of_log: float) -> _Grid:
             at = np.column_stack([np.interp(edges, section.t, c) for c in whole.T])
             return np.diff(at, axis=0) / np.maximum(width, 1e-9)
         good = width[:, 0] > 0.5 / rate
-        return _Grid((t + 0.5 / rate)[good], means(section.position)[good],
+        return LogSection((t + 0.5 / rate)[good], means(section.position)[good],
                      means(section.input)[good])
     onto = np.column_stack([np.interp(t, section.t, c) for c in section.input.T])
-    return _Grid(t, scipy.interpolate.CubicSpline(section.t, section.position)(t), onto)
+    return LogSection(t, scipy.interpolate.CubicSpline(section.t, section.position)(t), onto)
 
 
-def _cut_offs(grids: list[_Grid], rate: float, settings: Settings) -> tuple[Array, Array]:
+def _cut_offs(grids: list[LogSection], rate: float) -> tuple[Array, Array]:
     """Return cut-off (Hz) and noise floor (1/Hz) of each joint, from its longest section."""
-    q = max((grid.q for grid in grids), key=len)
-    low, high = settings.cut_off
+    q = max((grid.position for grid in grids), key=len)
+    low, high = SETTINGS.cut_off
     high = min(high, 0.4 * rate)
     length = min(len(q), int(4 * rate))
     f, power = scipy.signal.welch(q - q.mean(axis=0), rate, nperseg=length, axis=0)
@@ -121,6 +114,6 @@ def _cut_offs(grids: list[_Grid], rate: float, settings: Settings) -> tuple[Arra
     return cut, floor
 
 
-def smooth_sign(v: Array, sigma: Array, settings: Settings = SETTINGS) -> Array:
-    """Return the expected sign of speeds `v` [N, J] +- `sigma` [J]; `settings`: presliding."""
-    return scipy.special.erf(v / np.sqrt(2.0) / np.maximum(sigma, settings.presliding))
+def smooth_sign(v: Array, sigma: Array) -> Array:
+    """Return the expected sign of speeds `v` [N, J] +- `sigma` [J]."""
+    return scipy.special.erf(v / np.sqrt(2.0) / np.maximum(sigma, SETTINGS.presliding))

@@ -49,14 +49,14 @@ class PayloadSettings:
     friction, rotor: standard deviations before anything is seen without a reference, of Coulomb
     friction and of viscous friction at 1 rad/s, and of the rotor at 20 rad/s^2, in rms torques of
     the joint (friction of gears takes up to a third of the torque). hour: in which friction
-    becomes as uncertain as at the beginning (temperature). rest: in which the friction of a
+    becomes as uncertain as at the beginning (temperature). rest_time: in which the friction of a
     resting joint forgets itself. often: between changes of the payload, as expected. filters: side
     by side, of which the times of their changes go back in steps of equal ratio; spawn: windows
     between them. push: prior probability of a window with external torque, `loud` times the noise.
     memory: windows over which noise is measured, by the
     median: a push that lasts for less than half of it is none; belief: windows that its first
     guess, `guess` rms torques, counts for. block: windows whose mean tells how coloured the noise
-    is. settle: windows in motion before the first estimate; least: size of a torque of which
+    is. settle: windows in motion before the first estimate; smallest: size of a torque of which
     they show little, share of the largest joint's.
     """
 
@@ -72,7 +72,7 @@ class PayloadSettings:
     friction: float = 0.3
     rotor: float = 0.3
     hour: float = 3600.0
-    rest: float = 20.0
+    rest_time: float = 20.0
     often: float = 30.0
     filters: int = 8
     spawn: int = 3
@@ -83,7 +83,7 @@ class PayloadSettings:
     guess: float = 0.03
     block: int = 30
     settle: int = 20
-    least: float = 0.1
+    smallest: float = 0.1
 
 
 PAYLOAD_SETTINGS = PayloadSettings()
@@ -148,12 +148,13 @@ class _Held:
     since: int
 
 
-def _hann(settings: PayloadSettings) -> tuple[Array, TestFunctions]:
+def _hann() -> tuple[Array, TestFunctions]:
     """Return the grid [N] (s about the middle) and the window on it, of integral 1."""
-    t = np.linspace(-settings.half, settings.half, settings.points)
-    step, phase = float(t[1] - t[0]), np.pi * t / settings.half
-    value = 0.5 * (1.0 + np.cos(phase)) / settings.half
-    slope = -0.5 * np.sin(phase) * np.pi / settings.half ** 2
+    half = PAYLOAD_SETTINGS.half
+    t = np.linspace(-half, half, PAYLOAD_SETTINGS.points)
+    step, phase = float(t[1] - t[0]), np.pi * t / half
+    value = 0.5 * (1.0 + np.cos(phase)) / half
+    slope = -0.5 * np.sin(phase) * np.pi / half ** 2
     count = len(t)
     return t, TestFunctions(step * value[:, None], step * slope[:, None], np.zeros(1, int),
                             np.zeros(1), np.zeros(1, int), np.ones((count, 1)),
@@ -169,18 +170,17 @@ class PayloadTracker:
     """
 
     def __init__(self, robot: RobotModel, link: str = '', knowledge: Knowledge | None = None,
-                 empty: bool = False, settings: PayloadSettings = PAYLOAD_SETTINGS) -> None:
+                 empty: bool = False) -> None:
         names = [x.name for x in robot.chain.links]
         if link and link not in names:
             raise InputError(f'link: {unknown(link, names)}')
         self.link = link or names[-1]
         self._robot = replace(robot, learnt=knowledge is not None)
-        self._knowledge, self._settings = knowledge, settings
-        self._index = names.index(self.link)
+        self._knowledge, self._index = knowledge, names.index(self.link)
         # What differs between healthy parts of the reference differs now, too.
         self._dispersion: Array = np.ones(1) if knowledge is None else knowledge.dispersion
         self._empty = empty
-        self._grid, tests = _hann(settings)
+        self._grid, tests = _hann()
         count = len(names)
         self._tests = replace(tests, mask=np.repeat(tests.mask, count, 1),
                               mask_slope=np.repeat(tests.mask_slope, count, 1))
@@ -211,7 +211,7 @@ class PayloadTracker:
         q, u = np.array(position, float), np.array(effort, float)
         if not (np.isfinite(q).all() and np.isfinite(u).all()):
             return []
-        samples, s = self._samples, self._settings
+        samples, s = self._samples, PAYLOAD_SETTINGS
         if self._origin is None:
             self._origin = stamp_ns
         elapsed = stamp_ns - self._origin
@@ -247,12 +247,12 @@ class PayloadTracker:
             return
         state = self._held[0].state
         h = np.eye(N_PAYLOAD, len(state.mean))
-        noise = np.array([1e-3, *[1e-3 * self._settings.farthest] * 3]) ** 2
+        noise = np.array([1e-3, *[1e-3 * PAYLOAD_SETTINGS.farthest] * 3]) ** 2
         self._held = [_Held(_updated(state, h, -h @ state.mean, noise)[0], 0.0, 0, self._count)]
 
     def _window(self, middle: int) -> _Window | None:
         """Return the _Window about `middle` (ns after the origin), None of too few samples."""
-        s, samples = self._settings, []
+        s, samples = PAYLOAD_SETTINGS, []
         for sample in self._samples:
             if abs(sample[0] - middle) <= s.reach * SECOND:
                 samples.append(sample)
@@ -302,11 +302,11 @@ class PayloadTracker:
         self._deviation = np.array([c.deviation for c in rows.nuisance])
         self._wanders: Flags = np.array([c.group is not None for c in rows.nuisance])
 
-    def _start(self, held: Array) -> None:
-        """Begin the filter, about a payload `held` [4], with the size of the first torques."""
-        s, count, k = self._settings, self._joints, len(self._labels)
+    def _start(self, payload: Array) -> None:
+        """Begin the filter, about a `payload` [4], with the size of the first torques."""
+        s, count, k = PAYLOAD_SETTINGS, self._joints, len(self._labels)
         size = np.sqrt(np.mean([w.effort ** 2 for w in self._waiting], axis=0))
-        self._size = np.maximum(size, s.least * size.max() + 1e-6)
+        self._size = np.maximum(size, s.smallest * size.max() + 1e-6)
         mean, covariance = np.zeros(k), np.diag(self._deviation ** 2)
         if self._knowledge is None:
             wide: dict[str, float] = {}
@@ -329,7 +329,7 @@ class PayloadTracker:
         whole[N_PAYLOAD:N_PAYLOAD + k, N_PAYLOAD:N_PAYLOAD + k] = covariance
         if not self._empty:
             whole[:N_PAYLOAD, :N_PAYLOAD] = self._open()
-        state = _State(np.concatenate([held, mean, np.zeros(count)]), whole)
+        state = _State(np.concatenate([payload, mean, np.zeros(count)]), whole)
         self._held, self._count = [_Held(state, 0.0, 0, 0)], 0
         # Of a window, and as much as makes the means over blocks scatter as they do.
         self._noise: Array = (s.guess * self._size) ** 2
@@ -339,8 +339,8 @@ class PayloadTracker:
 
     def _open(self) -> Array:
         """Return the covariance [4, 4] of a payload about which nothing is known."""
-        heavy = 0.5 * self._settings.heaviest
-        farthest = heavy * 0.5 * self._settings.farthest
+        heavy = 0.5 * PAYLOAD_SETTINGS.heaviest
+        farthest = heavy * 0.5 * PAYLOAD_SETTINGS.farthest
         return np.diag([heavy ** 2, farthest ** 2, farthest ** 2, farthest ** 2])
 
     def _filtered(self, window: _Window) -> list[PayloadEstimate]:
@@ -350,7 +350,7 @@ class PayloadTracker:
         if window.resting.min() > 0.5:
             return []
         self._waiting.append(window)
-        if len(self._waiting) < self._settings.settle:
+        if len(self._waiting) < PAYLOAD_SETTINGS.settle:
             return []
         # Twice: the second time linearised about the centre that the first one ends with.
         payload: Array = np.zeros(N_PAYLOAD)
@@ -362,7 +362,7 @@ class PayloadTracker:
         return estimates[-1:]
 
     def _step(self, window: _Window) -> PayloadEstimate:
-        s, chance = self._settings, self._settings.hop / self._settings.often
+        s, chance = PAYLOAD_SETTINGS, PAYLOAD_SETTINGS.hop / PAYLOAD_SETTINGS.often
         begins = (window.resting > 0.0) & (self._was_resting == 0.0)
         self._was_resting = window.resting
         states = [replace(x, state=self._predicted(x.state, window, begins),
@@ -376,39 +376,39 @@ class PayloadTracker:
         self._measure_noise(error)
         return self._estimate(window)
 
-    def _weighed(self, held: Sequence[_Held], window: _Window) -> list[_Held]:
+    def _weighed(self, filters: Sequence[_Held], window: _Window) -> list[_Held]:
         """Return the filters after a window, the likeliest one first, the weights normalised."""
         weighted = []
-        for x in held:
+        for x in filters:
             state, likelihood = self._corrected(x.state, window)
             weighted.append(replace(x, state=state, weight=x.weight + likelihood))
         total = float(scipy.special.logsumexp([x.weight for x in weighted]))
         return sorted((replace(x, weight=x.weight - total) for x in weighted),
                       key=lambda x: -x.weight)
 
-    def _thinned(self, held: list[_Held]) -> list[_Held]:
+    def _thinned(self, filters: list[_Held]) -> list[_Held]:
         """Return filters without one that is close to an older one, where they are too many."""
-        if len(held) <= self._settings.filters:
-            return held
-        ages = {id(x): self._count - x.since + 1 for x in held}
-        by_age = sorted(held, key=lambda x: ages[id(x)])
+        if len(filters) <= PAYLOAD_SETTINGS.filters:
+            return filters
+        ages = {id(x): self._count - x.since + 1 for x in filters}
+        by_age = sorted(filters, key=lambda x: ages[id(x)])
         closest, distance = by_age[0], math.inf
         for young, old in zip(by_age, by_age[1:]):
             lighter = young if young.weight < old.weight else old
             ratio = ages[id(old)] / ages[id(young)]
-            if lighter is not held[0] and ratio < distance:
+            if lighter is not filters[0] and ratio < distance:
                 closest, distance = lighter, ratio
-        return [x for x in held if x is not closest]
+        return [x for x in filters if x is not closest]
 
     def _predicted(self, state: _State, window: _Window, begins: Flags) -> _State:
         """Return the state before a window: friction wanders, or begins with a rest."""
-        s = self._settings
+        s = PAYLOAD_SETTINGS
         mean, covariance = state.mean.copy(), state.covariance.copy()
         k = len(self._labels)
         at = np.arange(N_PAYLOAD, N_PAYLOAD + k)
         covariance[at, at] += self._wander
         covariance[:N_PAYLOAD, :N_PAYLOAD] += self._open() * (2.0 * s.walk) ** 2 * s.hop
-        factor = np.where(begins, 0.0, math.exp(-s.hop / s.rest))
+        factor = np.where(begins, 0.0, math.exp(-s.hop / s.rest_time))
         tail = slice(N_PAYLOAD + k, None)
         mean[tail] *= factor
         covariance[tail] *= factor[:, None]
@@ -435,7 +435,7 @@ class PayloadTracker:
 
     def _corrected(self, state: _State, window: _Window) -> tuple[_State, float]:
         """Return the state after a window, and its log likelihood but for a constant."""
-        s, h = self._settings, self._columns_at(state, window)
+        s, h = PAYLOAD_SETTINGS, self._columns_at(state, window)
         error, likeliest, new = window.y - h @ state.mean, -math.inf, state
         for chance, factor in ((1.0 - s.push, 1.0), (s.push, s.loud ** 2)):
             corrected, logarithm = _updated(state, h, error, factor * self._noise_of_means)
@@ -453,7 +453,7 @@ class PayloadTracker:
 
     def _measure_noise(self, error: Array) -> None:
         """Take the error [J] of a window: medians do not see a push."""
-        s, errors = self._settings, self._errors
+        s, errors = PAYLOAD_SETTINGS, self._errors
         errors.append(error)
         first, squares = (s.guess * self._size) ** 2, np.square(errors)
         self._noise = (s.belief * first + len(errors) * np.median(squares, axis=0) / MEDIAN) / (

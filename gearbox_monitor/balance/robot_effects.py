@@ -17,8 +17,7 @@ import numpy as np
 
 from gearbox_monitor.balance.rows import Rows
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.effects.balance_column import (
-    BalanceColumn, JointMotion, not_negative, one)
+from gearbox_monitor.plant.effects.balance_column import BalanceColumn, not_negative, one
 
 JOINT, LINK, BASE = 'joint', 'link', 'base'
 GRAVITY_SIZE = 9.80665
@@ -83,22 +82,6 @@ def centre_of(b: Array) -> Array:
     return np.clip(b[1:4] / b[0], -WIDEST, WIDEST) if abs(b[0]) > LEAST_MASS else np.zeros(3)
 
 
-def _inertia(rows: Rows, link: int, centre: Array) -> Columns:
-    return {j: rows.inertial[link, j][:, 4:] for j in rows.robot.chain.movers[link]}
-
-
-def _tilt(rows: Rows, index: int, centre: Array) -> Columns:
-    return rows.tilt
-
-
-def _tilt_values(b: Array, centre: Array) -> dict[str, float]:
-    return {'ax': float(b[0]) / GRAVITY_SIZE, 'ay': float(b[1]) / GRAVITY_SIZE}
-
-
-def _zero(rows: Rows, joint: int, centre: Array) -> Columns:
-    return rows.zero[joint]
-
-
 INERTIA_NAMES = ('Ixx', 'Iyy', 'Izz', 'Ixy', 'Ixz', 'Iyz')
 PAYLOAD = RobotEffect(
     'payload', 'a mass that the model does not have', MappingProxyType(
@@ -107,17 +90,20 @@ PAYLOAD = RobotEffect(
                    'in proportion to their acceleration.')
 LINK_INERTIA = RobotEffect(
     'link_inertia', 'inertia of a link is not that of the model', MappingProxyType(
-        dict.fromkeys(INERTIA_NAMES, 'kg m^2')), LINK, columns=_inertia,
+        dict.fromkeys(INERTIA_NAMES, 'kg m^2')), LINK, columns=lambda rows, link, c: {
+            j: rows.inertial[link, j][:, 4:] for j in rows.robot.chain.movers[link]},
     values=lambda b, c: dict(zip(INERTIA_NAMES, b.tolist())),
     shows='The difference follows the angular acceleration of the link, and is absent at rest.')
 BASE_TILT = RobotEffect(
     'base_tilt', 'the base is not level as the model says', MappingProxyType(
-        {'ax': 'rad', 'ay': 'rad'}), BASE, columns=_tilt, values=_tilt_values,
+        {'ax': 'rad', 'ay': 'rad'}), BASE, columns=lambda rows, i, c: rows.tilt,
+    values=lambda b, c: dict(zip(('ax', 'ay'), (b / GRAVITY_SIZE).tolist())),
     shows='The torque against gravity is off at all joints at once, as if gravity had another '
           'direction.')
 JOINT_ZERO = RobotEffect(
     'joint_zero', 'the encoder of a joint has another zero', MappingProxyType({'c': 'rad'}),
-    JOINT, columns=_zero, values=lambda b, c: {'c': float(b[0])},
+    JOINT, columns=lambda rows, joint, c: rows.zero[joint],
+    values=lambda b, c: {'c': float(b[0])},
         subject=('c', 'zero of the encoder'),
     shows='The torque against gravity of this joint and those before it belongs to another '
           'angle.')
@@ -130,29 +116,23 @@ QUADRATIC = RobotEffect(
           'the model.')
 
 
-def _ends(m: JointMotion, shares: Sequence[float]) -> list[float]:
-    values: list[float] = np.quantile(m.q, shares).tolist()
-    return list(dict.fromkeys(values))
+def _end_spring(end: str, side: float, shares: Sequence[float]) -> RobotEffect:
+    """Return the spring at one `end` of the range; `shares` of the motion below its begin."""
+    beyond = np.maximum if side > 0.0 else np.minimum
+    return RobotEffect(
+        'end_spring', f'a spring or a cable pulls back at the {end} end of the range',
+        MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
+            lambda m, q0: beyond(m.q - q0, 0.0)[:, None],
+            lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': side}, setting='q0', place=True,
+            grid=lambda m: list(dict.fromkeys(np.quantile(m.q, shares).tolist())),
+            low=not_negative),
+        subject=('k', 'spring at the end of the range'), over=f'{end} end',
+        shows=f'Beyond an angle near the {end} end the joint needs a torque that grows with the '
+              'angle.')
 
 
-UPPER_SPRING = RobotEffect(
-    'end_spring', 'a spring or a cable pulls back at the upper end of the range',
-    MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
-        lambda m, q0: np.maximum(m.q - q0, 0.0)[:, None],
-        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': 1.0}, setting='q0', place=True,
-        grid=lambda m: _ends(m, (0.5, 0.65, 0.8, 0.9)), low=not_negative),
-        subject=('k', 'spring at the end of the range'), over='upper end',
-    shows='Beyond an angle near the upper end the joint needs a torque that grows with the '
-          'angle.')
-LOWER_SPRING = RobotEffect(
-    'end_spring', 'a spring or a cable pulls back at the lower end of the range',
-    MappingProxyType({'k': 'N m/rad', 'q0': 'rad'}), JOINT, BalanceColumn(
-        lambda m, q0: np.minimum(m.q - q0, 0.0)[:, None],
-        lambda b, q0: {'k': float(b[0]), 'q0': q0, 'side': -1.0}, setting='q0', place=True,
-        grid=lambda m: _ends(m, (0.1, 0.2, 0.35, 0.5)), low=not_negative),
-        subject=('k', 'spring at the end of the range'), over='lower end',
-    shows='Beyond an angle near the lower end the joint needs a torque that grows with the '
-          'angle.')
+UPPER_SPRING = _end_spring('upper', 1.0, (0.5, 0.65, 0.8, 0.9))
+LOWER_SPRING = _end_spring('lower', -1.0, (0.1, 0.2, 0.35, 0.5))
 COUPLING = RobotEffect(
     'joint_coupling', 'the motion of another joint drags this one', MappingProxyType(
         {'Cc': 'N m', 'Cv': 'N m s/rad'}), JOINT, columns=lambda rows, pair, c: {

@@ -108,9 +108,9 @@ class _Sines:
     def changed(self, random: np.random.Generator, spread: float) -> '_Sines':
         """Return sines of which some joints are changed by `spread`."""
         joints, k = len(self.middle), self.size.shape
-        some: Flags = random.uniform(size=joints) < max(0.35, 1.0 / joints)
-        some[random.integers(joints)] = True
-        on, each = some * spread, some[:, None] * spread
+        picked: Flags = random.uniform(size=joints) < max(0.35, 1.0 / joints)
+        picked[random.integers(joints)] = True
+        on, each = picked * spread, picked[:, None] * spread
         return _Sines(
             np.clip(self.middle + 0.3 * on * random.standard_normal(joints), 0.05, 0.95),
             np.clip(self.share + 0.3 * on * random.standard_normal(joints), 0.1, 1.0),
@@ -143,7 +143,8 @@ class _Experiment:
     def __init__(self, robot: RobotModel, limits: RobotLimits, targets: Sequence[Target],
                  link: str, seconds: float, touches: Callable[[Array], bool]) -> None:
         self.robot, self.targets, self.link, self.touches = robot, targets, link, touches
-        self.limits = RobotLimits(*(_inside(limits.low, limits.high)), ALLOWED * limits.speed,
+        edge = 0.5 * (1.0 - ALLOWED) * (limits.high - limits.low)
+        self.limits = RobotLimits(limits.low + edge, limits.high - edge, ALLOWED * limits.speed,
                                   ALLOWED * limits.torque)
         self.t = np.arange(round(seconds * RATE) + 1) / RATE
         joints = len(robot.chain.links)
@@ -180,9 +181,9 @@ class _Experiment:
                 if c.effect != effect or effect == PAYLOAD.id and c.link != self.link:
                     continue
                 rivals = [r for r in laws if r.effect == rival]
-                near = [r for r in rivals if r.place == c.place] or rivals
+                close = [r for r in rivals if r.place == c.place] or rivals
                 size = max(self._size(evidence, fit, c, both, scales)
-                           for both in [_beside(c, r) for r in near] or [c])
+                           for both in [_beside(c, r) for r in close] or [c])
                 if size < UNSEEN:
                     key = effect, c.place, rival or ''
                     out[key] = min(out.get(key, UNSEEN), size)
@@ -209,12 +210,12 @@ class _Experiment:
                   + RIPPLE * friction * np.sin(ORDER * q))
         motion = RobotMotion(self.t, q, v, effort, np.zeros_like(v), self.sigma[1], self.sigma[0],
                              1.0 / RATE, (slice(0, len(self.t)),))
-        rows = tested(motion, local_cosines(motion, SETTINGS.highest_share * RATE, SETTINGS),
+        rows = tested(motion, local_cosines(motion, SETTINGS.highest_share * RATE),
                       self.robot)
         recordings = [replace(rows, rate=RATE)]
         reference = RobotEvidence(recordings)
         fit = reference.fit()
-        prior = another_day(reference, fit, np.ones(reference.joints), SETTINGS)
+        prior = another_day(reference, fit, np.ones(reference.joints))
         evidence = RobotEvidence(recordings, prior)
         return evidence, evidence.fit()
 
@@ -236,12 +237,6 @@ def model_torque(chain: Chain, t: Array, q: Array, v: Array) -> Array:
         momentum[:, r.joint] += r.p @ theta
         out[:, r.joint] += (r.g - r.k) @ theta
     return np.asarray(out + np.gradient(momentum, t, axis=0))
-
-
-def _inside(low: Array, high: Array) -> tuple[Array, Array]:
-    """Return the middle ALLOWED of the ranges."""
-    edge = 0.5 * (1.0 - ALLOWED) * (high - low)
-    return low + edge, high - edge
 
 
 def _beside(c: Candidate, rival: Candidate) -> Candidate:
@@ -287,9 +282,9 @@ def design(robot: RobotModel, limits: RobotLimits, targets: Sequence[Target], li
         raise Undecided(f'no motion of {DRAWN} stays within the limits of torque and clear of '
                         'contacts, expected wider limits')
     experiment.size = np.median([np.std(m[3], axis=0) for _, m in drawn], axis=0) + 1e-9
-    seen = [experiment.seen(q, v, torque) for _, (q, v, _, torque) in drawn]
-    usual = {key: float(np.median([sizes.get(key, UNSEEN) for sizes in seen]))
-             for key in dict.fromkeys(key for sizes in seen for key in sizes)}
+    shown_by = [experiment.seen(q, v, torque) for _, (q, v, _, torque) in drawn]
+    usual = {key: float(np.median([sizes.get(key, UNSEEN) for sizes in shown_by]))
+             for key in dict.fromkeys(key for sizes in shown_by for key in sizes)}
     lacking = dict.fromkeys(effect for effect, _ in targets
                             if all(effect != key[0] for key in usual))
     if lacking:
@@ -298,19 +293,19 @@ def design(robot: RobotModel, limits: RobotLimits, targets: Sequence[Target], li
 
     def worth(sizes: Mapping[tuple[str, str, str], float]) -> float:
         return -float(np.mean([math.log(sizes.get(key, UNSEEN) / usual[key]) for key in usual]))
-    best = sorted(((worth(s), sines, motion, s) for (sines, motion), s in zip(drawn, seen)),
+    leaders = sorted(((worth(s), sines, motion, s) for (sines, motion), s in zip(drawn, shown_by)),
                   key=lambda row: -row[0])[:BEST]
     for k in range(CHANGED):
         spread = 1.0 - 0.8 * k / CHANGED
-        sines = best[k % len(best) if k < CHANGED // 2 else 0][1].changed(random, spread)
+        sines = leaders[k % len(leaders) if k < CHANGED // 2 else 0][1].changed(random, spread)
         motion = experiment.motion(sines)
         if motion is not None:
             q, v, _, torque = motion
             sizes = experiment.seen(q, v, torque)
-            best = sorted([*best, (worth(sizes), sines, motion, sizes)],
+            leaders = sorted([*leaders, (worth(sizes), sines, motion, sizes)],
                           key=lambda row: -row[0])[:BEST]
         progress(DRAWN + k, DRAWN + CHANGED)
-    _, _, (q, v, a, torque), sizes = best[0]
+    _, _, (q, v, a, torque), sizes = leaders[0]
     return RobotMotionDesign(experiment.t, q, v, a, torque,
                              {key: sizes.get(key, UNSEEN) for key in usual}, usual,
                              experiment.visible(q, v, torque))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from gearbox_monitor.balance.settings import SETTINGS, Settings
+from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers
 
@@ -66,7 +66,7 @@ class RawLog:
     notes: tuple[str, ...] = ()
 
 
-def _at_stamps(t: Array, values: Array, rows: Integers, kind: str, settings: Settings
+def _at_stamps(t: Array, values: Array, rows: Integers, kind: str
                ) -> tuple[Array, Array]:
     """
     Return stamps [M] and values [M, 2J] of `rows` [M], where each column has its own rows.
@@ -78,7 +78,6 @@ def _at_stamps(t: Array, values: Array, rows: Integers, kind: str, settings: Set
         values: positions and inputs [N, 2J], NaN in rows that are not a column's own.
         rows: whose stamps count.
         kind: of the input.
-        settings: a gap in a column is a gap.
     """
     order = np.argsort(t, kind='stable')
     at, out = t[rows], np.full((len(rows), values.shape[1]), np.nan)
@@ -88,7 +87,7 @@ def _at_stamps(t: Array, values: Array, rows: Integers, kind: str, settings: Set
         if len(own) < 2:
             continue
         following = np.clip(np.searchsorted(t[own], at), 1, len(own) - 1)
-        wide = max(settings.gap * float(np.median(np.diff(t[own]))), settings.gap_seconds)
+        wide = max(SETTINGS.gap * float(np.median(np.diff(t[own]))), SETTINGS.gap_seconds)
         step = t[own[following]] - t[own[following - 1]]
         bridged = (step <= wide) & (at >= t[own[0]]) & (at <= t[own[-1]])
         if column < values.shape[1] // 2:
@@ -101,14 +100,13 @@ def _at_stamps(t: Array, values: Array, rows: Integers, kind: str, settings: Set
     return at, out
 
 
-def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTINGS) -> RobotLog:
+def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
     """
     Return the RobotLog of a file's columns.
 
     Args:
         raw: the columns.
         joints: of the model, in its order.
-        settings: limits.
 
     Returns:
         The log, in sections without gaps.
@@ -137,7 +135,7 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
         separate = [joint for i, joint in enumerate(joints) if not own[rows, i].all()]
         notes.append(f'{", ".join(separate)}: messages of their own, interpolated to the stamps '
                      f'of {joints[rarest % len(joints)]}')
-        t, values = _at_stamps(t, values, rows, raw.kind, settings)
+        t, values = _at_stamps(t, values, rows, raw.kind)
     good = np.logical_and.reduce(np.isfinite(values), axis=1)
     if not good.all():
         notes.append(f'{int(np.sum(~good))} of {len(good)} samples without all joints are left '
@@ -153,19 +151,19 @@ def checked_log(raw: RawLog, joints: Sequence[str], settings: Settings = SETTING
     if not period > 0.0:
         raise InputError(f'{raw.name}: t: all stamps are the same, expected seconds that rise')
     rate = 1.0 / period
-    if rate < settings.least_rate:
+    if rate < SETTINGS.least_rate:
         raise InputError(
-            f'{raw.name}: {rate:.3g} samples/s, expected {settings.least_rate:g} or more: between '
+            f'{raw.name}: {rate:.3g} samples/s, expected {SETTINGS.least_rate:g} or more: between '
             'slower samples a joint moves too far for its speed to be known')
     # Stamps on top of each other would tear a spline; those that go back are not in order.
     keep = np.ones(len(t), bool)
-    for i in np.flatnonzero(np.diff(t) < settings.near * period) + 1:
-        keep[i] = t[i] - latest[i - 1] >= settings.near * period
+    for i in np.flatnonzero(np.diff(t) < SETTINGS.coincident * period) + 1:
+        keep[i] = t[i] - latest[i - 1] >= SETTINGS.coincident * period
     dropped = int(np.sum(~keep))
     if dropped:
         notes.append(f'{dropped} samples with a stamp at or before another one are left out')
     t, values = t[keep], values[keep]
-    ends = np.flatnonzero(np.diff(t) > max(settings.gap * period, settings.gap_seconds)) + 1
+    ends = np.flatnonzero(np.diff(t) > max(SETTINGS.gap * period, SETTINGS.gap_seconds)) + 1
     count, sections = len(joints), []
     for rows in np.split(np.arange(len(t)), ends):
         if len(rows) > 3 and t[rows[-1]] - t[rows[0]] >= LEAST_SECONDS:

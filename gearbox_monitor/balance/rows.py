@@ -8,8 +8,8 @@ Rows are (segment, frequency) of each joint. What the model leaves of the effort
 nuisance columns are what may be off without being a finding, with the deviations of their
 coefficients.
 """
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,7 +18,7 @@ import scipy
 from gearbox_monitor.balance.local_cosines import local_cosines, TestFunctions
 from gearbox_monitor.balance.motion import motion_of, RobotMotion, smooth_sign
 from gearbox_monitor.balance.robot_log import RobotLog, SETPOINT
-from gearbox_monitor.balance.settings import SETTINGS, Settings
+from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.balance.shapes import DRY, FIRST, group_of, shape_of, VISCOUS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import JointMotion, moved
@@ -89,7 +89,6 @@ class Rows:
     measured: bool = False
     setpoint: bool = False
     rate: float = 100.0
-    settings: Settings = field(default=SETTINGS)
     strange: Array | None = None
     scale: Array | None = None
 
@@ -133,7 +132,7 @@ class Rows:
 
 
 def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] = (),
-            mean: Mapping[str, float] | None = None, settings: Settings = SETTINGS) -> Rows:
+            mean: Mapping[str, float] | None = None) -> Rows:
     """
     Return the Rows of a recording.
 
@@ -142,19 +141,18 @@ def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] 
         robot: its model.
         shapes: (joint, name) of shapes that a reference needed.
         mean: {label: coefficient} that a reference taught, for the torque of the model.
-        settings: limits.
     """
-    motion, setpoint = motion_of(log, settings), log.kind == SETPOINT
-    highest = min(settings.highest_servo if setpoint else settings.highest,
-                  settings.highest_share * log.rate)
-    rows = tested(motion, local_cosines(motion, highest, settings), robot, shapes, mean,
-                  setpoint=setpoint, measured=log.measured, settings=settings)
+    motion, setpoint = motion_of(log), log.kind == SETPOINT
+    highest = min(SETTINGS.highest_servo if setpoint else SETTINGS.highest,
+                  SETTINGS.highest_share * log.rate)
+    rows = tested(motion, local_cosines(motion, highest), robot, shapes, mean,
+                  setpoint=setpoint, measured=log.measured)
     return replace(rows, name=log.name, rate=log.rate)
 
 
 def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
            shapes: Sequence[tuple[int, str]] = (), mean: Mapping[str, float] | None = None, *,
-           setpoint: bool = False, measured: bool = False, settings: Settings = SETTINGS) -> Rows:
+           setpoint: bool = False, measured: bool = False) -> Rows:
     """
     Return the Rows of a motion.
 
@@ -166,12 +164,11 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
         mean: {label: coefficient} that a reference taught, for the torque of the model.
         setpoint: whether the input of the motion is a setpoint.
         measured: whether it is a torque behind the drive.
-        settings: limits.
     """
     chain = robot.chain
     count, n = len(chain.links), len(motion.t)
     inertial: dict[tuple[int, int], Array] = {}
-    load, weight, momentum, more, more_momentum = (np.zeros((n, count)) for _ in range(5))
+    load, weight, momentum, taught_load, taught_momentum = (np.zeros((n, count)) for _ in range(5))
     taught = _bodies(robot, mean)
     for r in chain.regressors(motion.q, motion.v):
         inertial[r.link, r.joint] = tests.of_rate(r.p, r.joint) + tests.of(r.g - r.k, r.joint)
@@ -179,12 +176,12 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
         load[:, r.joint] += (r.g - r.k) @ theta
         weight[:, r.joint] += r.g @ theta
         momentum[:, r.joint] += r.p @ theta
-        more[:, r.joint] += (r.g - r.k) @ taught[r.link]
-        more_momentum[:, r.joint] += r.p @ taught[r.link]
+        taught_load[:, r.joint] += (r.g - r.k) @ taught[r.link]
+        taught_momentum[:, r.joint] += r.p @ taught[r.link]
     # A series of accelerations: for shapes over the load and small shifts in time only.
     load += _rate(motion, momentum)
-    more += _rate(motion, more_momentum)    # what a reference taught of the bodies
-    sign = smooth_sign(motion.v, motion.sigma_v, settings)
+    taught_load += _rate(motion, taught_momentum)    # what a reference taught of the bodies
+    sign = smooth_sign(motion.v, motion.sigma_v)
     # Friction that is learnt is learnt whole: on another day all of it scales.
     coulomb, viscous = ((np.zeros(count),) * 2 if robot.learnt else
                         (chain.coulomb, chain.viscous))
@@ -201,23 +198,21 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
     effort = kp * error - kd * motion.v + added if setpoint else motion.input
     target = np.stack([tests.of(effort[:, j, None], j)[:, 0] for j in range(count)]) - model
     steady = _steady(motion, effort)
-    friction = passive + chain.armature * _rate(motion, motion.v) + coulomb * sign
+    acceleration = _rate(motion, motion.v)
+    friction = passive + chain.armature * acceleration + coulomb * sign
     joints = [JointMotion(
         motion.t, motion.q[:, j], motion.v[:, j], sign[:, j], load[:, j],
-        load[:, j] + friction[:, j], steady[:, j], error[:, j],
+        load[:, j] + friction[:, j] + taught_load[:, j], steady[:, j], error[:, j],
         motion.input_speed[:, j], added[:, j], kp[j], kd[j],
         float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
         float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
-        robot.learnt, np.zeros(n), np.zeros(n), np.zeros(n), effort[:, j], load[:, j])
-              for j in range(count)]
-    rows = Rows('', robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
-                measured=measured, setpoint=setpoint, settings=settings)
+        robot.learnt, np.zeros(n), np.zeros(n), np.zeros(n), effort[:, j],
+        load[:, j] + taught_load[:, j]) for j in range(count)]
     if robot.learnt and mean:
-        acceleration = _rate(motion, motion.v)
-        joints = [_taught(replace(m, bodies=m.load + more[:, j], model=m.model + more[:, j]), name,
-                          shapes, mean, j, acceleration[:, j])
+        joints = [_taught(m, name, shapes, mean, j, acceleration[:, j])
                   for j, (m, name) in enumerate(zip(joints, chain.joints))]
-        rows = replace(rows, joints=tuple(joints))
+    rows = Rows('', robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
+                measured=measured, setpoint=setpoint)
     return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
 
 
@@ -258,23 +253,29 @@ def _bodies(robot: RobotModel, mean: Mapping[str, float] | None) -> Array:
                      for link in robot.chain.links])
 
 
+def _shaped(m: JointMotion, shapes: Sequence[tuple[int, str]], joint: int
+            ) -> Iterator[tuple[str, int, Array]]:
+    """Yield (shape, number, column [N]) of the shapes that friction of a joint may have."""
+    for shape in (*FIRST, *(name for j, name in shapes if j == joint)):
+        for k, column in enumerate(shape_of(shape)(m).T):
+            yield shape, k, column
+
+
 def _taught(m: JointMotion, name: str, shapes: Sequence[tuple[int, str]],
             mean: Mapping[str, float], joint: int, acceleration: Array) -> JointMotion:
     """Return `m` with the torque that a reference taught of the joint."""
     rotor = mean.get(f'armature {name}', 0.0) * acceleration
     model = m.model + rotor
     groups = {DRY: np.zeros_like(model), VISCOUS: np.zeros_like(model), '': np.zeros_like(model)}
-    for shape in (*FIRST, *(s for j, s in shapes if j == joint)):
-        series = shape_of(shape)(m)
-        for k in range(series.shape[1]):
-            groups[group_of(shape)] += mean.get(f'{name}: {shape} {k}', 0.0) * series[:, k]
+    for shape, k, x in _shaped(m, shapes, joint):
+        groups[group_of(shape)] += mean.get(f'{name}: {shape} {k}', 0.0) * x
     taught = np.sum(list(groups.values()), axis=0)
     return replace(m, model=model + taught, taught=taught, dry=groups[DRY], wet=groups[VISCOUS])
 
 
 def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceColumn]:
     """Return what may be off in `rows`: bodies, armature, friction, time, shapes of friction."""
-    robot, chain, s = rows.robot, rows.robot.chain, rows.settings
+    robot, chain, s = rows.robot, rows.robot.chain, SETTINGS
     columns: list[NuisanceColumn] = []
     for i, link in enumerate(chain.links):
         reach = link.reach + 0.03
@@ -304,12 +305,9 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
             add(f'creep {name}', slow, m.coulomb + 1e-9, DRY)
         else:
             add(f'creep {name}', slow, s.learnt * torque, DRY)
-            for shape in (*FIRST, *(x for k, x in shapes if k == j)):
-                series = shape_of(shape)(m)
-                for k in range(series.shape[1]):
-                    size = np.std(series[:, k]) + 1e-3 * np.abs(series[:, k]).max() + 1e-12
-                    add(f'{name}: {shape} {k}', series[:, k], s.learnt * torque / size,
-                        group_of(shape))
+            for shape, k, x in _shaped(m, shapes, j):
+                size = np.std(x) + 1e-3 * np.abs(x).max() + 1e-12
+                add(f'{name}: {shape} {k}', x, s.learnt * torque / size, group_of(shape))
         if rows.setpoint:
             gain = robot.gain_tolerance
             # The column of the effect itself: two that differ by rounding would explain noise.

@@ -16,7 +16,7 @@ class Settings:
     Motion: cut_off Hz, limits of the smoother; slow rad/s, below which friction is any torque up
     to Coulomb's; ramp s, half width of the mask's edges; presliding rad/s, no sign is sharper.
     Rate: least Hz, refused below; full Hz, from which all effects are tried; gap periods, and
-    gap_seconds, after which a section ends; near periods, stamps closer than that are one.
+    gap_seconds, after which a section ends; coincident periods, stamps closer than that are one.
     """
 
     grid: float = 200.0
@@ -34,7 +34,7 @@ class Settings:
     full_rate: float = 47.0      # a log of 50 Hz that loses a few samples is one of 50 Hz
     gap: float = 4.0
     gap_seconds: float = 0.1
-    near: float = 0.3
+    coincident: float = 0.3
 
     # Tolerances of a nominal file: relative, of masses, centres, inertias, friction and armature.
     tolerance: float = 0.05
@@ -52,7 +52,7 @@ class Settings:
     drift_own: float = 0.03
 
     margin: float = 6.0          # 2 log likelihood beyond BIC that a finding needs
-    most: int = 4                # findings
+    most_findings: int = 4
     finalists: int = 10          # of a score test that are fitted
     rounds: int = 20             # of the dictionary of shapes, one per joint and round
     part: float = 10.0           # s: healthy parts whose scatter is measured

@@ -3,14 +3,14 @@
 
 """The verdict on a whole robot: findings of joints and links, what remains, what would show."""
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 import math
 from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.balance.bursts import burstiness, energy_over, worst_segments
-from gearbox_monitor.balance.candidates import Candidate, free_functions, library
+from gearbox_monitor.balance.candidates import Candidate, free_functions, library, visible_in
 from gearbox_monitor.balance.contest import (
     Contender, contest, ContestScales, cost, informed, over_dispersion, pruned, scales_of,
     tempered)
@@ -20,12 +20,13 @@ from gearbox_monitor.balance.robot_effects import (
     BASE, BASE_TILT, COUPLING, JOINT_ZERO, LINK_INERTIA, PAYLOAD, ROBOT_EFFECTS)
 from gearbox_monitor.balance.robot_log import RobotLog
 from gearbox_monitor.balance.rows import in_scale, RobotModel, Rows, rows_of
-from gearbox_monitor.balance.settings import SETTINGS, Settings
+from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.balance.visits import farther, unvisited_shares, with_unvisited
 from gearbox_monitor.identification.findings import Finding, kind_of, Remainder
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_OFFSET
+from gearbox_monitor.plant.effects.balance_column import COMMAND
 from gearbox_monitor.plant.effects.controller import (
     SERVO_DEADBAND, SERVO_GAIN, SERVO_LIMIT, SETPOINT_DELAY)
 from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
@@ -84,7 +85,7 @@ class RobotVerdict:
 
 
 def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge | None = None,
-             effects: Sequence[str] | None = None, settings: Settings = SETTINGS) -> RobotVerdict:
+             effects: Sequence[str] | None = None) -> RobotVerdict:
     """
     Return the verdict on recordings of a robot.
 
@@ -93,11 +94,10 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
         logs: recordings to judge.
         knowledge: of references; None, the model's file with its tolerances.
         effects: ids to try, None for all.
-        settings: limits.
     """
     shapes = knowledge.shapes if knowledge else ()
     mean = knowledge.mean if knowledge else None
-    recordings = [rows_of(log, robot, shapes, mean, settings) for log in logs]
+    recordings = [rows_of(log, robot, shapes, mean) for log in logs]
     if recordings[0].setpoint:
         unscaled = RobotEvidence(recordings, knowledge.prior if knowledge else None)
         scale = np.maximum(_servo_scales(unscaled, unscaled.fit())[0], LEAST_SCALE)
@@ -113,8 +113,8 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     blank = evidence.fit()
     away = farther(recordings, knowledge.states) / FARTHER if knowledge else 1.0
     search = _judged(evidence, blank, laws, free, knowledge, shares, max(away, 1.0))
-    remainders = _remainders(evidence, search, knowledge, settings)
-    cautions = _cautions(knowledge.joints, shares, away, settings) if knowledge else ()
+    remainders = _remainders(evidence, search, knowledge)
+    cautions = _cautions(knowledge.joints, shares, away) if knowledge else ()
     return RobotVerdict(
         _findings(evidence, search), remainders, _ranked(evidence, blank, search.fit),
         smallest_visible(evidence, blank, laws, search.scales),
@@ -177,12 +177,13 @@ def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
 def _search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
             free: Sequence[Candidate], scales: ContestScales) -> RobotSearch:
     """Return the RobotSearch that begins with a `blank` fit: one more candidate while it pays."""
-    s, current, small = evidence.settings, blank, None
+    s, current, small = SETTINGS, blank, None
     steps: list[Step] = []
-    for step in range(s.most + 1):
+    for step in range(s.most_findings + 1):
         small = None
         lawless = contest(evidence, current, free, scales, 6)[:1]
-        entries = contest(evidence, current, laws, scales, s.finalists) if step < s.most else []
+        entries = contest(evidence, current, laws if step < s.most_findings else (), scales,
+                          s.finalists)
         law = max((e.worth for e in entries), default=-math.inf)
         function = lawless[0].worth if lawless else -math.inf
         if function > max(s.margin, law + s.margin):
@@ -214,7 +215,7 @@ def _pairs(evidence: RobotEvidence, entries: Sequence[Contender], laws: Sequence
     A spring at each end of a range is two laws: a function over the angle beats either. Behind it
     the laws that make another pair which is worth as much; none, if no pair beats the function.
     """
-    s, joint = evidence.settings, function.candidate.joint
+    s, joint = SETTINGS, function.candidate.joint
     own = [c for c in laws if c.joint == joint]
     pairs: list[tuple[float, Contender, set[tuple[str, str, str]]]] = []
     paying = [e for e in entries if e.candidate.joint == joint and e.worth >= s.margin]
@@ -226,8 +227,8 @@ def _pairs(evidence: RobotEvidence, entries: Sequence[Contender], laws: Sequence
     worth, first, names = max(pairs, key=lambda pair: pair[0], default=(-math.inf, None, set()))
     if first is None or not worth > function.worth:
         return []
-    return [first, *(entry for other, entry, both in pairs
-                     if other > worth - s.margin and both != names)]
+    return [first, *(entry for rival, entry, both in pairs
+                     if rival > worth - s.margin and both != names)]
 
 
 def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
@@ -309,9 +310,9 @@ def _spreads(evidence: RobotEvidence, fit: RobotFit) -> list[Array]:
 
 def _slope(c: Candidate, b: Array) -> Candidate:
     """Return the slope of the torque of `c` with the coefficients `b` over its setting."""
-    assert c.again is not None
+    assert c.at_setting is not None
     step = SETTING_STEP * (c.span or abs(c.setting))
-    lower, upper = c.again(c.setting - step), c.again(c.setting + step)
+    lower, upper = c.at_setting(c.setting - step), c.at_setting(c.setting + step)
     return Candidate('slope', {j: (upper.columns[j] - x) @ b[:, None] / (2.0 * step)
                                for j, x in lower.columns.items()})
 
@@ -319,8 +320,8 @@ def _slope(c: Candidate, b: Array) -> Candidate:
 def _values(c: Candidate, b: Array) -> dict[str, float]:
     """Return the values of coefficients `b` of `c`, behind which a searched setting stands."""
     if c.searched:
-        assert c.again is not None
-        c, b = c.again(float(b[-1])), b[:-1]
+        assert c.at_setting is not None
+        c, b = c.at_setting(float(b[-1])), b[:-1]
     assert c.values is not None
     return dict(c.values(b))
 
@@ -384,9 +385,9 @@ def _deviations(c: Candidate, b: Array, covariance: Array, determined: bool
     for name, slope in slopes.items():
         deviation = math.sqrt(max(float(slope @ covariance @ slope), 0.0))
         place = name in ('cx', 'cy', 'cz') and deviation > WIDE_PLACE
-        far = c.searched and slope[-1] != 0.0 and deviation > (c.span or c.setting)
+        wide = c.searched and slope[-1] != 0.0 and deviation > (c.span or c.setting)
         idle = bool(slope[:c.width][~c.acting].any())
-        stated = determined and not (place or far or idle)
+        stated = determined and not (place or wide or idle)
         out[name] = 0.0 if not slope.any() else deviation if stated else None
     return out
 
@@ -431,8 +432,8 @@ def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(out, key=lambda f: -(f.evidence or 0.0)))
 
 
-def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowledge | None,
-                settings: Settings) -> tuple[Remainder, ...]:
+def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowledge | None
+                ) -> tuple[Remainder, ...]:
     """Return what no law explains: functions, bursts, what references do not leave."""
     out, chain, fit = [], evidence.recordings[0].robot.chain, search.fit
     for i, (c, step) in enumerate(zip(fit.chosen, search.steps)):
@@ -447,7 +448,7 @@ def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowled
     for j in np.argsort(-size):
         healthy = knowledge is not None and segments[j] < LARGER * knowledge.bursts[j]
         usual = 1.0 if knowledge is None else float(knowledge.dispersion[j])
-        if size[j] > settings.bursts * usual and not healthy and all(
+        if size[j] > SETTINGS.bursts * usual and not healthy and all(
                 r.joint != chain.joints[j] for r in out):
             out.append(Remainder(
                 'arm_side', 'effort', rms_in_motion(evidence, j, fit.residual[j]), 'bursts',
@@ -458,7 +459,7 @@ def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowled
         excess = energy_over(evidence, fit, knowledge.variance) / knowledge.dispersion
         out += [Remainder('arm_side', 'effort', rms_in_motion(evidence, j, fit.residual[j]), None,
                           chain.joints[j], figures={'excess': round(float(excess[j]), 2)})
-                for j in np.argsort(-excess) if excess[j] > settings.excess
+                for j in np.argsort(-excess) if excess[j] > SETTINGS.excess
                 and all(r.joint != chain.joints[j] for r in out)]
     return tuple(out)
 
@@ -481,12 +482,11 @@ def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[Jo
     out = []
     chain = evidence.recordings[0].robot.chain
     for j, (name, link) in enumerate(zip(chain.joints, chain.links)):
-        a = evidence.at[j]
         effort = np.concatenate([r.joints[j].effort for r in evidence.recordings])
-        before, after = (rms_in_motion(evidence, j, x) for x in (a.y, fit.residual[j]))
-        out.append(JointGap(name, before, after, float(np.std(effort)),
-                            _gain_at(evidence, blank, fit, j),
-                            'prismatic' if link.slides else 'rotary'))
+        out.append(JointGap(
+            name, rms_in_motion(evidence, j, evidence.at[j].y),
+            rms_in_motion(evidence, j, fit.residual[j]), float(np.std(effort)),
+            _gain_at(evidence, blank, fit, j), 'prismatic' if link.slides else 'rotary'))
     return tuple(sorted(out, key=lambda g: -g.evidence))
 
 
@@ -532,7 +532,7 @@ def visible_size(evidence: RobotEvidence, fit: RobotFit, c: Candidate, covarianc
     gain = float(along @ np.linalg.solve(covariance, along))
     share = tempered(along, covariance, scales.scatter.get(key_of(c)),
                      over_dispersion(evidence, c, scales, fit))
-    need = cost(evidence, c, scales) + evidence.settings.margin
+    need = cost(evidence, c, scales) + SETTINGS.margin
     size = math.sqrt(need / max(gain * share, 1e-300))
     value = abs(next(iter(c.values(size * along).values())))
     return value if math.isfinite(value) else None
@@ -547,12 +547,10 @@ def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:
             continue
         if effect.column is None:
             out[effect.id] = 'the balance of torques of one encoder does not show it'
-        elif effect.column.needs == 'command' and rows.measured:
+        elif effect.column.needs == COMMAND and rows.measured:
             out[effect.id] = 'the torque is measured behind the drive, not commanded'
-        elif (effect.column.needs == 'setpoint') != rows.setpoint and (
-                effect.column.needs in ('setpoint', 'torque', 'command')):
-            out[effect.id] = ('needs setpoints' if effect.column.needs == 'setpoint'
-                              else 'needs a recorded torque')
+        elif not visible_in(effect.column, rows):
+            out[effect.id] = ('needs a recorded torque' if rows.setpoint else 'needs setpoints')
         else:
             out[effect.id] = f'{rows.rate:.3g} samples/s or this motion do not show it'
     out |= {e.id: 'this motion does not show it' for e in ROBOT_EFFECTS if e.id not in tried}
@@ -582,8 +580,8 @@ def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
             'findings explain there',)
 
 
-def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], away: float,
-              settings: Settings) -> tuple[str, ...]:
+def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], away: float
+              ) -> tuple[str, ...]:
     """Return what the references did not visit, in words."""
     out = []
     if away > 1.0:
@@ -591,7 +589,7 @@ def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], away
                    f'is {away * FARTHER:.2g} times as far from them as their own parts are')
     out += [f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
             for name, of in zip(joints, shares) for variable, share in of.items()
-            if share > 1.0 - settings.visited]
+            if share > 1.0 - SETTINGS.visited]
     return tuple(out)
 
 
@@ -603,8 +601,7 @@ def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
         'findings': [f.to_dict() for f in verdict.findings],
         'remainder': remainder[0] if remainder else None,
         'remainders': remainder,
-        'ranked': [{'joint': g.joint, 'before': g.before, 'after': g.after, 'effort': g.effort,
-                    'evidence': g.evidence, 'axis': g.axis} for g in verdict.ranked],
+        'ranked': [asdict(gap) for gap in verdict.ranked],
         'visible': {k: dict(v) for k, v in verdict.visible.items()},
         'not_tried': dict(verdict.not_tried),
         'cautions': list(verdict.cautions), 'unvisited': verdict.unvisited}

@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.balance.rows import NuisanceColumn, Rows
+from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects.balance_column import JointMotion
 
@@ -102,18 +103,18 @@ def _features(rows: Rows) -> Array:
 
 def states_of(recordings: Sequence[Rows]) -> States:
     """Return the States of `recordings`."""
-    count, settings = len(recordings[0].joints), recordings[0].settings
+    count = len(recordings[0].joints)
     x = np.concatenate([_features(rows) for rows in recordings])
-    parts = max(round(len(x) * EVERY / settings.part), 2)
+    parts = max(round(len(x) * EVERY / SETTINGS.part), 2)
     part = np.arange(len(x)) * parts // len(x)
     keep = np.arange(0, len(x), -(-len(x) // MOST))
     x, part = x[keep], part[keep]
     angle = np.hypot(x[:, :count].std(axis=0), x[:, count:2 * count].std(axis=0))
-    deviations = np.maximum(np.r_[angle, angle, x[:, 2 * count:].std(axis=0)], settings.slow)
+    deviations = np.maximum(np.r_[angle, angle, x[:, 2 * count:].std(axis=0)], SETTINGS.slow)
     x = x / deviations
-    apart = np.concatenate([scipy.spatial.cKDTree(x[part != p]).query(x[part == p])[0]
+    nearest = np.concatenate([scipy.spatial.cKDTree(x[part != p]).query(x[part == p])[0]
                             for p in range(parts)])
-    return States(x, deviations, float(np.median(apart)))
+    return States(x, deviations, float(np.median(nearest)))
 
 
 def farther(recordings: Sequence[Rows], states: States) -> float:

@@ -9,7 +9,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf_file import (
     drive_in, MjcfDrive, posture_of, RobotFile, values_in)
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.robot.compiled_model import mujoco_module, name_of, scalar_joints
+from gearbox_monitor.robot.compiled_model import kind_of, mujoco_module, name_of, scalar_joints
 
 NONE, TORQUE, SPEED, SERVO = ('none', 'torque', 'speed', 'position')  # what a control is
 # value of a JointReading -> its unit on a rotary axis
@@ -63,18 +63,17 @@ def joint_readings(file: RobotFile, keyframe: str | None = None) -> list[JointRe
         InputError: no such keyframe.
 
     """
-    m, mujoco = file.compiled, mujoco_module()
-    scalar, readings = scalar_joints(m), []
+    m, readings = file.compiled, []
+    scalar = scalar_joints(m)
     if scalar:
         posture_of(m, keyframe, file.path)
     for joint in range(m.njnt):
         name = name_of(m, 'joint', joint)
-        kind = str(mujoco.mjtJoint(m.jnt_type[joint]).name).removeprefix('mjJNT_').lower()
-        own = mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_JOINT, joint)
+        kind = kind_of(mujoco_module().mjtJoint, m.jnt_type[joint])
         if joint not in scalar:
             readings.append(JointReading(name, kind, NONE, {}, (
                 f'type: {kind}, expected hinge or slide',), ()))
-        elif not own:
+        elif not m.joint(joint).name:
             readings.append(JointReading(name, kind, NONE, {}, (
                 'name: has none, expected one for --joint',), ()))
         else:

@@ -117,8 +117,8 @@ class Exported(NamedTuple):
 # ---------------------------------------------------------------------- changes
 
 
-def _with(values: MjcfValues, *passive: Passive) -> MjcfValues:
-    return replace(values, passive=(*values.passive, *passive))
+def _with(values: MjcfValues, passive: Passive) -> MjcfValues:
+    return replace(values, passive=(*values.passive, passive))
 
 
 def _lugre(values: MjcfValues, e: Values) -> MjcfValues:
@@ -129,17 +129,9 @@ def _lugre(values: MjcfValues, e: Values) -> MjcfValues:
         e['sigma0'], e['sigma1'], level, level + e['Cs'], e['vs'])))
 
 
-def _asymmetry(values: MjcfValues, e: Values) -> MjcfValues:
-    return replace(values, offset=values.offset - e['Ca'])
-
-
-def _cogging(values: MjcfValues, e: Values) -> MjcfValues:
-    return _with(values, Passive(MOTOR, COGGING, (e['A'], e['N'], e['phi'])))
-
-
-def _load(values: MjcfValues, e: Values) -> MjcfValues:
-    """Return `values` with a constant torque: cogging with no pole, a quarter of a turn on."""
-    return _with(values, Passive(ARM, COGGING, (-e['TL'], 0.0, 0.5 * math.pi)))
+def steady(torque: float) -> Passive:
+    """Return a constant `torque` (N m) on the arm: cogging with no pole, at a quarter turn."""
+    return Passive(ARM, COGGING, (torque, 0.0, 0.5 * math.pi))
 
 
 def _elastic(values: MjcfValues, effect: str) -> None:
@@ -168,20 +160,12 @@ def _branch(values: MjcfValues, e: Values) -> MjcfValues:
     return _bouc_wen(values, {'id': e['id'], 'Th': -values.stiffness * e['h'], 'dh': e['ds']})
 
 
-def _gain(values: MjcfValues, e: Values) -> MjcfValues:
-    return replace(values, gain=values.gain * (1.0 + e['g']))
-
-
 def _lag(values: MjcfValues, e: Values) -> MjcfValues:
     return replace(values, lag=e['T'])
 
 
 def _delay(values: MjcfValues, e: Values) -> MjcfValues:
     return replace(values, delay=e['T'])
-
-
-def _saturation(values: MjcfValues, e: Values) -> MjcfValues:
-    return replace(values, limit=e['umax'])
 
 
 def _late(values: MjcfValues, e: Values) -> MjcfValues:
@@ -259,7 +243,8 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
     (motor_side.LUGRE, Expression(
         NATIVE, 'passive dcmotor: lugre, in place of frictionloss', _lugre, _read_lugre)),
     (motor_side.COULOMB_ASYMMETRY, Expression(
-        CONSTRUCT, 'actuator biasprm, its twin: they differ only near standstill', _asymmetry)),
+        CONSTRUCT, 'actuator biasprm, its twin: they differ only near standstill',
+        lambda v, e: replace(v, offset=v.offset - e['Ca']))),
     (motor_side.VISCOUS_ASYMMETRY, Expression(
         REFUSED, 'no damping depends on the direction: set dof_damping from your code')),
     (motor_side.LOAD_FRICTION, Expression(
@@ -268,7 +253,8 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
     (motor_side.VISCOUS_DRIFT, Expression(
         REFUSED, 'no attribute changes with time: set dof_damping from your code')),
     (motor_side.COGGING, Expression(
-        NATIVE, 'passive dcmotor: cogging', _cogging, _read_cogging)),
+        NATIVE, 'passive dcmotor: cogging', lambda v, e: _with(
+            v, Passive(MOTOR, COGGING, (e['A'], e['N'], e['phi']))), _read_cogging)),
     (arm_side.ARM_VISCOUS, Expression(
         NATIVE, 'joint damping', None, lambda v: _off_or(Cav=v.arm_damping))),
     (arm_side.ARM_COULOMB, Expression(
@@ -277,8 +263,8 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
         NATIVE, 'body inertial: mass and pos, its inertia about the joint kept', None,
         _read_gravity)),
     (arm_side.LOAD_TORQUE, Expression(
-        NATIVE, 'passive dcmotor: cogging with 0 poles, a constant torque', _load,
-        lambda v: _off_or(TL=constant_load(v)))),
+        NATIVE, 'passive dcmotor: cogging with 0 poles, a constant torque',
+        lambda v, e: _with(v, steady(-e['TL'])), lambda v: _off_or(TL=constant_load(v)))),
     (arm_side.ARM_INERTIA, Expression(NATIVE, 'body inertial: inertia about the joint')),
     (arm_side.DISTURBANCE, Expression(
         REFUSED, 'a profile over time: set qfrc_applied from your code')),
@@ -293,7 +279,8 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
     (gearbox.TRANSMISSION_DAMPING, Expression(NATIVE, 'tendon damping')),
     (gearbox.MESH_ERROR, Expression(
         REFUSED, 'no length of a tendon is a wave of an angle: a callback')),
-    (actuator.TORQUE_GAIN, Expression(NATIVE, 'actuator gainprm', _gain)),
+    (actuator.TORQUE_GAIN, Expression(
+        NATIVE, 'actuator gainprm', lambda v, e: replace(v, gain=v.gain * (1.0 + e['g'])))),
     (actuator.TORQUE_OFFSET, Expression(NATIVE, 'actuator biasprm')),
     (actuator.ACTUATOR_LAG, Expression(
         NATIVE, 'actuator dyntype filterexact, dynprm', _lag,
@@ -302,7 +289,8 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
         NATIVE, 'actuator delay, nsample, interp linear', _delay,
         lambda v: {} if v.servo else _off_or(T=v.delay))),
     (actuator.SATURATION, Expression(
-        NATIVE, 'actuator forcerange; ctrlrange where it lags', _saturation,
+        NATIVE, 'actuator forcerange; ctrlrange where it lags',
+        lambda v, e: replace(v, limit=e['umax']),
         lambda v: {} if v.servo else _off_or(umax=v.limit))),
     (actuator.TORQUE_RIPPLE, Expression(
         REFUSED, 'no gain depends on an angle: multiply ctrl in your code')),
@@ -366,7 +354,8 @@ def values_of(model: DriveModel) -> tuple[MjcfValues, list[Exported]]:
         exported.append(Exported('controller', NATIVE, 'actuator position: kp, kv, forcerange'))
         exported += [Exported(f'controller.{name}', REFUSED, _SERVO) for name in (
             'ki', 'feedforward', 'feedforward_inertia', 'delay', 'rate') if getattr(servo, name)]
-    for effect in sorted(model.effects, key=lambda e: _order(e['id'])):
+    for effect in sorted(model.effects, key=lambda e: e['id'] == LUGRE):
+        # LuGre is last: it replaces all Coulomb friction.
         values, row = _expressed(values, effect)
         exported.append(row)
     return values, exported
@@ -405,11 +394,6 @@ def model_values(values: MjcfValues) -> dict[str, Any]:
     data['effects'] = [{'id': name, **parameters} for name, row in EXPRESSIONS.items()
                        if row.read is not None and (parameters := row.read(values))]
     return data
-
-
-def _order(name: str) -> int:
-    """Return the place of effect `name` among others: LuGre replaces all Coulomb friction."""
-    return 1 if name == motor_side.LUGRE.id else 0
 
 
 def _expressed(values: MjcfValues, effect: Values) -> tuple[MjcfValues, Exported]:

@@ -21,7 +21,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.compiling import compiled_model
 from gearbox_monitor.export.mjcf import (
-    ARM, COGGING, LUGRE, MjcfValues, model_values, MOTOR, Passive, Servo, TENDON)
+    ARM, COGGING, LUGRE, MjcfValues, model_values, MOTOR, Passive, Servo, steady, TENDON)
 from gearbox_monitor.export.sdf_file import spring_of, urdf_of
 from gearbox_monitor.export.urdf_file import readable_urdf
 from gearbox_monitor.export.xml_edit import parse_xml, XmlDocument, XmlElement
@@ -33,7 +33,7 @@ from gearbox_monitor.plant.friction_law import FrictionLaw
 from gearbox_monitor.plant.origin import NO_LIMIT
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled,
-    is_off, mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)
+    is_off, kind_of, mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)
 
 INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between joints
 
@@ -218,22 +218,16 @@ def compiled_file(data: bytes, path: Path, joint: str | None = None, root: Path 
     document, notes = parse_xml(data, str(path)), list[str]()
     springs: dict[str, tuple[float, float]] = {}
     if document.root.tag == 'sdf':
-        text = urdf_of(document, joint)
-        springs = {name: spring for name in _joints_of(text)
-                   if (spring := spring_of(document, name))[0]}
-        data = text.encode()
+        sdf, data = document, urdf_of(document, joint).encode()
         document = parse_xml(data, str(path))
+        springs = {name: spring for e in document.root.all('joint')
+                   if (spring := spring_of(sdf, name := e.attributes['name']))[0]}
     if document.root.tag == 'robot':
         data, notes = readable_urdf(data, str(path))
     elif document.root.tag != 'mujoco':
         raise InputError(f'{path}: line {document.root.line}: <{document.root.tag}>, expected '
                          '<mujoco>, <robot> of a URDF file or <sdf>')
     return RobotFile(path, document, compiled_model(data, path, root), springs, tuple(notes))
-
-
-def _joints_of(urdf: str) -> list[str]:
-    root = parse_xml(urdf.encode(), 'sdf').root
-    return [e.attributes.get('name', '') for e in root.all('joint')]
 
 
 def drive_of(data: bytes, path: Path, joints: tuple[str, str | None],
@@ -353,14 +347,11 @@ def element_of(document: XmlDocument, section: str, name: str, kind: str) -> Xml
     """
     Return the element `name` in sections of the file itself, None where it is elsewhere.
 
-    section: tag below the root of `document`. kind: tag of the element, '' for any.
+    section: tag below the root of `document`. kind: tag of the element.
     """
     parts = [document.root] if document.root.tag == 'robot' else document.root.all(section)
-    for part in parts:
-        for element in part.walk():
-            if element.attributes.get('name') == name and (not kind or element.tag == kind):
-                return element
-    return None
+    return next((e for part in parts for e in part.walk()
+                 if e.tag == kind and e.attributes.get('name') == name), None)
 
 
 def _joint(document: XmlDocument, m: Any, state: Any, index: int,
@@ -425,7 +416,7 @@ def _tendons(document: XmlDocument, m: Any, joints: Sequence[int]) -> list[MjcfT
         sign = dict(zip(m.wrap_objid[rows], m.wrap_prm[rows]))
         if sign[joints[0]] not in (-1.0, 1.0) or sign[joints[1]] != -sign[joints[0]]:
             continue
-        name = mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_TENDON, i) or ''
+        name = m.tendon(i).name
         low, high = map(float, m.tendon_lengthspring[i])
         square, cube = map(float, m.tendon_stiffnesspoly[i])
         tendons.append(MjcfTendon(
@@ -441,30 +432,30 @@ def _chosen(m: Any, joint: int, document: XmlDocument, name: str | None
     label, where = name_of(m, 'joint', joint), document.name
     if document.root.tag == 'robot':
         return _transmission_of_urdf(document, label), []
-    mujoco = mujoco_module()
-    controlled = [i for i in actuators_on(m, joint) if m.actuator_ctrlnum[i] > 0]
-    names = [mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_ACTUATOR, i) for i in controlled]
-    own = controlled
-    if name is not None:
-        own = [i for i, word in zip(controlled, names) if word == name]
-        if not own:
-            raise InputError(f'{where}: actuator: {name!r} does not act on joint {label}')
+    names = {i: m.actuator(i).name for i in actuators_on(m, joint) if m.actuator_ctrlnum[i] > 0}
+    own = [i for i, word in names.items() if name in (None, word)]
+    if name is not None and not own:
+        raise InputError(f'{where}: actuator: {name!r} does not act on joint {label}')
     if len(own) > 1:
         raise InputError(f'{where}: joint {label}: has the actuators '
-                         f'{", ".join(map(str, names))}, expected one chosen with --actuator')
-    laws = []
-    for i in actuators_on(m, joint):
-        if i not in own:
-            try:
-                laws.append(actuator_law(m, i))
-            except Unread:
-                continue  # undecided() names it
-    return (_actuator(m, own[0], document, label) if own else None), laws
+                         f'{", ".join(word or "None" for word in names.values())}, expected one '
+                         'chosen with --actuator')
+    laws = [_law_of(m, i) for i in actuators_on(m, joint) if i not in own]
+    return (_actuator(m, own[0], document, label) if own else None,
+            [law for law in laws if law is not None])
+
+
+def _law_of(m: Any, i: int) -> ActuatorLaw | None:
+    """Return the law of an actuator, None where it is not read, which undecided() names."""
+    try:
+        return actuator_law(m, i)
+    except Unread:
+        return None
 
 
 def _actuator(m: Any, i: int, document: XmlDocument, joint: str) -> MjcfActuator:
     mujoco = mujoco_module()
-    name = mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_ACTUATOR, i) or ''
+    name, law = m.actuator(i).name, _law_of(m, i)
     elements = [e for part in document.root.all('actuator') for e in part.walk()
                 if e.attributes.get('joint', e.attributes.get('jointinparent')) == joint
                 and e.attributes.get('input') != 'none'
@@ -472,34 +463,27 @@ def _actuator(m: Any, i: int, document: XmlDocument, joint: str) -> MjcfActuator
     fixed = m.actuator_gaintype[i] == int(mujoco.mjtGain.mjGAIN_FIXED)
     affine = m.actuator_biastype[i] == int(mujoco.mjtBias.mjBIAS_AFFINE)
     bias = tuple(map(float, m.actuator_biasprm[i, :3])) if affine else (0.0, 0.0, 0.0)
-    try:
-        law = actuator_law(m, i)
-    except Unread:
-        law = None  # undecided() names it
     return MjcfActuator(
         name, elements[0] if elements else None, i,
         float(m.actuator_gear[m.actuator_outadr[i], 0]),
         law.gain if law is not None else float(m.actuator_gainprm[i, 0]), bias,  # type: ignore[arg-type]
-        mujoco.mjtDyn(m.actuator_dyntype[i]).name.removeprefix('mjDYN_').lower(),
+        kind_of(mujoco.mjtDyn, m.actuator_dyntype[i]),
         not fixed or bool(bias[1] or bias[2]), law)
 
 
 def _transmission_of_urdf(document: XmlDocument, joint: str) -> MjcfActuator | None:
     """Return the transmission of a joint in a URDF file; its reduction is the gear."""
     for element in document.root.all('transmission'):
-        for part in element.walk():
-            reductions = part.all('mechanicalReduction')
-            if reductions and any(joint_element.attributes.get('name') == joint
-                                  for joint_element in element.all('joint')):
-                tag = reductions[0]
-                text = document.text(tag)
-                try:
-                    gear = float(text)
-                except ValueError:
-                    raise InputError(f'{document.name}: line {tag.line}: mechanicalReduction: '
-                                     f'{text!r}, expected a number') from None
-                return MjcfActuator(joint, element, -1, gear, 1.0, (0.0, 0.0, 0.0), 'none',
-                                    False)
+        tag = next((e for e in element.walk() if e.tag == 'mechanicalReduction'), None)
+        if tag is not None and any(e.attributes.get('name') == joint
+                                   for e in element.all('joint')):
+            text = document.text(tag)
+            try:
+                gear = float(text)
+            except ValueError:
+                raise InputError(f'{document.name}: line {tag.line}: mechanicalReduction: '
+                                 f'{text!r}, expected a number') from None
+            return MjcfActuator(joint, element, -1, gear, 1.0, (0.0, 0.0, 0.0), 'none', False)
     return None
 
 
@@ -516,12 +500,9 @@ def _passive(m: Any, joints: Sequence[int], tendon: MjcfTendon | None
         if tendon is not None and kind == int(mujoco.mjtTrn.mjTRN_TENDON) and (
                 target == tendon.index):
             where = TENDON
-        if where is None:
+        law = _law_of(m, i) if where is not None else None
+        if where is None or law is None:
             continue
-        try:
-            law = actuator_law(m, i)
-        except Unread:
-            continue  # undecided() names it
         if law.lugre:
             out.append((Passive(where, LUGRE, law.lugre), i))
         if law.cogging:
@@ -565,7 +546,7 @@ def _of_drive(drive: MjcfDrive) -> list[Refusal]:
         _of_law(drive, law, add)
     if arm is not None and arm.stiffness:
         add('stiffness', f'{arm.stiffness:g} on the joint of the arm, expected 0', arm)
-    if arm is not None and any(not actuator_is_passive(m, i) for i in actuators_on(m, arm.index)):
+    if arm is not None and np.any(m.actuator_ctrlnum[actuators_on(m, arm.index)]):
         add('actuator', 'drives the joint of the arm, expected none there', arm)
     if m.jnt_actgravcomp[motor.index] and m.jnt_actfrclimited[motor.index]:
         add('actgravcomp', 'with a limit of the actuator force, expected one of both')
@@ -585,11 +566,6 @@ def _of_drive(drive: MjcfDrive) -> list[Refusal]:
     if len(set(kinds)) < len(kinds):
         add('dcmotor', 'several with cogging or lugre, expected one of each')
     return refusals
-
-
-def actuator_is_passive(m: Any, actuator: int) -> bool:
-    """Return whether an `actuator` of `m` has no control."""
-    return int(m.actuator_ctrlnum[actuator]) == 0
 
 
 def _of_law(drive: MjcfDrive, law: ActuatorLaw, add: Any) -> None:
@@ -677,11 +653,11 @@ def values_in(drive: MjcfDrive) -> MjcfValues:
     offset = motor.constant + (law.constant if law is not None else 0.0)
     passive = [p for p, _ in drive.passive]
     if drive.arm_joint.slide:
-        steady = float(load_over_position(drive, drive.arm_joint).mean())
+        mean = float(load_over_position(drive, drive.arm_joint).mean())
         if arm is None:
-            offset -= steady
-        elif steady:
-            passive.append(Passive(ARM, COGGING, (-steady, 0.0, 0.5 * math.pi)))
+            offset -= mean
+        elif mean:
+            passive.append(steady(-mean))
     zero = 0.0
     if tendon is not None:
         zero = -0.5 * tendon.sign * (tendon.low + tendon.high)
@@ -789,8 +765,7 @@ def _steps(drive: MjcfDrive) -> dict[str, Any]:
             and np.allclose(motor.law.solimp, arm.law.solimp, rtol=1e-3)):
         raise InputError(f'{drive.path}: joints {motor.name}, {arm.name}: solreffriction, '
                          'solimpfriction differ, expected one law of friction for both')
-    integrator = mujoco_module().mjtIntegrator(drive.compiled.opt.integrator).name
-    name = integrator.removeprefix('mjINT_').lower()
+    name = kind_of(mujoco_module().mjtIntegrator, drive.compiled.opt.integrator)
     if name == 'euler' and disabled(drive.compiled, 'EULERDAMP'):
         name = 'explicit_euler'
     return {'friction_law': {'kind': law.kind, 'solref': law.solref, 'solimp': law.solimp},

@@ -12,20 +12,20 @@ import cmath
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf import (
-    ARM, COGGING, constant_load, Exported, LUGRE, MjcfValues, MOTOR, Passive, TENDON)
+    ARM, COGGING, constant_load, Exported, LUGRE, MjcfValues, MOTOR, Passive, steady, TENDON)
 from gearbox_monitor.export.mjcf_file import (
     drive_of, MjcfActuator, MjcfDrive, MjcfJoint, values_in, weight)
 from gearbox_monitor.export.xml_edit import (
     behind, Edit, edited, with_attributes, with_child, with_element, words_of, XmlElement)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.friction_law import FrictionLaw, IMPEDANCES
-from gearbox_monitor.robot.compiled_model import mujoco_module
+from gearbox_monitor.robot.compiled_model import moved_by, mujoco_module
 
 SAME = 1e-9  # relative: what differs by less is not edited
 # Regularised Coulomb friction: a ramp up to this many 1 / sharpness is nearest to the arctangent
@@ -86,11 +86,9 @@ class _Draft:
 
         Raises InputError if there are any and the element, called `title`, is in another file.
         """
-        if element is None:
-            if values or tag:
-                raise InputError(f'{self.drive.path}: {title}: is not in this file itself, '
-                                 'expected it here and not in one that it includes')
+        if not values and not tag:
             return
+        element = self.own(element, title)
         edit = self.attributes.setdefault(element.start, (element, {}, tag))
         if tag:
             self.attributes[element.start] = (element, edit[1], tag)
@@ -100,6 +98,13 @@ class _Draft:
                 continue
             edit[1][name] = value
             self.changes.append(Splice(_title(element), name, present, value or 'removed'))
+
+    def own(self, element: XmlElement | None, title: str) -> XmlElement:
+        """Return an `element` of the file itself, called `title`. Raises InputError without."""
+        if element is None:
+            raise InputError(f'{self.drive.path}: {title}: is not in this file itself, expected '
+                             'it here and not in one that it includes')
+        return element
 
     def add(self, section: str, title: str, text: str) -> None:
         """Add an element `title`, its `text`, to a section of the file such as tendon."""
@@ -294,10 +299,7 @@ def _with_rotor(draft: _Draft, values: MjcfValues) -> tuple[str, str]:
     """Add the rotor's body and joint; return the names of the joints of motor and arm."""
     drive, joint = draft.drive, draft.drive.motor
     document, m = drive.document, drive.compiled
-    if joint.element is None:
-        raise InputError(f'{drive.path}: joint {joint.name}: is not in this file itself, expected '
-                         'it here and not in one that it includes')
-    body = document.parent(joint.element)
+    body = document.parent(draft.own(joint.element, f'joint {joint.name}'))
     if len(body.all('joint')) != 1:
         raise InputError(f'{drive.path}: line {body.line}: {_title(body)}: several joints, '
                          'expected one for a rotor beside it')
@@ -329,13 +331,9 @@ def _with_rotor(draft: _Draft, values: MjcfValues) -> tuple[str, str]:
 def _keyframes(draft: _Draft, joint: MjcfJoint) -> None:
     """Give the postures in keyframes the value of the motor's joint."""
     drive, m = draft.drive, draft.drive.compiled
-    first = m.jnt_bodyid[joint.index]
-    last = first
-    while last + 1 < m.nbody and _inside(m, last + 1, first):
-        last += 1
-    joints = [j for j in range(m.njnt) if first <= m.jnt_bodyid[j] <= last]
-    place, own = m.jnt_qposadr[joints[-1]] + 1, m.jnt_qposadr[joint.index]
-    if m.jnt_type[joints[-1]] == int(mujoco_module().mjtJoint.mjJNT_BALL):
+    last = np.flatnonzero(moved_by(m, joint.index)[m.jnt_bodyid])[-1]
+    place, own = m.jnt_qposadr[last] + 1, m.jnt_qposadr[joint.index]
+    if m.jnt_type[last] == int(mujoco_module().mjtJoint.mjJNT_BALL):
         place += 3
     for part in drive.document.root.all('keyframe'):
         for key in part.all('key'):
@@ -346,13 +344,6 @@ def _keyframes(draft: _Draft, joint: MjcfJoint) -> None:
             if key.attributes.get('qvel') or key.attributes.get('act'):
                 raise InputError(f'{drive.path}: line {key.line}: {_title(key)}: qvel or act, '
                                  'expected only qpos where a joint is added')
-
-
-def _inside(m: Any, body: int, of: int) -> bool:
-    """Return whether a body of `m` is `of` or hangs on it."""
-    while body > of:
-        body = m.body_parentid[body]
-    return bool(body == of)
 
 
 # ---------------------------------------------------------------------- inertia and weight
@@ -578,8 +569,7 @@ def _agree(first: _Force, second: _Force) -> bool:
     """Return whether two forces are the same but for rounding."""
     small = 1e-9 * max(abs(first.gain), 1.0)
     return all(_same(a, b) or math.isfinite(a - b) and abs(a - b) <= small for a, b in zip(
-        (first.gain, *first.bias, first.span, first.control, first.lag, first.delay),
-        (second.gain, *second.bias, second.span, second.control, second.lag, second.delay)))
+        (first.gain, *first.bias, *first[2:]), (second.gain, *second.bias, *second[2:])))
 
 
 def _actuators_agree(drive: MjcfDrive, values: MjcfValues, again: MjcfDrive) -> bool:
@@ -713,7 +703,7 @@ def _delayed(drive: MjcfDrive, delay: float, where: str) -> dict[str, str | None
 def _passives(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -> None:
     """Add the passive torques of `values` that the file lacks, take out those that it has."""
     present = values_in(draft.drive)
-    steady = constant_load(values) - constant_load(present)
+    load = constant_load(values) - constant_load(present)
     for where in (MOTOR, ARM, TENDON):
         for kind in (LUGRE, COGGING):
             if (where, kind) == (ARM, COGGING):
@@ -727,8 +717,8 @@ def _passives(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) 
                               title=f'dcmotor ({kind})')
             for numbers in own:
                 _passive(draft, Passive(where, kind, numbers), names)
-    if abs(steady) > SAME * max(1.0, abs(constant_load(values))):
-        _passive(draft, Passive(ARM, COGGING, (-steady, 0.0, 0.5 * math.pi)), names)
+    if abs(load) > SAME * max(1.0, abs(constant_load(values))):
+        _passive(draft, steady(-load), names)
 
 
 def _passive_element(drive: MjcfDrive, actuator: int) -> XmlElement | None:
@@ -785,33 +775,27 @@ def _shift_zero(draft: _Draft, zero: float) -> None:
 
 def _verify(again: MjcfDrive, drive: MjcfDrive, values: MjcfValues) -> None:
     """Raise InputError unless MuJoCo compiles a patch to `values`, in the posture of `drive`."""
-    whole = values.arm_inertia + (values.motor_inertia if again.arm is None else 0.0)
-    present: dict[str, complex] = {'inertia': again.arm_joint.inertia
-                                   + again.arm_joint.armature}
-    required: dict[str, complex] = {'inertia': whole}
-    if values.weight is not None:
-        present['weight'] = weight(again) * cmath.rect(1.0, values.zero)
-        required['weight'] = values.weight
-    sides = [('motor', again.motor, values.motor_damping, values.motor_friction)]
-    if again.arm is None:
-        sides = [('joint', again.motor, values.motor_damping + values.arm_damping,
-                  values.motor_friction + values.arm_friction)]
-    else:
-        sides.append(('arm', again.arm, values.arm_damping, values.arm_friction))
+    v, arm = values, again.arm
+    whole = v.arm_inertia + (v.motor_inertia if arm is None else 0.0)
+    rows: list[tuple[str, complex, complex]] = [
+        ('inertia', again.arm_joint.inertia + again.arm_joint.armature, whole)]
+    if v.weight is not None:
+        rows.append(('weight', weight(again) * cmath.rect(1.0, v.zero), v.weight))
+    sides = [('joint', again.motor, v.motor_damping + v.arm_damping,
+              v.motor_friction + v.arm_friction)] if arm is None else [
+        ('motor', again.motor, v.motor_damping, v.motor_friction),
+        ('arm', arm, v.arm_damping, v.arm_friction)]
     for side, joint, damping, friction in sides:
-        present |= {f'{side} damping': joint.damping, f'{side} friction': joint.frictionloss}
-        required |= {f'{side} damping': damping, f'{side} friction': friction}
+        rows += [(f'{side} damping', joint.damping, damping),
+                 (f'{side} friction', joint.frictionloss, friction)]
     if drive.actuator is not None and again.actuator is not None:
         force = _forces(drive, values)[1]
-        for name, right, written in zip(
-                ('gain', 'bias', 'kp', 'kv'), (force.gain, *force.bias),
-                (again.actuator.gain, *again.actuator.bias)):
-            present[f'actuator {name}'] = complex(written)
-            required[f'actuator {name}'] = complex(right)
-    for name, target in required.items():
-        if not cmath.isclose(present[name], target, rel_tol=1e-5, abs_tol=1e-6 * abs(whole)
+        rows += zip(('actuator gain', 'actuator bias', 'actuator kp', 'actuator kv'),
+                    (again.actuator.gain, *again.actuator.bias), (force.gain, *force.bias))
+    for name, present, target in rows:
+        if not cmath.isclose(present, target, rel_tol=1e-5, abs_tol=1e-6 * abs(whole)
                              if name in ('inertia', 'weight') else 1e-9):
             raise InputError(
-                f'{drive.path}: {name}: MuJoCo makes {present[name]:.6g} of {target:.6g}, '
+                f'{drive.path}: {name}: MuJoCo makes {present:.6g} of {target:.6g}, '
                 'expected a file where the attributes of joint and inertial count (no '
                 'springdamper, compiler inertiafromgeom auto)')

@@ -10,6 +10,7 @@ parameters of the joint together, with their correlation. Their texts stand in t
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from math import log
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -179,6 +180,14 @@ def _drawn(operation: str, law: str) -> dict[str, str]:
     return {'operation': repr(operation), 'distribution': repr(law)}
 
 
+def _alone(event: tuple[str, str, str], drawn: _Range | None, key: str, operation: str,
+           constants: Mapping[str, str] = MappingProxyType({})) -> list[_Event]:
+    """Return the event (name, function, asset) that draws a range, none without a range."""
+    return [] if drawn is None else [_Event(*event, {
+        key: drawn.relative if operation == 'scale' else drawn.absolute, **constants,
+        **_drawn(operation, drawn.law)})]
+
+
 def _isaac(ranges: ParameterRanges) -> str:
     """Return event terms of Isaac Lab."""
     r = _ranges(ranges)
@@ -186,25 +195,17 @@ def _isaac(ranges: ParameterRanges) -> str:
     gains = {key: gain for key, gain in (('stiffness_distribution_params', r['kp']),
                                          ('damping_distribution_params', r['kd'])) if gain}
     change, shift = 'mdp.randomize_joint_parameters', 'mdp.randomize_rigid_body_mass'
-    events = []
-    if friction:
-        events.append(_Event('joint_friction', change, JOINTS, {
-            'friction_distribution_params': friction.relative, **_drawn('scale', friction.law)}))
-    if armature:
-        events.append(_Event('joint_armature', change, JOINTS, {
-            'armature_distribution_params': armature.absolute, **_drawn('abs', armature.law)}))
+    whole, amount = {'recompute_inertia': 'True'}, 'mass_distribution_params'
+    events = [*_alone(('joint_friction', change, JOINTS), friction,
+                      'friction_distribution_params', 'scale'),
+              *_alone(('joint_armature', change, JOINTS), armature,
+                      'armature_distribution_params', 'abs')]
     if gains:
         events.append(_Event('actuator_gains', 'mdp.randomize_actuator_gains', JOINTS, {
             **{key: gain.absolute for key, gain in gains.items()},
             **_drawn('abs', next(iter(gains.values())).law)}))
-    if weight:
-        events.append(_Event('payload', shift, BODIES, {
-            'mass_distribution_params': weight.relative, 'recompute_inertia': 'True',
-            **_drawn('scale', weight.law)}))
-    if mass:
-        events.append(_Event('payload_mass', shift, BODIES, {
-            'mass_distribution_params': mass.absolute, 'recompute_inertia': 'True',
-            **_drawn('add', mass.law)}))
+    events += [*_alone(('payload', shift, BODIES), weight, amount, 'scale', whole),
+               *_alone(('payload_mass', shift, BODIES), mass, amount, 'add', whole)]
     varied = [*(JOINT if friction else (ARMATURE,)), 'kp', 'kd', DELAY,
               *((WEIGHT,) if weight else ()), MASS]
     return _text('isaac.py.jinja', ranges, r, events, varied)
@@ -214,19 +215,14 @@ def _mjlab(ranges: ParameterRanges) -> str:
     """Return event terms of mjlab."""
     r = _ranges(ranges)
     kp, kd, weight, mass = r['kp'], r['kd'], r['weight'], r['mass']
-    events = [_Event(event, f'dr.{event}', JOINTS, {
-        'ranges': entry.absolute, **_drawn('abs', entry.law)})
-        for name, (event, _) in MJLAB.items() if (entry := r[name])]
+    events = [row for name, (event, _) in MJLAB.items()
+              for row in _alone((event, f'dr.{event}', JOINTS), r[name], 'ranges', 'abs')]
     if gain := kp or kd:
         events.append(_Event('pd_gains', 'dr.pd_gains', ACTUATORS, {
             'kp_range': kp.relative if kp else '(1.0, 1.0)',
             'kd_range': kd.relative if kd else '(1.0, 1.0)', **_drawn('scale', gain.law)}))
-    if weight:
-        events.append(_Event('payload', 'dr.body_mass', BODIES, {
-            'ranges': weight.relative, **_drawn('scale', weight.law)}))
-    if mass:
-        events.append(_Event('payload_mass', 'dr.body_mass', BODIES, {
-            'ranges': mass.absolute, **_drawn('add', mass.law)}))
+    for name, drawn, operation in (('payload', weight, 'scale'), ('payload_mass', mass, 'add')):
+        events += _alone((name, 'dr.body_mass', BODIES), drawn, 'ranges', operation)
     if r['delay']:
         events.append(_Event(ACTUATOR_DELAY.id, 'dr.sync_actuator_delays', ACTUATORS, {
             'lag_range': 'DELAY_STEPS'}))

@@ -4,6 +4,7 @@
 """The file of a robot with what a diagnosis found: joints and bodies change, all else stays."""
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -15,13 +16,13 @@ from gearbox_monitor.export.mjcf_file import read_file
 from gearbox_monitor.export.mjcf_patch import inertial_attributes, number
 from gearbox_monitor.export.robot_bodies import body_with, possible
 from gearbox_monitor.export.robot_model import ChainFile
+from gearbox_monitor.export.urdf_file import inertial_in
 from gearbox_monitor.export.xml_edit import (
     Edit, edited, parse_xml, with_attributes, with_child, with_element, XmlDocument, XmlElement)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA, MOTOR_VISCOUS
 from gearbox_monitor.robot.chain import inertial, PER_LINK
 from gearbox_monitor.robot.compiled_model import disabled
-from gearbox_monitor.robot.description import turn
 
 POINT = np.zeros((3, 3))  # inertia of a point about itself
 TWO = 2.0  # deviations within which a sum below 0 is 0
@@ -272,16 +273,9 @@ class _UrdfDraft(_Draft):
         own: Array = np.zeros(PER_LINK)
         present = element.all('inertial')
         if present:
-            part = {child.tag: child.attributes for child in reversed(present[0].children)}
-            place = part.get('origin', {})
-            xyz, rpy = (np.array([float(x) for x in place.get(k, '0 0 0').split()])
-                        for k in ('xyz', 'rpy'))
-            i = {k: float(v) for k, v in part.get('inertia', {}).items()}
-            tensor = np.array([[i['ixx'], i.get('ixy', 0.0), i.get('ixz', 0.0)],
-                               [i.get('ixy', 0.0), i['iyy'], i.get('iyz', 0.0)],
-                               [i.get('ixz', 0.0), i.get('iyz', 0.0), i['izz']]])
-            axes = turn(*rpy)
-            own = inertial(float(part['mass']['value']), xyz, axes @ tensor @ axes.T)
+            part = ElementTree.fromstring(self._document.data[present[0].start:present[0].end])
+            mass, centre, axes, tensor = inertial_in(part)
+            own = inertial(mass, centre, axes @ tensor @ axes.T)
         mass, centre, tensor = possible(own, theta, f'{self._document.name}: link {link}')
         text = (f'<inertial>\n  <origin xyz="{number(*centre)}" rpy="0 0 0"/>\n'
                 f'  <mass value="{number(mass)}"/>\n  <inertia ixx="{number(tensor[0, 0])}" '

@@ -23,8 +23,8 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import (
     Chain, chain_of, inertial, joint_losses, Link, LOCKED_IN_VALUES, PER_LINK)
 from gearbox_monitor.robot.compiled_model import (
-    actuator_law, actuator_losses, actuators_on, disabled, mujoco_module, name_of, tendon_forces,
-    undecided_of_robot, Unread)
+    actuator_law, actuator_losses, actuators_on, disabled, ends_of, mujoco_module, name_of,
+    scalar_joints, tendon_forces, undecided_of_robot, Unread)
 from gearbox_monitor.robot.description import parse
 
 SUFFIXES = ('.xml', '.urdf', '.mjcf')  # of files that describe whole robots
@@ -91,12 +91,10 @@ def read_robot(path: str | Path, root: str | Path | None = None,
 def _refuse(m: Any, path: Path) -> None:
     """Raise InputError for what the balance of an open chain does not hold."""
     mujoco = mujoco_module()
-    kinds = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-    for i in range(m.njnt):
-        if m.jnt_type[i] not in kinds:
-            name = m.joint(i).name or m.body(m.jnt_bodyid[i]).name
-            raise InputError(f'{path}: joint {name}: free or ball joint, expected hinges and '
-                             f'slides on a fixed base, {LOCKED_IN_VALUES}')
+    for i in sorted(set(range(m.njnt)) - set(scalar_joints(m))):
+        name = m.joint(i).name or m.body(m.jnt_bodyid[i]).name
+        raise InputError(f'{path}: joint {name}: free or ball joint, expected hinges and slides '
+                         f'on a fixed base, {LOCKED_IN_VALUES}')
     for i in range(m.neq):
         if m.eq_active0[i] and not (disabled(m, 'EQUALITY', 'CONSTRAINT') or _is_rigid(m, i)):
             name = m.equality(i).name or f'equality {i + 1}'
@@ -134,10 +132,7 @@ def _is_rigid(m: Any, equality: int) -> bool:
     mujoco = mujoco_module()
     if int(m.eq_type[equality]) not in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
         return False
-    ends = np.array([m.eq_obj1id[equality], m.eq_obj2id[equality]])
-    if int(m.eq_objtype[equality]) == mujoco.mjtObj.mjOBJ_SITE:
-        ends = m.site_bodyid[ends]
-    first, second = m.body_weldid[ends]
+    first, second = m.body_weldid[list(ends_of(m, equality))]
     return bool(first == second)
 
 
@@ -154,9 +149,8 @@ def _servo(m: Any) -> tuple[Array | None, Array | None, str]:
                                     f'{problem.words}')
         odd = next((law for law in laws if not law.setpoint or law.constant), None)
         if odd is not None or not laws:
-            what = 'no actuator' if odd is None else (
-                f'actuator {name_of(m, "actuator", odd.index)}')
-            return None, None, f'joint {name}: {what}, expected a position actuator'
+            drive = f'actuator {name_of(m, "actuator", odd.index)}' if odd else 'no actuator'
+            return None, None, f'joint {name}: {drive}, expected a position actuator'
         kp[joint] = sum(law.spring for law in laws)
         kd[joint] = sum(law.damper for law in laws)
     return kp, kd, ''

@@ -18,7 +18,7 @@ from gearbox_monitor.export.mjcf import CONSTRUCT, Exported, NATIVE, REFUSED
 from gearbox_monitor.export.mjcf_patch import across, balanced, number, Patch, Splice
 from gearbox_monitor.export.parameter_list import parameter_list
 from gearbox_monitor.export.sdf_file import child_of, sdf_joint, urdf_of
-from gearbox_monitor.export.urdf_file import TENSOR
+from gearbox_monitor.export.urdf_file import inertial_in, TENSOR
 from gearbox_monitor.export.xml_edit import (
     Edit, edited, parse_xml, with_attributes, with_child, with_text, words_of, XmlDocument,
     XmlElement)
@@ -217,13 +217,11 @@ def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel,
         raise InputError(f'link {link}: no <inertial>, expected one that {change:+.6g} {unit} can '
                          'be added to')
     # In the frame of the inertial, which both formats have.
-    frame = turn(*_vector(inertial, 'origin', 'rpy', '0 0 0'))
-    axis = _vector(moved, 'axis', 'xyz', '1 0 0')
+    mass, centre, frame, tensor = inertial_in(inertial)
+    direction = moved.find('axis')
+    axis = np.array((direction.get('xyz', '1 0 0') if direction is not None else '1 0 0').split(),
+                    float)
     axis = frame.T @ axis / np.linalg.norm(axis)
-    mass = _number(inertial, 'mass', 'value')
-    tensor: Array = np.array([
-        [_number(inertial, 'inertia', f'i{"".join(sorted(i + j))}') for j in 'xyz']
-        for i in 'xyz'])
     moved_by: Array = np.zeros(3)
     if slide:
         if mass <= 0.0 or mass + change < LEAST * mass:
@@ -231,7 +229,7 @@ def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel,
                              'expected a sum above 0')
         mass, tensor = mass + change, tensor * (1.0 + change / mass)
     else:
-        lever = across(frame.T @ _vector(inertial, 'origin', 'xyz', '0 0 0'), axis)
+        lever = across(frame.T @ centre, axis)
         inertia = float(axis @ tensor @ axis)
         target = inertia + mass * float(lever @ lever) + change
         if inertia <= 0.0 or mass <= 0.0 or target < LEAST * inertia or (
@@ -317,17 +315,6 @@ def _move_centre(draft: _Draft, inertial: XmlElement, title: str, by: Array) -> 
         draft.edits += with_attributes(draft.document, place, {'xyz': centre})
     else:
         draft.edits.append(with_text(draft.document, place, centre))
-
-
-def _number(element: ElementTree.Element, tag: str, name: str) -> float:
-    child = element.find(tag)
-    return float('0' if child is None else child.get(name, '0'))
-
-
-def _vector(element: ElementTree.Element, tag: str, name: str, default: str) -> Array:
-    child = element.find(tag)
-    text = default if child is None else child.get(name, default)
-    return np.array([float(v) for v in text.split()])
 
 
 def _link(document: XmlDocument, joint: XmlElement, name: str) -> XmlElement:

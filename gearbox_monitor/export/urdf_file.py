@@ -13,7 +13,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import losses_of
-from gearbox_monitor.robot.description import PRINCIPAL
+from gearbox_monitor.robot.description import PRINCIPAL, turn
 
 SHAPES = ('visual', 'collision')
 ONCE = ('origin', 'inertial', 'mass', 'inertia', 'parent', 'child', 'axis', 'limit', 'dynamics')
@@ -21,6 +21,24 @@ TENSOR = ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz')
 # What counts as nothing: kg and kg m^2 of links that have none.
 BOUNDS = {'boundmass': '1e-12', 'boundinertia': '1e-14'}
 TRIANGLE = 1e-3  # how far a principal inertia may exceed the sum of the others, of the largest
+
+
+def inertial_in(element: ElementTree.Element) -> tuple[float, Array, Array, Array]:
+    """
+    Return what an `element` <inertial> holds, 0 for what is not stated.
+
+    Returns:
+        Mass kg, centre [3] m and axes [3, 3] in the frame of the link, tensor [3, 3] kg m^2 along
+        these axes.
+    """
+    def numbers(tag: str, *names: str, usual: str = '0') -> list[float]:
+        child = element.find(tag)
+        words = [usual if child is None else child.get(name, usual) for name in names]
+        return [float(number) for word in words for number in word.split()]
+    xyz, rpy = (np.array(numbers('origin', k, usual='0 0 0')) for k in ('xyz', 'rpy'))
+    ixx, iyy, izz, ixy, ixz, iyz = numbers('inertia', *TENSOR)
+    return numbers('mass', 'value')[0], xyz, turn(*rpy), np.array([
+        [ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
 
 def readable_urdf(data: bytes, name: str) -> tuple[bytes, list[str]]:

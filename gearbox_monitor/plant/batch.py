@@ -19,8 +19,8 @@ from gearbox_monitor.kernels.jit import (
     COMPILED, jit, jit_anew, jit_inline, jit_part, jit_shared)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import (
-    ALPHA, arm_acceleration, ARM_ALPHA, CAC, CC, CV, G, gravity, HALF_GAP, INTEGRATOR, K_S,
-    KIND, LAW, motor_acceleration, steady_arm_load, STIFFNESS, WIDTH)
+    ALPHA, arm_acceleration, ARM_ALPHA, CAC, CC, CV, G, gravity, HALF_GAP, INTEGRATOR, KIND, LAW,
+    motor_acceleration, steady_arm_load, STIFFNESS)
 from gearbox_monitor.plant.effects.composition import (
     advanced_servo, late_fade, reading, servo, STEP_PLACES, stored_memories, term_of)
 from gearbox_monitor.plant.effects.effect import Effect, MotorFriction, Torques
@@ -29,8 +29,8 @@ from gearbox_monitor.plant.effects.registry import (
 from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
 from gearbox_monitor.plant.friction_law import ATAN, RK4, side
 from gearbox_monitor.plant.runge_kutta import Four, integrator
-from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, step, with_plugin
-from gearbox_monitor.plant.transmission import DEAD_ZONE, dead_zone, transmission_torque
+from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, play_after, step, with_plugin
+from gearbox_monitor.plant.transmission import DEAD_ZONE, dead_zone
 
 LANES = 16
 FEWEST = 3  # windows from which on lanes are faster than one run after the other
@@ -125,7 +125,7 @@ def _friction(effect: Effect) -> Loop:
         if e[place] != 0.0:
             c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
             for i in range(len(s) // PARTS):
-                s[FRICTION + i] += equation(c, s[T + i] + elapsed, s[Y3 + i], s[row + i], base)
+                s[FRICTION + i] += equation(c, s[row + i], s[T + i] + elapsed, s[Y3 + i], base)
     return jit_part(term)
 
 
@@ -137,7 +137,7 @@ def _arm_torque(effect: Effect) -> Loop:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
-                s[LOAD + i] += equation(c, s[T + i] + elapsed, s[Y2 + i], s[Y4 + i], s[row + i])
+                s[LOAD + i] += equation(c, s[row + i], s[T + i] + elapsed, s[Y2 + i], s[Y4 + i])
     return jit_part(term)
 
 
@@ -149,7 +149,7 @@ def _twist(effect: Effect) -> Loop:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
-                s[TWIST + i] += equation(c, s[Y1 + i], s[Y2 + i], s[row + i])
+                s[TWIST + i] += equation(c, s[row + i], s[Y1 + i], s[Y2 + i])
     return jit_part(term)
 
 
@@ -161,7 +161,7 @@ def _elastic(effect: Effect) -> Loop:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
-                s[TAU_K + i] += equation(c, s[TWIST + i], s[row + i], p[HALF_GAP])
+                s[TAU_K + i] += equation(c, s[row + i], s[TWIST + i], p[HALF_GAP])
     return jit_part(term)
 
 
@@ -299,7 +299,6 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
 @jit_shared
 def _step_each(s: Array, h: float, drive: PackedDrive) -> None:
     """Advance the LANES states in `s` by one step of `h` s each as simulate.advance does."""
-    p = drive.p
     for i in range(LANES):
         state = s[i::LANES]
         change, m = step(s[T + i], (state[0], state[1], state[2], state[3]),
@@ -309,8 +308,7 @@ def _step_each(s: Array, h: float, drive: PackedDrive) -> None:
             state[j] += change[j]
         for j in range(1, N_MEMORY):
             state[4 + j] = m[j]
-        _, state[4] = transmission_torque(state[0] - state[1], m[0], int(p[KIND]), p[STIFFNESS],
-                                          p[HALF_GAP], p[WIDTH], p[K_S])
+        state[4] = play_after((state[0], state[1], state[2], state[3]), m, drive.p)
         s[T + i] += h
 
 

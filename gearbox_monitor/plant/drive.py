@@ -331,10 +331,8 @@ class DriveModel(Saved):
         if self.controller is None:
             del data['controller']
         else:
-            data['controller'] = {f.name: getattr(self.controller, f.name)
-                                  for f in fields(Controller)}
-        data['transmission'] = {
-            f.name: getattr(self.transmission, f.name) for f in fields(Transmission)}
+            data['controller'] = dict(vars(self.controller))
+        data['transmission'] = dict(vars(self.transmission))
         law = self.friction_law
         data['friction_law'] = {'kind': law.kind, **{
             name: list(v) if isinstance(v := getattr(law, name), tuple) else v
@@ -345,9 +343,8 @@ class DriveModel(Saved):
     def with_(self, **changes: Any) -> 'DriveModel':
         """Return a checked copy with `changes` (names of fields of the model or transmission)."""
         data = self.to_dict()
-        names = {f.name for f in fields(Transmission)}
         for name, value in changes.items():
-            (data['transmission'] if name in names else data)[name] = value
+            (data['transmission'] if name in _OF_TRANSMISSION else data)[name] = value
         return replace(model_from_dict(data, 'model'), origin=self.origin)
 
 
@@ -456,15 +453,11 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
     problems = Problems()
     values = _own_keys(data, 'model', source, KEYS, problems)
     axis = str(values.get('axis'))
-    if 'transmission' in values:
-        with problems:
-            values['transmission'] = _transmission(values['transmission'], source, axis)
-    if 'friction_law' in values:
-        with problems:
-            values['friction_law'] = _friction_law(values['friction_law'], source, axis)
-    if values.get('controller') is not None:
-        with problems:
-            values['controller'] = _controller(values['controller'], source, axis)
+    for name, reader in (('transmission', _transmission), ('friction_law', _friction_law),
+                         ('controller', _controller)):
+        if name in values and (name != 'controller' or values[name] is not None):
+            with problems:
+                values[name] = reader(values[name], source, axis)
     if 'effects' in values:
         with problems:
             values['effects'] = _effects(values['effects'], source, axis)
@@ -985,16 +978,10 @@ def arm_load(x2: float, x4: float, p: Packed) -> float:
     torque = steady_arm_load(x4, p)
     # Most drives have neither: this spares two transcendental functions in each stage of a step.
     if p[CAC] != 0.0 and p[LAW] <= TANH:
-        torque += arm_friction(x4, p)
+        torque += p[CAC] * side(p[ARM_ALPHA] * x4, p[LAW])
     if p[G] != 0.0:
         torque += gravity(x2, p)
     return torque
-
-
-@jit_inline
-def arm_friction(x4: float, p: Packed) -> float:
-    """Return Coulomb friction (N m) on the arm of `p` at the speed `x4` (rad/s)."""
-    return p[CAC] * side(p[ARM_ALPHA] * x4, p[LAW])
 
 
 @jit_inline

@@ -16,16 +16,15 @@ import numpy as np
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import (
-    ALPHA, CC, CV, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KIND, LAW, STIFFNESS, WIDTH)
+    ALPHA, CC, CV, INVERSE_M1, INVERSE_M2, KIND, LAW)
 from gearbox_monitor.plant.effects import Three, Torques
 from gearbox_monitor.plant.effects.composition import (
-    advanced_memories, arm_corrected, arm_error, DELAY1, DELAY2, elastic_torque,
-    motor_corrected, motor_error,
-    motor_gain, stored_memories)
+    advanced_memories, arm_corrected, arm_error, DELAY1, DELAY2, elastic_torque, motor_corrected,
+    motor_error, motor_gain, stored_memories)
 from gearbox_monitor.plant.effects.effect import MotorFriction
 from gearbox_monitor.plant.simulate import (
-    advance, derivative, PackedDrive, ProcessNoise, rebuilt, Schedule, torques)
-from gearbox_monitor.plant.transmission import RIGID, transmission_torque
+    advance, derivative, PackedDrive, play_after, ProcessNoise, rebuilt, Schedule, torques)
+from gearbox_monitor.plant.transmission import RIGID
 
 TANGENT = 0.1        # of the twist, over which a stiffness is taken
 TORQUE_SHARE = 0.1   # of the torque, by which it may be off where the twist is off by its size
@@ -137,8 +136,7 @@ def imbalance(path: tuple[Array, Array], step: float, sizes: tuple[float, float]
         if step > 0.0 and k > 0:
             m = advanced_memories(m, NO_SETPOINT, 0.5 * (motion[k - 1, 2] + x[2]),
                                   0.5 * (motion[k - 1, 3] + x[3]), step, base, e)
-            state[4] = transmission_torque(x[0] - x[1], m[0], int(p[KIND]), p[STIFFNESS],
-                                           p[HALF_GAP], p[WIDTH], p[K_S])[1]
+            state[4] = play_after(x, m, p)
             for i in range(1, len(state) - 4):
                 state[4 + i] = m[i]
             m = stored_memories(state)

@@ -86,17 +86,14 @@ class Faults:
             The DriveModel at that time.
         """
         gap = 1.0 + self.growth(t)
-        if not active:
-            if gap == 1.0:
-                return model
-            return replace(model, transmission=replace(
-                model.transmission, half_gap=model.transmission.half_gap * gap))
-        shape = model.transmission
+        if not active and gap == 1.0:
+            return model
+        shape, f = model.transmission, self if active else Faults()
         return replace(
-            model, viscous_friction=model.viscous_friction * self.viscous_friction,
-            coulomb_friction=model.coulomb_friction * self.coulomb_friction,
-            transmission=replace(shape, stiffness=shape.stiffness * self.stiffness,
-                                 half_gap=shape.half_gap * (self.gap * gap)))
+            model, viscous_friction=model.viscous_friction * f.viscous_friction,
+            coulomb_friction=model.coulomb_friction * f.coulomb_friction,
+            transmission=replace(shape, stiffness=shape.stiffness * f.stiffness,
+                                 half_gap=shape.half_gap * (f.gap * gap)))
 
 
 class Encoders:

@@ -154,8 +154,8 @@ def torques(t: float, x: Four, m: Any, u: float, drive: PackedDrive) -> Three:
     p, e = drive.p, drive.e
     tau_k = elastic_torque(x1, x2, m, p, e)
     motor = motor_effects(u, e, x1, x3, m) - u - friction_effects(
-        0.0, e, t, x3, m, MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW]))
-    tau_arm = arm_effects(arm_load(x2, x4, p), e, t, x2, x4, m)
+        0.0, e, m, t, x3, MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW]))
+    tau_arm = arm_effects(arm_load(x2, x4, p), e, m, t, x2, x4)
     on_motor, on_arm, in_gearbox = plugged(t, x1, x2, x3, x4, u, tau_k, drive.theta)
     return tau_k + in_gearbox, tau_arm + on_arm, motor + on_motor
 
@@ -223,11 +223,10 @@ step = integrator(derivative, _memories, _brake)
 
 
 @jit_inline
-def _play(x: Four, m: Any, p: Array) -> float:
-    """Return the memory of the transmission after a step to x from one with the memories m."""
-    _, w = transmission_torque(
-        x[0] - x[1], m[0], int(p[KIND]), p[STIFFNESS], p[HALF_GAP], p[WIDTH], p[K_S])
-    return w
+def play_after(x: Four, m: Any, p: Array) -> float:
+    """Return the memory of the transmission in `p` after a step to `x`; `m`: all at its begin."""
+    return transmission_torque(
+        x[0] - x[1], m[0], int(p[KIND]), p[STIFFNESS], p[HALF_GAP], p[WIDTH], p[K_S])[1]
 
 
 @jit
@@ -270,7 +269,7 @@ def advance(state: Array, t: float, dt: float, u: Array, extra: Three, noise: Pr
                     begin += length
                 change, w = step(begin, y, w, length, inputs)
                 y = (y[0] + change[0], y[1] + change[1], y[2] + change[2], y[3] + change[3])
-                w = (_play(y, w, p),) + w[1:]
+                w = (play_after(y, w, p),) + w[1:]
             error = 0.0
             if tolerance > 0.0:
                 error = max(abs(y[0] - whole[0]), abs(y[1] - whole[1]),
@@ -287,7 +286,7 @@ def advance(state: Array, t: float, dt: float, u: Array, extra: Three, noise: Pr
                  x[1] + root_h * noise.std[1] * noise.numbers[i, 1],
                  x[2] + root_h * noise.std[2] * noise.numbers[i, 2],
                  x[3] + root_h * noise.std[3] * noise.numbers[i, 3])
-            m = (_play(x, m, p),) + m[1:]
+            m = (play_after(x, m, p),) + m[1:]
         t += h
     state[0], state[1], state[2], state[3] = x
     for i in range(N_STATE - 4):

@@ -8,13 +8,13 @@ A section gathers its data and names its template. Templates (Jinja2, autoescape
 templates/, style and script in assets/; both are inlined.
 """
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 import hashlib
 from importlib.resources import files
 import re
-from typing import ClassVar
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import escape, Markup
@@ -23,18 +23,20 @@ from gearbox_monitor import __version__
 from gearbox_monitor.plant.units import on_axis
 
 
+@dataclass(frozen=True)
 class Section:
     """
     A part of a page: data gathered beforehand, and the template that shows them.
 
-    heading: above the part ('' for a summary); template: its file in templates/, which reads the
-    data as `section` and the axis of the drive as `axis`. folded: only the heading shows until a
-    reader opens it.
+    template: its file in templates/, which reads the `data` {name: value} as `section` and the
+    axis of the drive as `axis`. heading: above the part ('' for a summary); folded: only the
+    heading shows until a reader opens it.
     """
 
-    heading: ClassVar[str] = ''
-    folded: ClassVar[bool] = False
-    template: ClassVar[str]
+    template: str
+    data: Mapping[str, Any]
+    heading: str = ''
+    folded: bool = False
 
 
 @dataclass(frozen=True)
@@ -84,12 +86,27 @@ def content_policy(script: str) -> str:
 
 def render_section(section: Section, axis: str) -> str:
     """Return the HTML of `section` alone, in the units of `axis`."""
-    return environment().get_template(section.template).render(section=section, axis=axis)
+    return environment().get_template(section.template).render(
+        section=section.data, axis=axis)
+
+
+def framed(page: Page, template: str, script: str, sources: str = '') -> tuple[str, str]:
+    """
+    Return a page as HTML, and its Content-Security-Policy.
+
+    Args:
+        page: its title and sections.
+        template: in templates/.
+        script: in assets/.
+        sources: what the policy allows beside the script.
+    """
+    code = asset(script)
+    policy = content_policy(code) + sources
+    return environment().get_template(template).render(
+        page=page, axis=page.axis, style=asset('page.css'), script=code, policy=policy,
+        version=__version__), policy
 
 
 def render_page(page: Page) -> str:
     """Return `page` as HTML."""
-    script = asset('page.js')
-    return environment().get_template('page.html').render(
-        page=page, axis=page.axis, style=asset('page.css'), script=script,
-        policy=content_policy(script), version=__version__)
+    return framed(page, 'page.html', 'page.js')[0]

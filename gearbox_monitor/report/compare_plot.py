@@ -11,6 +11,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.plots import BLACK, BLUE, Curve, draw_loops, GREEN, ORANGE, RED, SKY
 
+ZOOM = 1.0  # s of torque over time
 COLORS = (BLUE, ORANGE, GREEN, RED, SKY, '#CC79A7', '#F0E442')
 
 
@@ -35,7 +36,7 @@ class TrueTorque:
 
 
 def comparison(runs: Sequence[FilterRun], truth: TrueTorque | None = None, title: str = '',
-               zoom_seconds: float = 1.0, axis: str = 'rotary') -> Figure:
+               axis: str = 'rotary') -> Figure:
     """
     Return the Figure of several filters.
 
@@ -43,7 +44,6 @@ def comparison(runs: Sequence[FilterRun], truth: TrueTorque | None = None, title
         runs: one per filter.
         truth: or None.
         title: above them.
-        zoom_seconds: length of the stretch of torque over time.
         axis: of the drive, for units.
 
     """
@@ -66,7 +66,7 @@ def comparison(runs: Sequence[FilterRun], truth: TrueTorque | None = None, title
     zoom = figure.add_subplot(bottom[0])
     errors = figure.add_subplot(bottom[1], sharex=zoom)
     middle = 0.5 * (runs[0].t[0] + min(run.t[-1] for run in runs))
-    span = (middle - 0.5 * zoom_seconds, middle + 0.5 * zoom_seconds)
+    span = (middle - 0.5 * ZOOM, middle + 0.5 * ZOOM)
     if truth is not None:
         keep = (truth.t >= span[0]) & (truth.t <= span[1])
         zoom.plot(truth.t[keep], truth.tau_k[keep], color=BLACK, lw=1.5, label='true')
@@ -77,7 +77,7 @@ def comparison(runs: Sequence[FilterRun], truth: TrueTorque | None = None, title
         zoom.plot(run.t[keep], run.tau_k[keep], label=run.name, color=color, lw=width)
         if run.error is not None:
             errors.plot(run.t[keep], run.error[keep], color=color, lw=width)
-    zoom.set_title(f'Filtered torque, {zoom_seconds:g} s of it', fontsize=11, loc='left')
+    zoom.set_title(f'Filtered torque, {ZOOM:g} s of it', fontsize=11, loc='left')
     low, high = zoom.get_ylim()
     zoom.set_ylim(low, high + 0.2 * (high - low))  # room for the legend
     zoom.legend(fontsize=9, ncols=8, loc='upper left')

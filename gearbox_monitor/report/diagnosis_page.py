@@ -4,7 +4,6 @@
 """The page of a diagnosis: the effect, its place, how certain it is, and what it closes."""
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-import json
 import re
 from typing import Any, TypeAlias
 
@@ -18,10 +17,9 @@ from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.diagnosis_evidence import (
     DiagnosisEvidence, explained_by, MissingSignal)
 from gearbox_monitor.report.figures import (
-    BarRow, bars, BarView, chart, ChartView, heat_maps, HeatAxis, HeatMapsView, PageTable, Panel,
-    Span, Trace)
+    BarRow, bars, chart, heat_maps, PageTable, Panel, Span, Trace, View)
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
-from gearbox_monitor.report.shared_sections import VerdictNumbers
+from gearbox_monitor.report.shared_sections import verdict_numbers
 from gearbox_monitor.report.words import (
     dense_regions, gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES, number,
     percent, place_text, sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows,
@@ -67,12 +65,11 @@ def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
     """
     context = context or PageContext()
     names = ', '.join(short_name(recording) for recording in recordings)
-    return render_page(Page(f'Diagnosis of {names}', VerdictSummary.of(data, evidence.axis), (
-        DiagnosisSteps.of(data, context, evidence.axis),
-        GapClosure.of(data, context.files.validated),
-        Overlays.of(evidence), GapLocation.of(data, evidence), EffectRanking.of(data, evidence),
-        FittedValues.of(data, evidence.axis), RecordingDoubts.of(data, recordings, evidence),
-        VerdictNumbers(json.dumps(data, indent=1))), evidence.axis))
+    return render_page(Page(f'Diagnosis of {names}', _summary(data, evidence.axis), (
+        _steps(data, context, evidence.axis), _gaps(data, context.files.validated),
+        _overlays(evidence), _location(data, evidence), _ranking(data, evidence),
+        _values(data, evidence.axis), _doubts(data, recordings, evidence),
+        verdict_numbers(data)), evidence.axis))
 
 
 def short_name(recording: UniformRecording) -> str:
@@ -80,122 +77,58 @@ def short_name(recording: UniformRecording) -> str:
     return re.split(r'[\\/]', recording.name)[-1]
 
 
-@dataclass(frozen=True)
-class VerdictSummary(Section):
-    """
-    The verdict in one sentence, its effects, the main figures.
-
-    meanings: id, meaning and values of each effect.
-    """
-
-    template = 'diagnosis/summary.html'
-    kind: str
-    headline: str
-    meanings: Sequence[tuple[str, str, str]]
-    facts: Sequence[tuple[str, str]]
-
-    @classmethod
-    def of(cls, data: VerdictData, axis: str) -> 'VerdictSummary':
-        """Return it for the verdict `data` on a drive with `axis`."""
-        facts = [('gap before', number(data['gap_before']))]
-        if data['verdict'] != 'none':
-            facts.append(('gap after', number(data['gap_after'])))
-            facts.append(('closed', percent(data.get('closed_fraction'))))
-        if data['verdict'] in NAMING:
-            facts.append(('indistinguishable from it', ', '.join(data['confusable']) or 'nothing'))
-        colour = {'none': 'good', 'unknown': 'warn', 'incomplete': 'warn'}
-        rows = value_rows(data, axis)
-        sizes = {name: ', '.join(value_text(row) for row in rows
-                                 if row.effect == name and len(row.value) <= LONGEST)
-                 for name in ids_of(data)}
-        return cls(colour.get(data['verdict'], ''), data['summary'],
-                   [(name, meaning(name, axis), sizes[name]) for name in ids_of(data)
-                    if name in MEANINGS], facts)
+def _summary(data: VerdictData, axis: str) -> Section:
+    """Return the verdict in one sentence, its effects, the main figures."""
+    facts = [('gap before', number(data['gap_before']))]
+    if data['verdict'] != 'none':
+        facts.append(('gap after', number(data['gap_after'])))
+        facts.append(('closed', percent(data.get('closed_fraction'))))
+    if data['verdict'] in NAMING:
+        facts.append(('indistinguishable from it', ', '.join(data['confusable']) or 'nothing'))
+    colour = {'none': 'good', 'unknown': 'warn', 'incomplete': 'warn'}
+    rows = value_rows(data, axis)
+    sizes = {name: ', '.join(value_text(row) for row in rows
+                             if row.effect == name and len(row.value) <= LONGEST)
+             for name in ids_of(data)}
+    return Section('diagnosis/summary.html', {
+        'kind': colour.get(data['verdict'], ''), 'headline': data['summary'], 'facts': facts,
+        'meanings': [(name, meaning(name, axis), sizes[name]) for name in ids_of(data)
+                     if name in MEANINGS]})
 
 
-@dataclass(frozen=True)
-class DiagnosisSteps(Section):
-    """
-    Advice and what goes with it.
-
-    changes: of the simulator's file; command: that finds a better motion, '' for none; files:
-    beside the page.
-    """
-
-    heading = 'What to do next'
-    template = 'diagnosis/next.html'
-    steps: Sequence[str]
-    changes: Sequence[str]
-    command: str
-    files: Sequence[str]
-
-    @classmethod
-    def of(cls, data: VerdictData, context: PageContext, axis: str) -> 'DiagnosisSteps':
-        """
-        Return the next steps.
-
-        Args:
-            data: the verdict.
-            context: what accompanies it.
-            axis: of the drive.
-
-        """
-        steps = next_steps(data, context.files, axis)
-        files = ['verdict.json', *(['drive.closed.yaml'] if context.files.closed else [])]
-        return cls([sentence(step) for step in steps], context.changes,
-                   ' \\\n    '.join(context.command), files)
+def _steps(data: VerdictData, context: PageContext, axis: str) -> Section:
+    """Return advice and what goes with it: changes of a file, a command, files beside the page."""
+    return Section('diagnosis/next.html', {
+        'steps': [sentence(step) for step in next_steps(data, context.files, axis)],
+        'changes': context.changes, 'command': ' \\\n    '.join(context.command),
+        'files': ['verdict.json', *(['drive.closed.yaml'] if context.files.closed else [])]},
+        'What to do next')
 
 
-@dataclass(frozen=True)
-class FreeRun:
-    """One run over the whole second recording: its name, seconds, unit, rms before and after."""
-
-    name: str
-    seconds: float
-    unit: str
-    rms: PageTable
-
-
-@dataclass(frozen=True)
-class GapClosure(Section):
-    """
-    The gap before and after, as bars; the share that is closed.
-
-    undefined: why there is no share, '' if there is one or no gap; free_run: on the second
-    recording, or None; regions: of the motion.
-    """
-
-    heading = 'The gap'
-    template = 'diagnosis/gap.html'
-    gaps: Sequence[BarView]
-    closed: Sequence[BarView]
-    undefined: str
-    free_run: FreeRun | None
-    regions: PageTable
-
-    @classmethod
-    def of(cls, data: VerdictData, validated: str | None) -> 'GapClosure':
-        """Return it for the verdict `data` and the name `validated` of the second recording."""
-        gaps, closed = [], []
-        for name, nominal, closed_gap, share, interval in _gap_parts(data):
-            gaps.append(BarRow(name, 'before', nominal, number(nominal), 'nominal'))
-            if data['verdict'] == 'none':
-                continue
-            gaps.append(BarRow('', 'after', closed_gap, number(closed_gap), 'closed'))
-            if share is not None:
-                note = (f'90 % interval {percent(interval[0])} to {percent(interval[1])}'
-                        if interval else '')
-                closed.append(BarRow(name, note, share, percent(share), 'closed', interval))
-        top = max([NOISE_RANGE[1], *(row.value for row in gaps if row.value is not None)])
-        whole = max([1.0, *(v for row in closed for v in (row.value, *(row.interval or ()))
-                            if v is not None)])
-        return cls(bars(gaps, True, top), bars(closed, top=whole),
-                   '' if closed or data['verdict'] == 'none' else undefined(data),
-                   _free_run(data, validated), PageTable(('region', 'part', 'before', 'after'), [
-                       (name.replace('_', ' '), part.replace('_', ' '), number(v['before']),
-                        number(v['after']))
-                       for name, bins in (data.get('regions') or {}).items()
-                       for part, v in bins.items() if v], (2, 3)))
+def _gaps(data: VerdictData, validated: str | None) -> Section:
+    """Return the gap before and after, as bars, and the share that is closed, or why none is."""
+    gaps, closed = [], []
+    for name, nominal, closed_gap, share, interval in _gap_parts(data):
+        gaps.append(BarRow(name, 'before', nominal, number(nominal), 'nominal'))
+        if data['verdict'] == 'none':
+            continue
+        gaps.append(BarRow('', 'after', closed_gap, number(closed_gap), 'closed'))
+        if share is not None:
+            note = (f'90 % interval {percent(interval[0])} to {percent(interval[1])}'
+                    if interval else '')
+            closed.append(BarRow(name, note, share, percent(share), 'closed', interval))
+    top = max([NOISE_RANGE[1], *(row.value for row in gaps if row.value is not None)])
+    whole = max([1.0, *(v for row in closed for v in (row.value, *(row.interval or ()))
+                        if v is not None)])
+    regions = [(name.replace('_', ' '), part.replace('_', ' '), number(v['before']),
+                number(v['after']))
+               for name, bins in (data.get('regions') or {}).items()
+               for part, v in bins.items() if v]
+    return Section('diagnosis/gap.html', {
+        'gaps': bars(gaps, True, top), 'closed': bars(closed, top=whole),
+        'undefined': '' if closed or data['verdict'] == 'none' else undefined(data),
+        'free_run': _free_run(data, validated),
+        'regions': PageTable(('region', 'part', 'before', 'after'), regions, (2, 3))}, 'The gap')
 
 
 GapPart: TypeAlias = tuple[str, float, float, float | None, Span | None]
@@ -221,39 +154,32 @@ def _gap_parts(data: VerdictData) -> list[GapPart]:
     return parts
 
 
-def _free_run(data: VerdictData, validated: str | None) -> FreeRun | None:
-    """Return the free run on the second recording, None without one."""
+def _free_run(data: VerdictData, validated: str | None) -> dict[str, Any] | None:
+    """Return name, seconds, unit and rms of the free run on the second recording, or None."""
     run = (data.get('validation') or {}).get('free_run')
     if not run:
         return None
     units = ', '.join(dict.fromkeys(unit_of(name, 'rad') for name in run['before']))
-    return FreeRun(str(validated), run['seconds'], units, PageTable(('', 'before', 'after'), [
-        (name, number(run['before'][name]), number(run['after'][name]))
-        for name in run['before']], (1, 2)))
+    return {'name': str(validated), 'seconds': run['seconds'], 'unit': units,
+            'rms': PageTable(('', 'before', 'after'), [
+                (name, number(run['before'][name]), number(run['after'][name]))
+                for name in run['before']], (1, 2))}
 
 
-@dataclass(frozen=True)
-class Overlays(Section):
-    """Recording and models over each other: (name, chart) of typical windows and of all."""
-
-    heading = 'Before and after'
-    template = 'diagnosis/overlays.html'
-    charts: Sequence[tuple[str, ChartView]]
-
-    @classmethod
-    def of(cls, evidence: DiagnosisEvidence) -> 'Overlays':
-        """Return it for `evidence`."""
-        overlay, charts = evidence.overlay, []
-        for words, window in evidence.windows:
-            panels = []
-            for channel in overlay.channels:
-                angle, residual = window_traces(overlay, window, channel)
-                panels += _channel_panels(overlay.recording.readings[channel], angle, residual,
-                                          evidence.axis)
-            title = (f'{words.capitalize()} among those held out: {overlay.t[window, 0]:.0f} to '
-                     f'{overlay.t[window, -1]:.0f} s')
-            charts.append((words, chart(title, panels, 'time (s)', 't (s)')))
-        return cls([*charts, ('whole recording, one run', _whole(overlay, evidence.axis))])
+def _overlays(evidence: DiagnosisEvidence) -> Section:
+    """Return charts of recording and models over each other, of typical windows and of all."""
+    overlay, charts = evidence.overlay, []
+    for words, window in evidence.windows:
+        panels = []
+        for channel in overlay.channels:
+            angle, residual = window_traces(overlay, window, channel)
+            panels += _channel_panels(overlay.recording.readings[channel], angle, residual,
+                                      evidence.axis)
+        title = (f'{words.capitalize()} among those held out: {overlay.t[window, 0]:.0f} to '
+                 f'{overlay.t[window, -1]:.0f} s')
+        charts.append((words, chart(title, panels, 'time (s)', 't (s)')))
+    charts.append(('whole recording, one run', _whole(overlay, evidence.axis)))
+    return Section('diagnosis/overlays.html', {'charts': charts}, 'Before and after')
 
 
 def window_traces(overlay: Overlay, window: int, channel: int) -> tuple[list[Trace], list[Trace]]:
@@ -290,7 +216,7 @@ def _channel_panels(name: str, traces: Sequence[Trace], residual: Sequence[Trace
             Panel(on_axis(f'{name}, recording - model ({unit})', axis), residual, 0.0, 110)]
 
 
-def _whole(overlay: Overlay, axis: str) -> ChartView:
+def _whole(overlay: Overlay, axis: str) -> View:
     """Return the chart of one run over the whole recording."""
     t, panels = overlay.recording.t, []
     for channel in overlay.channels:
@@ -305,65 +231,36 @@ def _whole(overlay: Overlay, axis: str) -> ChartView:
                  'errors add up', panels, 'time (s)', 't (s)')
 
 
-@dataclass(frozen=True)
-class MissingCurves:
-    """The missing signal as functions of the motion: its quantity, place and charts."""
-
-    quantity: str
-    place: str
-    charts: Sequence[ChartView]
-
-
-@dataclass(frozen=True)
-class GapLocation(Section):
-    """
-    Where the gap is: places, regions of the motion, the missing signal, maps.
-
-    placed: whether the recording shows the place; places: bars, empty where it does not or there
-    is no gap; effects: how many the verdict names.
-    """
-
-    heading = 'Where'
-    folded = True
-    template = 'diagnosis/where.html'
-    placed: bool
-    places: Sequence[BarView]
-    regions: Sequence[str]
-    effects: int
-    missing: MissingCurves | None
-    charts: Sequence[ChartView]
-    planes: HeatMapsView
-
-    @classmethod
-    def of(cls, data: VerdictData, evidence: DiagnosisEvidence) -> 'GapLocation':
-        """Return it for the verdict `data` and its `evidence`."""
-        rows, regions = [], []
-        if data['verdict'] != 'none' and evidence.placed:
-            for place, part in data['where']['places'].items():
-                role = 'closed' if place == data['where']['place'] else 'closed faint'
-                rows.append(BarRow(place_text(place), '', part['explained'],
-                                   percent(part['explained']), role))
-        if data['verdict'] != 'none':
-            regions = dense_regions(data['where'].get('region') or {}, 'twist' in evidence.labels)
-        charts = []
-        for name, maps in evidence.maps.items():
-            label = evidence.labels[name]
-            traces = [Trace(residual.edges, residual.rms, run.name, role, step=True)
-                      for run, role, residual in zip(evidence.overlay.runs, ROLES, maps)]
-            panel = Panel('gap', traces, 1.0, 130, NOISE_RANGE)
-            charts.append(chart(f'over {name}', [panel], label, label, False))
-        planes = evidence.planes
-        return cls(evidence.placed, bars(rows, top=1.0), regions, len(ids_of(data)),
-                   _missing(evidence.missing, evidence.labels), charts,
-                   heat_maps(f'Gap over {planes.x} and {planes.y}',
-                             [(run.name, values) for run, values in zip(evidence.overlay.runs,
-                                                                        planes.values)],
-                             HeatAxis(planes.x_edges, evidence.labels[planes.x]),
-                             HeatAxis(planes.y_edges, evidence.labels[planes.y]), '= gap'))
+def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
+    """Return where the gap is: places, regions of the motion, the missing signal, maps."""
+    rows, regions = [], []
+    if data['verdict'] != 'none' and evidence.placed:
+        for place, part in data['where']['places'].items():
+            role = 'closed' if place == data['where']['place'] else 'closed faint'
+            rows.append(BarRow(place_text(place), '', part['explained'],
+                               percent(part['explained']), role))
+    if data['verdict'] != 'none':
+        regions = dense_regions(data['where'].get('region') or {}, 'twist' in evidence.labels)
+    charts = []
+    for name, maps in evidence.maps.items():
+        label = evidence.labels[name]
+        traces = [Trace(residual.edges, residual.rms, run.name, role, step=True)
+                  for run, role, residual in zip(evidence.overlay.runs, ROLES, maps)]
+        panel = Panel('gap', traces, 1.0, 130, NOISE_RANGE)
+        charts.append(chart(f'over {name}', [panel], label, label, False))
+    planes = evidence.planes
+    return Section('diagnosis/where.html', {
+        'placed': evidence.placed, 'places': bars(rows, top=1.0), 'regions': regions,
+        'effects': len(ids_of(data)), 'missing': _missing(evidence.missing, evidence.labels),
+        'charts': charts, 'planes': heat_maps(
+            f'Gap over {planes.x} and {planes.y}',
+            [(run.name, v) for run, v in zip(evidence.overlay.runs, planes.values)],
+            (planes.x_edges, evidence.labels[planes.x]),
+            (planes.y_edges, evidence.labels[planes.y]), '= gap')}, 'Where', folded=True)
 
 
-def _missing(missing: MissingSignal | None, labels: Mapping[str, str]) -> MissingCurves | None:
-    """Return the charts of the signal that is missing at one place, None without a gap."""
+def _missing(missing: MissingSignal | None, labels: Mapping[str, str]) -> dict[str, Any] | None:
+    """Return quantity, place and charts of the signal that is missing, None without a gap."""
     if missing is None:
         return None
     quantity = {'N m': 'torque', 'N': 'force'}.get(missing.unit, 'offset')
@@ -375,151 +272,78 @@ def _missing(missing: MissingSignal | None, labels: Mapping[str, str]) -> Missin
         charts.append(chart(explained_by(name, law), [
             Panel(f'{quantity} ({missing.unit})', (trace,), 0.0, 130)], labels[name],
             labels[name], False))
-    return MissingCurves(quantity, place_text(missing.place), charts)
+    return {'quantity': quantity, 'place': place_text(missing.place), 'charts': charts}
 
 
-@dataclass(frozen=True)
-class Imitators:
-    """Effects that could imitate one: its id, its evidence d, what they leave of it."""
-
-    effect: str
-    evidence: float
-    shares: PageTable
-
-
-@dataclass(frozen=True)
-class MatrixView:
-    """Shares [N, N] in percent that effects leave of each other; small ones stand out."""
-
-    names: Sequence[str]
-    shares: Sequence[Sequence[float]]
-
-
-@dataclass(frozen=True)
-class EffectRanking(Section):
-    """
-    Gains of the effects, and what the recording can distinguish.
-
-    has_effect: whether the verdict names an effect; rivals: effects that are indistinguishable
-    from it; close: those that explain the recording nearly as well; limit: evidence that
-    distinguishes.
-    """
-
-    heading = 'Which effect'
-    folded = True
-    template = 'diagnosis/ranking.html'
-    gains: Sequence[BarView]
-    has_effect: bool
-    rivals: Sequence[str]
-    close: Sequence[str]
-    imitators: Sequence[Imitators]
-    matrix: MatrixView | None
-    limit: float = THRESHOLDS.isolable
-
-    @classmethod
-    def of(cls, data: VerdictData, evidence: DiagnosisEvidence) -> 'EffectRanking':
-        """Return it for the verdict `data` and its `evidence`."""
-        gains: Mapping[str, float] = data.get('gains') or {}
-        effect, rivals = data.get('effect'), data.get('confusable') or ()
-        ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
-        rows = []
-        for name in ranking:
-            note = ('the verdict' if name == effect else 'indistinguishable from the verdict'
-                    if name in rivals else meaning(name, evidence.axis))
-            rows.append(BarRow(name, note, max(gains[name], 0.0), gain_text(gains, name),
-                               'closed' if name == effect else 'closed faint'))
-        has_effect = data['verdict'] in NAMING
-        close = [name for name in ranking if name != effect and name not in rivals
-                 and gains.get(effect or '', 0.0) - gains[name] < THRESHOLDS.isolable
-                 ] if has_effect else []
-        matrix = evidence.matrix and MatrixView(
-            evidence.matrix[0], (100.0 * evidence.matrix[1]).tolist())
-        return cls(bars(rows), has_effect, rivals, close, _imitators(evidence.separations), matrix)
+def _ranking(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
+    """Return gains of the effects, and what the recording can distinguish."""
+    gains: Mapping[str, float] = data.get('gains') or {}
+    effect, rivals = data.get('effect'), data.get('confusable') or ()
+    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
+    rows = []
+    for name in ranking:
+        note = ('the verdict' if name == effect else 'indistinguishable from the verdict'
+                if name in rivals else meaning(name, evidence.axis))
+        rows.append(BarRow(name, note, max(gains[name], 0.0), gain_text(gains, name),
+                           'closed' if name == effect else 'closed faint'))
+    has_effect = data['verdict'] in NAMING
+    close = [name for name in ranking if name != effect and name not in rivals
+             and gains.get(effect or '', 0.0) - gains[name] < THRESHOLDS.isolable
+             ] if has_effect else []
+    matrix = evidence.matrix and {
+        'names': evidence.matrix[0], 'shares': (100.0 * evidence.matrix[1]).tolist()}
+    return Section('diagnosis/ranking.html', {
+        'gains': bars(rows), 'has_effect': has_effect, 'rivals': rivals, 'close': close,
+        'imitators': _imitators(evidence.separations), 'matrix': matrix,
+        'limit': THRESHOLDS.isolable}, 'Which effect', folded=True)
 
 
-def _imitators(separations: Mapping[str, tuple[float, Mapping[str, float]]]) -> list[Imitators]:
-    """Return the nearest imitators of each effect."""
+def _imitators(separations: Mapping[str, tuple[float, Mapping[str, float]]]
+               ) -> list[dict[str, Any]]:
+    """Return each effect, its evidence d, and what the nearest imitators leave of it."""
     imitators = []
     for name, (d, shares) in separations.items():
         nearest = sorted(shares.items(), key=lambda item: item[1])[:RIVALS]
         if nearest:
-            imitators.append(Imitators(name, d, PageTable(('effect', 's2', 'd s2', ''), [
+            table = PageTable(('effect', 's2', 'd s2', ''), [
                 (rival, f'{s2:.3f}', number(d * s2),
                  '' if d * s2 > THRESHOLDS.isolable else 'too close')
-                for rival, s2 in nearest], (1, 2))))
+                for rival, s2 in nearest], (1, 2))
+            imitators.append({'effect': name, 'evidence': d, 'shares': table})
     return imitators
 
 
-@dataclass(frozen=True)
-class FittedValues(Section):
-    """Values of the effects, their equations, values of the model that were estimated, too."""
-
-    heading = 'Values'
-    template = 'diagnosis/values.html'
-    nearest_only: bool
-    parameters: PageTable
-    torque_map: str
-    knots: PageTable
-    equations: Sequence[tuple[str, str]]
-    nominal: PageTable
-
-    @classmethod
-    def of(cls, data: VerdictData, axis: str) -> 'FittedValues':
-        """Return it for the verdict `data` on a drive with `axis`."""
-        effects, params = library(), data.get('params') or {}
-        words, knots = torque_map_of(data) or ('', [])
-        return cls(
-            data['verdict'] == 'incomplete',
-            PageTable(('effect', 'parameter', 'value', 'standard error', 'unit', 'in the model',
-                       'change'), value_rows(data, axis), (2, 3, 5, 6)),
-            words, PageTable(('at', f'torque, {on_axis("N m", axis)}', 'standard error'), knots,
-                             (0, 1, 2)),
-            [(name, effects[name].equation) for name in params if name in effects],
-            PageTable(('value', 'estimate', 'off by tolerances'), [
-                (name, number(data['nominal'][name]), f'{shift:+.1f}')
-                for name, shift in (data.get('nominal_shift') or {}).items()], (1, 2)))
+def _values(data: VerdictData, axis: str) -> Section:
+    """Return values of the effects, their equations, values of the model that were estimated."""
+    effects, params = library(), data.get('params') or {}
+    words, knots = torque_map_of(data) or ('', [])
+    return Section('diagnosis/values.html', {
+        'nearest_only': data['verdict'] == 'incomplete', 'torque_map': words,
+        'parameters': PageTable(('effect', 'parameter', 'value', 'standard error', 'unit',
+                                 'in the model', 'change'), value_rows(data, axis), (2, 3, 5, 6)),
+        'knots': PageTable(('at', f'torque, {on_axis("N m", axis)}', 'standard error'), knots,
+                           (0, 1, 2)),
+        'equations': [(name, effects[name].equation) for name in params if name in effects],
+        'nominal': PageTable(('value', 'estimate', 'off by tolerances'), [
+            (name, number(data['nominal'][name]), f'{shift:+.1f}')
+            for name, shift in (data.get('nominal_shift') or {}).items()], (1, 2))}, 'Values')
 
 
-@dataclass(frozen=True)
-class RecordingDoubts(Section):
-    """
-    Recordings, their noise, and what speaks against the verdict.
-
-    misfit: chi2 per reading and deviations from white noise, or None; torque_noise, condition: ''
-    if unknown.
-    """
-
-    heading = 'Recording and doubts'
-    template = 'diagnosis/doubts.html'
-    recordings: PageTable
-    noise: str
-    torque_noise: str
-    misfit: tuple[float, float] | None
-    condition: str
-    warnings: Sequence[str]
-
-    @classmethod
-    def of(cls, data: VerdictData, recordings: Sequence[UniformRecording],
-           evidence: DiagnosisEvidence) -> 'RecordingDoubts':
-        """
-        Return the doubts.
-
-        Args:
-            data: the verdict.
-            recordings: those it is about.
-            evidence: arrays behind it.
-
-        """
-        noise = ', '.join(
-            f'{name} {number(value)} {unit_of(name, "rad")}' for name, value in
-            zip(evidence.overlay.recording.readings, data['sigma']) if value is not None)
-        misfit = data.get('misfit') or {}
-        excess, structure = misfit.get('excess'), misfit.get('structure')
-        return cls(
-            PageTable(('recording', 's', 'samples/s'), [
-                (short_name(r), f'{r.duration:.1f}', f'{1.0 / r.dt:.0f}')
-                for r in recordings], (1, 2)),
-            noise, '' if data['process_torque'] is None else number(data['process_torque']),
-            None if excess is None or structure is None else (1.0 + excess, structure),
-            number(data['condition']) if data.get('condition') else '',
-            [sentence(warning) for warning in data.get('warnings') or ()])
+def _doubts(data: VerdictData, recordings: Sequence[UniformRecording],
+            evidence: DiagnosisEvidence) -> Section:
+    """Return the recordings, their noise, and what speaks against the verdict."""
+    noise = ', '.join(
+        f'{name} {number(value)} {unit_of(name, "rad")}' for name, value in
+        zip(evidence.overlay.recording.readings, data['sigma']) if value is not None)
+    misfit = data.get('misfit') or {}
+    excess, structure = misfit.get('excess'), misfit.get('structure')
+    return Section('diagnosis/doubts.html', {
+        'recordings': PageTable(('recording', 's', 'samples/s'), [
+            (short_name(r), f'{r.duration:.1f}', f'{1.0 / r.dt:.0f}')
+            for r in recordings], (1, 2)),
+        'noise': noise,
+        'torque_noise': '' if data['process_torque'] is None else number(data['process_torque']),
+        'misfit': None if excess is None or structure is None else (1.0 + excess, structure),
+        'condition': number(data['condition']) if data.get('condition') else '',
+        'warnings': [sentence(warning) for warning in data.get('warnings') or ()]},
+        'Recording and doubts')

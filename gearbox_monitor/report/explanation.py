@@ -101,7 +101,7 @@ def explained_effect(effect: Effect) -> Explanation:
             or ('nothing that another motion would tell apart; diagnose lists what a recording '
                 'leaves open',),
             in_simulators(effect),
-            (effect.since or 'a plug-in',)))))
+            ('a plug-in' if effect.torques else effect.since,)))))
 
 
 def explained_robot_effect(effect: RobotEffect) -> Explanation:

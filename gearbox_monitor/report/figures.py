@@ -4,19 +4,21 @@
 """
 Geometry of the charts of a page: curves become SVG paths in the units of their panel.
 
-Functions are pure and return views, which templates/figures.html draws; nothing here is HTML.
+Functions are pure and return views, plain data by the names by which templates/figures.html draws
+them; nothing here is HTML.
 """
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 import json
 import math
-from typing import TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Integers
 
 Span: TypeAlias = tuple[float, float]  # (low, high)
+View: TypeAlias = Mapping[str, Any]  # {name in templates/figures.html: value}
 Place = TypeVar('Place', float, Array)
 UNITS = 10000      # width and height of a panel's view box
 PLANE = 420        # height of a plane in pixels
@@ -106,7 +108,7 @@ class LoopSlice:
     lines: Sequence[tuple[Array, Array]]
 
 
-# ---------------------------------------------------------------------- views
+# ---------------------------------------------------------------------- axes
 
 
 @dataclass(frozen=True)
@@ -115,141 +117,6 @@ class Tick:
 
     percent: float
     text: str
-
-
-@dataclass(frozen=True)
-class PathView:
-    """One SVG path: class and d; name: of its curve, '' for lines that have no readout."""
-
-    style: str
-    d: str
-    name: str = ''
-
-
-@dataclass(frozen=True)
-class LegendEntry:
-    """A curve in the legend: name, class of its line, class of its band or ''."""
-
-    name: str
-    style: str
-    dots: bool
-    band: str
-
-
-@dataclass(frozen=True)
-class PanelView:
-    """
-    A panel or lane ready to be drawn.
-
-    height in pixels; low, high: ends of the y axis; horizontal: d of its grid; level: d of the
-    dotted line or ''; spans: JSON of [[begin, words], ...] and end: of a lane, else ''.
-    """
-
-    label: str
-    height: int
-    low: str
-    high: str
-    paths: Sequence[PathView]
-    ticks: Sequence[Tick] = ()
-    horizontal: str = ''
-    level: str = ''
-    spans: str = ''
-    end: str = ''
-
-
-@dataclass(frozen=True)
-class MarkView:
-    """A mark ready to be drawn: its place in percent, x, label, role, d of its line."""
-
-    percent: float
-    x: str
-    label: str
-    role: str
-    d: str
-
-
-@dataclass(frozen=True)
-class ChartView:
-    """A chart ready to be drawn; first, last: ends of the x axis."""
-
-    title: str
-    panels: Sequence[PanelView]
-    legend: Sequence[LegendEntry]
-    marks: Sequence[MarkView]
-    ticks: Sequence[Tick]
-    vertical: str
-    first: str
-    last: str
-    x_label: str
-    unit: str
-    group: str
-    zoom: bool
-
-
-@dataclass(frozen=True)
-class SliceView:
-    """One slice of a loop plane: share of its age (0 to 1), name, d of cloud and of lines."""
-
-    age: float
-    name: str
-    cloud: str
-    lines: str
-
-
-@dataclass(frozen=True)
-class PlaneView:
-    """A loop plane ready to be drawn; x_low to y_high: ends of both axes."""
-
-    title: str
-    slices: Sequence[SliceView]
-    x_low: str
-    x_high: str
-    y_low: str
-    y_high: str
-    x_ticks: Sequence[Tick]
-    y_ticks: Sequence[Tick]
-    lattice: str
-    x_label: str
-    y_label: str
-    height: int
-
-
-@dataclass(frozen=True)
-class Cell:
-    """One rectangle of a heat map, its colour and its value in words."""
-
-    x: int
-    y: int
-    colour: str
-    text: str
-
-
-@dataclass(frozen=True)
-class HeatMap:
-    """One plane of values: its name and cells."""
-
-    name: str
-    cells: Sequence[Cell]
-    width: int
-    height: int
-
-
-@dataclass(frozen=True)
-class HeatMapsView:
-    """Heat maps side by side on one scale; stops: colours of the scale, top: its largest value."""
-
-    title: str
-    maps: Sequence[HeatMap]
-    x_ticks: Sequence[Tick]
-    y_ticks: Sequence[Tick]
-    stops: Sequence[str]
-    top: str
-    x_label: str
-    y_label: str
-    unit: str
-
-
-# ---------------------------------------------------------------------- axes
 
 
 @dataclass(frozen=True)
@@ -273,27 +140,14 @@ class Axis:
 
     def ticks(self, count: int = 5) -> list[tuple[float, str]]:
         """Return about `count` round values with their texts."""
-        values, digits = ticks(self.low, self.high, count)
-        return [(value, f'{value:.{digits}f}') for value in values]
+        step = _tick_step(self.low, self.high, count)
+        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+        digits = max(0, -math.floor(math.log10(step) + 1e-9))
+        return [(k * step, f'{k * step:.{digits}f}') for k in range(first, last + 1)]
 
-
-def ticks(low: float, high: float, count: int = 5) -> tuple[list[float], int]:
-    """
-    Return round ticks of an axis.
-
-    Args:
-        low: lower end of the axis.
-        high: upper end of the axis.
-        count: about so many ticks.
-
-    Returns:
-        Their values and the digits behind the point that they need.
-
-    """
-    step = _tick_step(low, high, count)
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return ([k * step for k in range(first, last + 1)],
-            max(0, -math.floor(math.log10(step) + 1e-9)))
+    def to_the_right(self) -> list[Tick]:
+        """Return the ticks of an x axis."""
+        return [Tick(100.0 * self.share(value), text) for value, text in self.ticks()]
 
 
 def _tick_step(low: float, high: float, count: int) -> float:
@@ -334,7 +188,7 @@ def _panel_axis(panel: Panel) -> Axis:
 
 
 def chart(title: str, panels: Sequence[Panel | Lane], x_label: str, unit: str, zoom: bool = True,
-          marks: Sequence[Mark] = (), group: str = '', span: Span | None = None) -> ChartView:
+          marks: Sequence[Mark] = (), group: str = '', span: Span | None = None) -> View:
     """
     Return Panels and Lanes above each other on one x axis.
 
@@ -352,35 +206,28 @@ def chart(title: str, panels: Sequence[Panel | Lane], x_label: str, unit: str, z
         The view that templates/figures.html draws.
 
     """
+    traces = [trace for panel in panels if isinstance(panel, Panel) for trace in panel.traces]
+    legend: dict[str, Trace] = {}
+    for trace in traces:
+        if trace.name:
+            legend.setdefault(trace.name, trace)
     if span is None:
-        xs = [trace.x for panel in panels if isinstance(panel, Panel) for trace in panel.traces]
-        span = min(x[0] for x in xs), max(x[-1] for x in xs)
+        span = min(trace.x[0] for trace in traces), max(trace.x[-1] for trace in traces)
     first, last = float(span[0]), float(span[1])
     axis = Axis(first, last if last > first else first + 1.0)
-    x_ticks = axis.ticks()
-    return ChartView(
-        title, [_panel(panel, axis) if isinstance(panel, Panel) else _lane(panel, axis)
-                for panel in panels],
-        _legend(panels),
-        [MarkView(100.0 * axis.share(mark.x), f'{mark.x:.9g}', mark.label, mark.role,
-                  f'M{axis.right(mark.x):.0f} 0V{UNITS}') for mark in marks],
-        [Tick(100.0 * axis.share(value), text) for value, text in x_ticks],
-        ''.join(f'M{axis.right(value):.0f} 0V{UNITS}' for value, _ in x_ticks),
-        f'{axis.low:.9g}', f'{axis.high:.9g}', x_label, unit, group, zoom)
+    return {
+        'title': title, 'x_label': x_label, 'unit': unit, 'group': group, 'zoom': zoom,
+        'panels': [_panel(panel, axis) if isinstance(panel, Panel) else _lane(panel, axis)
+                   for panel in panels],
+        'legend': legend.values(),
+        'marks': [{'percent': 100.0 * axis.share(mark.x), 'x': f'{mark.x:.9g}',
+                   'label': mark.label, 'role': mark.role,
+                   'd': f'M{axis.right(mark.x):.0f} 0V{UNITS}'} for mark in marks],
+        'ticks': axis.to_the_right(), 'first': f'{axis.low:.9g}', 'last': f'{axis.high:.9g}',
+        'vertical': ''.join(f'M{axis.right(value):.0f} 0V{UNITS}' for value, _ in axis.ticks())}
 
 
-def _legend(panels: Sequence[Panel | Lane]) -> list[LegendEntry]:
-    """Return an entry for each name of a curve, as its first curve is drawn."""
-    entries: dict[str, LegendEntry] = {}
-    for panel in panels:
-        for trace in panel.traces if isinstance(panel, Panel) else ():
-            if trace.name:
-                entries.setdefault(trace.name, LegendEntry(
-                    trace.name, trace.style, trace.dots, '' if trace.band is None else trace.role))
-    return list(entries.values())
-
-
-def _lane(lane: Lane, axis: Axis) -> PanelView:
+def _lane(lane: Lane, axis: Axis) -> View:
     """Return the view of one Lane; colour and height say the same."""
     ends = (*lane.begins[1:], lane.end)
     paths = ['', '', '']
@@ -389,28 +236,29 @@ def _lane(lane: Lane, axis: Axis) -> PanelView:
         paths[level] += (f'M{axis.right(begin):.0f} {low:.0f}H{axis.right(end):.0f}'
                          f'V{high:.0f}H{axis.right(begin):.0f}Z')
     spans = json.dumps([[float(f'{b:.6g}'), w] for b, w in zip(lane.begins, lane.words)])
-    return PanelView(
-        lane.label, LANE_HEIGHT, '0', '1',
-        [PathView(f'lane level{level}', path) for level, path in enumerate(paths) if path],
-        spans=spans, end=f'{lane.end:.6g}')
+    return {
+        'label': lane.label, 'height': LANE_HEIGHT, 'low': '0', 'high': '1', 'ticks': (),
+        'paths': [{'style': f'lane level{level}', 'd': path, 'name': ''}
+                  for level, path in enumerate(paths) if path],
+        'horizontal': '', 'level': '', 'spans': spans, 'end': f'{lane.end:.6g}'}
 
 
-def _panel(panel: Panel, axis: Axis) -> PanelView:
+def _panel(panel: Panel, axis: Axis) -> View:
     """Return the view of one Panel."""
     y = _panel_axis(panel)
     y_ticks = y.ticks(max(4, panel.height // 36))
     paths = []
     for trace in panel.traces:
-        if trace.band is not None:
-            area = _band(trace.x, trace.band, axis, y)
-            if area:
-                paths.append(PathView(f'band {trace.role}', area))
-        paths.append(PathView(trace.style, _path(trace, axis, y), trace.name))
-    return PanelView(
-        panel.label, panel.height, f'{y.low:.9g}', f'{y.high:.9g}', paths,
-        _below_label(y, y_ticks, panel.height),
-        ''.join(f'M0 {y.down(value):.0f}H{UNITS}' for value, _ in y_ticks),
-        '' if panel.level is None else f'M0 {y.down(panel.level):.0f}H{UNITS}')
+        area = '' if trace.band is None else _band(trace.x, trace.band, axis, y)
+        if area:
+            paths.append({'style': f'band {trace.role}', 'd': area, 'name': ''})
+        paths.append({'style': trace.style, 'd': _path(trace, axis, y), 'name': trace.name})
+    return {
+        'label': panel.label, 'height': panel.height, 'low': f'{y.low:.9g}',
+        'high': f'{y.high:.9g}', 'paths': paths, 'spans': '', 'end': '',
+        'ticks': _below_label(y, y_ticks, panel.height),
+        'horizontal': ''.join(f'M0 {y.down(value):.0f}H{UNITS}' for value, _ in y_ticks),
+        'level': '' if panel.level is None else f'M0 {y.down(panel.level):.0f}H{UNITS}'}
 
 
 def _below_label(axis: Axis, y_ticks: Sequence[tuple[float, str]], height: int) -> list[Tick]:
@@ -488,7 +336,7 @@ def _band(x: Array, band: tuple[Array, Array], axis: Axis, y_axis: Axis) -> str:
 
 
 def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: str,
-               limits: tuple[Span, Span] | None = None) -> PlaneView:
+               limits: tuple[Span, Span] | None = None) -> View:
     """
     Return slices of time over each other in one plane; both axes can be zoomed.
 
@@ -510,42 +358,31 @@ def loop_plane(title: str, slices: Sequence[LoopSlice], x_label: str, y_label: s
     def path(x: Array, y: Array, dots: bool) -> str:
         """Return the d of a line through `x`, `y`, or of a cloud of `dots`."""
         return _drawn(x_axis.right(x), y_axis.down(y), dots)
-    views = [SliceView(
-        k / max(len(slices) - 1, 1), s.name, path(*s.cloud, dots=True),
-        ''.join(path(*line, dots=False) for line in s.lines)) for k, s in enumerate(slices)]
-    x_ticks, y_ticks = x_axis.ticks(), y_axis.ticks(PLANE // 48)
-    lattice = ''.join(f'M{x_axis.right(value):.0f} 0V{UNITS}' for value, _ in x_ticks)
+    views = [{'age': k / max(len(slices) - 1, 1), 'name': s.name,
+              'cloud': path(*s.cloud, dots=True),
+              'lines': ''.join(path(*line, dots=False) for line in s.lines)}
+             for k, s in enumerate(slices)]
+    y_ticks = y_axis.ticks(PLANE // 48)
+    lattice = ''.join(f'M{x_axis.right(value):.0f} 0V{UNITS}' for value, _ in x_axis.ticks())
     lattice += ''.join(f'M0 {y_axis.down(value):.0f}H{UNITS}' for value, _ in y_ticks)
-    return PlaneView(
-        title, views, f'{x_axis.low:.9g}', f'{x_axis.high:.9g}', f'{y_axis.low:.9g}',
-        f'{y_axis.high:.9g}', [Tick(100.0 * x_axis.share(value), text) for value, text in x_ticks],
-        _below_label(y_axis, y_ticks, PLANE), lattice,
-        x_label, y_label, PLANE)
+    return {
+        'title': title, 'slices': views, 'x_low': f'{x_axis.low:.9g}',
+        'x_high': f'{x_axis.high:.9g}', 'y_low': f'{y_axis.low:.9g}',
+        'y_high': f'{y_axis.high:.9g}', 'x_ticks': x_axis.to_the_right(),
+        'y_ticks': _below_label(y_axis, y_ticks, PLANE), 'lattice': lattice, 'x_label': x_label,
+        'y_label': y_label, 'height': PLANE}
 
 
-@dataclass(frozen=True)
-class HeatAxis:
-    """Edges of the bins [N + 1] of one axis of heat maps, and its label."""
-
-    edges: Array
-    label: str
-
-    def ticks(self) -> list[Tick]:
-        """Return its ticks."""
-        axis = Axis(float(self.edges[0]), float(self.edges[-1]))
-        return [Tick(100.0 * axis.share(value), text) for value, text in axis.ticks()]
-
-
-def heat_maps(title: str, planes: Sequence[tuple[str, Array]], x: HeatAxis, y: HeatAxis,
-              unit: str) -> HeatMapsView:
+def heat_maps(title: str, planes: Sequence[tuple[str, Array]], x: tuple[Array, str],
+              y: tuple[Array, str], unit: str) -> View:
     """
     Return planes side by side, with colours on one logarithmic scale.
 
     Args:
         title: plain text above them.
         planes: (name, values [Y, X]) of each; values are 1 and above, NaN stays empty.
-        x: columns of the values.
-        y: rows of the values.
+        x: edges of the columns [X + 1], and what they are of.
+        y: edges of the rows [Y + 1], and what they are of.
         unit: words behind the largest value of the scale.
 
     Returns:
@@ -559,13 +396,17 @@ def heat_maps(title: str, planes: Sequence[tuple[str, Array]], x: HeatAxis, y: H
     for name, values in planes:
         rows, columns = values.shape
         width, height = UNITS / columns, UNITS / rows
-        cells = [Cell(round(i * width), round(UNITS - (k + 1) * height),
-                      colour(math.log(max(values[k, i], 1.0)) / math.log(top)),
-                      f'{values[k, i]:.3g}')
+        cells = [{'x': round(i * width), 'y': round(UNITS - (k + 1) * height),
+                  'colour': colour(math.log(max(values[k, i], 1.0)) / math.log(top)),
+                  'text': f'{values[k, i]:.3g}'}
                  for k in range(rows) for i in range(columns) if np.isfinite(values[k, i])]
-        maps.append(HeatMap(name, cells, round(width + 1), round(height + 1)))
-    return HeatMapsView(title, maps, x.ticks(), y.ticks(), [colour(k / 8) for k in range(9)],
-                        f'{top:.3g}', x.label, y.label, unit)
+        maps.append({'name': name, 'cells': cells, 'width': round(width + 1),
+                     'height': round(height + 1)})
+    x_ticks, y_ticks = (Axis(float(edges[0]), float(edges[-1])).to_the_right()
+                        for edges, _ in (x, y))
+    return {'title': title, 'maps': maps, 'x_ticks': x_ticks, 'y_ticks': y_ticks,
+            'stops': [colour(k / 8) for k in range(9)], 'top': f'{top:.3g}', 'x_label': x[1],
+            'y_label': y[1], 'unit': unit}
 
 
 def colour(share: float) -> str:
@@ -595,16 +436,7 @@ class BarRow:
     interval: Span | None = None
 
 
-@dataclass(frozen=True)
-class BarView:
-    """A bar ready to be drawn; fill in percent or None, whisker: (begin, length) or None."""
-
-    row: BarRow
-    fill: float | None
-    whisker: Span | None
-
-
-def bars(rows: Sequence[BarRow], log: bool = False, top: float | None = None) -> list[BarView]:
+def bars(rows: Sequence[BarRow], log: bool = False, top: float | None = None) -> list[View]:
     """
     Return horizontal bars.
 
@@ -627,11 +459,11 @@ def bars(rows: Sequence[BarRow], log: bool = False, top: float | None = None) ->
         else:
             share = value / full if full > 0.0 else 0.0
         return 100.0 * min(1.0, max(0.0, share))
-    views = []
+    views: list[View] = []
     for row in rows:
         ends = None if row.interval is None else (part(row.interval[0]), part(row.interval[1]))
-        views.append(BarView(row, None if row.value is None else part(row.value),
-                             ends and (ends[0], max(ends[1] - ends[0], 0.0))))
+        views.append({'row': row, 'fill': None if row.value is None else part(row.value),
+                      'whisker': ends and (ends[0], max(ends[1] - ends[0], 0.0))})
     return views
 
 

@@ -3,7 +3,6 @@
 
 """The page of a fleet: backlash of each gearbox over time, the most worn first; failed bags."""
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 import math
 from typing import Any, TypeAlias
 
@@ -11,9 +10,8 @@ import numpy as np
 
 from gearbox_monitor.monitoring.backlash.forecast import span, when
 from gearbox_monitor.report.builder import Page, render_page, Section
-from gearbox_monitor.report.figures import (
-    BarRow, bars, BarView, chart, ChartView, PageTable, Panel, Trace)
-from gearbox_monitor.report.shared_sections import NextSteps, PageSummary
+from gearbox_monitor.report.figures import BarRow, bars, chart, PageTable, Panel, Trace
+from gearbox_monitor.report.shared_sections import advice, page_summary
 from gearbox_monitor.report.words import counted, width_and_std
 
 Gearbox: TypeAlias = Mapping[str, Any]  # a row of fleet.trend.gearboxes
@@ -43,11 +41,11 @@ def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mappin
 
     """
     sections: list[Section] = [
-        NextSteps(next_steps(gearboxes, bags)), WearRanking.of(gearboxes),
-        GrowthCurves.of(gearboxes), GearboxTable.of(gearboxes)]
+        advice(next_steps(gearboxes, bags)), _ranking(gearboxes), _curves(gearboxes),
+        _table(gearboxes)]
     if any(gearbox['diagnosis'] for gearbox in gearboxes):
-        sections.append(FleetDiagnoses.of(gearboxes))
-    sections.append(BagProblems.of(bags, other_settings))
+        sections.append(_diagnoses(gearboxes))
+    sections.append(bag_problems(bags, other_settings))
     return render_page(Page('Fleet', _summary(gearboxes, counts), sections))
 
 
@@ -143,7 +141,7 @@ def limit_text(gearbox: Gearbox) -> str:
     return f'{100 * gearbox["limit"]:+.0f} % in {span(expected)} ({span(low)} to {span(high)})'
 
 
-def _summary(gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> PageSummary:
+def _summary(gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> Section:
     """Return headline and figures of the `gearboxes` and the `counts` {status: bags}."""
     facts = [('gearboxes', str(len(gearboxes))), ('bags', str(sum(counts.values())))]
     facts += [(name, str(counts[status])) for status, name in (
@@ -155,62 +153,41 @@ def _summary(gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> PageSum
     kind = 'good' if any(box['growth'] is not None for box in gearboxes) else ''
     if worn:
         kind = 'error' if any(box['growth'] >= box['limit'] for box in worn) else 'warn'
-    return PageSummary(kind, headline(gearboxes), facts)
+    return page_summary(kind, headline(gearboxes), facts)
 
 
-@dataclass(frozen=True)
-class WearRanking(Section):
-    """Growth of each gearbox as a bar; unlisted: gearboxes without one."""
-
-    heading = 'Worst first'
-    template = 'fleet/ranking.html'
-    bars: Sequence[BarView]
-    unlisted: int
-
-    @classmethod
-    def of(cls, gearboxes: Sequence[Gearbox]) -> 'WearRanking':
-        """Return it for `gearboxes`."""
-        worn = {gearbox['gearbox'] for gearbox in growing(gearboxes)}
-        rows = []
-        for gearbox in gearboxes[:RANKED]:
-            growth = gearbox['growth']
-            interval = None if growth is None else (
-                growth - SIGNIFICANT * gearbox['growth_std'],
-                growth + SIGNIFICANT * gearbox['growth_std'])
-            note = '; '.join(filter(None, (
-                width_text(gearbox), limit_text(gearbox), excursion_text(gearbox))))
-            rows.append(BarRow(gearbox['gearbox'], note, growth, growth_text(gearbox),
-                               'nominal' if gearbox['gearbox'] in worn else 'closed faint',
-                               interval))
-        top = max([0.05, *(row.interval[1] for row in rows if row.interval)])
-        return cls(bars(rows, top=top), len(gearboxes) - RANKED)
+def _ranking(gearboxes: Sequence[Gearbox]) -> Section:
+    """Return the growth of each gearbox as a bar."""
+    worn = {gearbox['gearbox'] for gearbox in growing(gearboxes)}
+    rows = []
+    for gearbox in gearboxes[:RANKED]:
+        growth = gearbox['growth']
+        interval = None if growth is None else (
+            growth - SIGNIFICANT * gearbox['growth_std'],
+            growth + SIGNIFICANT * gearbox['growth_std'])
+        note = '; '.join(filter(None, (
+            width_text(gearbox), limit_text(gearbox), excursion_text(gearbox))))
+        rows.append(BarRow(gearbox['gearbox'], note, growth, growth_text(gearbox),
+                           'nominal' if gearbox['gearbox'] in worn else 'closed faint', interval))
+    top = max([0.05, *(row.interval[1] for row in rows if row.interval)])
+    return Section('fleet/ranking.html', {
+        'bars': bars(rows, top=top), 'unlisted': len(gearboxes) - RANKED}, 'Worst first')
 
 
-@dataclass(frozen=True)
-class GrowthCurves(Section):
-    """A chart per measured gearbox; unlisted: gearboxes without one."""
-
-    heading = 'Over time'
-    template = 'fleet/curves.html'
-    charts: Sequence[ChartView]
-    unlisted: int
-
-    @classmethod
-    def of(cls, gearboxes: Sequence[Gearbox]) -> 'GrowthCurves':
-        """Return it for `gearboxes`."""
-        measured = [gearbox for gearbox in gearboxes if gearbox['measured']]
-        if not measured:
-            return cls((), 0)
-        first = min(gearbox['start'][0] for gearbox in measured)
-        last = max(gearbox['start'][-1] for gearbox in measured)
-        days = max((last - first) / DAY, 1.0)
-        label = f'days since {day(first)}'
-        charts = [chart(
-            f'{gearbox["gearbox"]}: {growth_text(gearbox)}', [Panel(
-                f'{FEATURES[gearbox["feature"]]} ({gearbox["unit"]})', _traces(gearbox, first),
-                height=150)],
-            label, label, False, span=(-0.01 * days, 1.01 * days)) for gearbox in measured[:DRAWN]]
-        return cls(charts, len(measured) - DRAWN)
+def _curves(gearboxes: Sequence[Gearbox]) -> Section:
+    """Return a chart per measured gearbox."""
+    measured = [gearbox for gearbox in gearboxes if gearbox['measured']]
+    first = min((gearbox['start'][0] for gearbox in measured), default=0.0)
+    last = max((gearbox['start'][-1] for gearbox in measured), default=0.0)
+    days = max((last - first) / DAY, 1.0)
+    label = f'days since {day(first)}'
+    charts = [chart(
+        f'{gearbox["gearbox"]}: {growth_text(gearbox)}', [Panel(
+            f'{FEATURES[gearbox["feature"]]} ({gearbox["unit"]})', _traces(gearbox, first),
+            height=150)],
+        label, label, False, span=(-0.01 * days, 1.01 * days)) for gearbox in measured[:DRAWN]]
+    return Section('fleet/curves.html', {
+        'charts': charts, 'unlisted': len(measured) - DRAWN}, 'Over time')
 
 
 def _traces(gearbox: Gearbox, first: float) -> list[Trace]:
@@ -224,37 +201,26 @@ def _traces(gearbox: Gearbox, first: float) -> list[Trace]:
     return traces
 
 
-@dataclass(frozen=True)
-class GearboxTable(Section):
-    """All gearboxes, and those that were never measured with the reason."""
-
-    heading = 'All gearboxes'
-    template = 'fleet/table.html'
-    gearboxes: PageTable
-    unmeasured: PageTable
-
-    @classmethod
-    def of(cls, gearboxes: Sequence[Gearbox]) -> 'GearboxTable':
-        """Return it for `gearboxes`."""
-        rows = []
-        for gearbox in gearboxes:
-            pace = '' if gearbox['per_year'] is None else \
-                f'{100 * gearbox["per_year"]:+.1f} ± {100 * gearbox["per_year_std"]:.1f}'
-            feature = 'lost motion ' if gearbox['measured'] and gearbox['feature'] != 'gap' else ''
-            days = f'{day(gearbox["first"])} to {day(gearbox["last"])}'.replace('-', '\u2011')
-            rows.append([
-                gearbox['gearbox'], feature + _unbroken(width_text(gearbox)),
-                *(_unbroken(text) for text in (
-                    growth_text(gearbox), gearbox['trust'], gearbox['model_level'],
-                    f'{gearbox["measured"]} of {gearbox["bags"]}', limit_text(gearbox), pace)),
-                days])
-        return cls(
-            PageTable(('gearbox', 'newest backlash', 'growth', 'trust', 'model',
-                       'measured in bags',
-                       'limit', '% per year', 'recorded'), rows),
-            PageTable(('never measured', 'missing in the newest bag'),
-                      [(gearbox['gearbox'], gearbox['not_excited']) for gearbox in gearboxes
-                       if gearbox['not_excited']]))
+def _table(gearboxes: Sequence[Gearbox]) -> Section:
+    """Return all gearboxes, and those that were never measured with the reason."""
+    rows = []
+    for gearbox in gearboxes:
+        pace = '' if gearbox['per_year'] is None else \
+            f'{100 * gearbox["per_year"]:+.1f} ± {100 * gearbox["per_year_std"]:.1f}'
+        feature = 'lost motion ' if gearbox['measured'] and gearbox['feature'] != 'gap' else ''
+        days = f'{day(gearbox["first"])} to {day(gearbox["last"])}'.replace('-', '\u2011')
+        rows.append([
+            gearbox['gearbox'], feature + _unbroken(width_text(gearbox)),
+            *(_unbroken(text) for text in (
+                growth_text(gearbox), gearbox['trust'], gearbox['model_level'],
+                f'{gearbox["measured"]} of {gearbox["bags"]}', limit_text(gearbox), pace)),
+            days])
+    return Section('fleet/table.html', {
+        'gearboxes': PageTable(('gearbox', 'newest backlash', 'growth', 'trust', 'model',
+                                'measured in bags', 'limit', '% per year', 'recorded'), rows),
+        'unmeasured': PageTable(('never measured', 'missing in the newest bag'), [
+            (gearbox['gearbox'], gearbox['not_excited']) for gearbox in gearboxes
+            if gearbox['not_excited']])}, 'All gearboxes')
 
 
 def _unbroken(text: str) -> str:
@@ -262,43 +228,25 @@ def _unbroken(text: str) -> str:
     return text.replace(' ', '\u00a0')
 
 
-@dataclass(frozen=True)
-class FleetDiagnoses(Section):
-    """Newest verdict of each diagnosed gearbox."""
-
-    heading = 'Diagnoses'
-    template = 'fleet/diagnoses.html'
-    verdicts: PageTable
-
-    @classmethod
-    def of(cls, gearboxes: Sequence[Gearbox]) -> 'FleetDiagnoses':
-        """Return it for `gearboxes`."""
-        return cls(PageTable(('gearbox', 'verdict', 'effect'), [
+def _diagnoses(gearboxes: Sequence[Gearbox]) -> Section:
+    """Return the newest verdict of each diagnosed gearbox."""
+    return Section('fleet/diagnoses.html', {
+        'verdicts': PageTable(('gearbox', 'verdict', 'effect'), [
             (gearbox['gearbox'], gearbox['diagnosis'], gearbox['diagnosis_effect'] or '')
-            for gearbox in gearboxes if gearbox['diagnosis']]))
+            for gearbox in gearboxes if gearbox['diagnosis']])}, 'Diagnoses')
 
 
-@dataclass(frozen=True)
-class BagProblems(Section):
-    """Bags that failed, duplicates, notes; other_settings: bags analysed with other settings."""
-
-    heading = 'Bags that need a look'
-    template = 'fleet/bags.html'
-    other_settings: int
-    bags: PageTable
-    unlisted: int
-
-    @classmethod
-    def of(cls, bags: Sequence[Bag], other_settings: int) -> 'BagProblems':
-        """Return it for rows of the table of `bags` and the count `other_settings`."""
-        rows = [(bag['path'], 'failed, will be tried again' if bag['retry'] else 'failed',
-                 bag['reason'].removeprefix(bag['path'] + ': '))
-                for bag in bags if bag['status'] == 'failed']
-        rows += [(bag['path'], 'duplicate', f'of {bag["duplicate_of"]}')
-                 for bag in bags if bag['status'] == 'duplicate']
-        rows += _notes(bags)
-        return cls(other_settings, PageTable(('bag', '', 'reason'), rows[:LISTED]),
-                   len(rows) - LISTED)
+def bag_problems(bags: Sequence[Bag], other_settings: int) -> Section:
+    """Return those of `bags` that failed, duplicates, notes; `other_settings`: see fleet_page."""
+    rows = [(bag['path'], 'failed, will be tried again' if bag['retry'] else 'failed',
+             bag['reason'].removeprefix(bag['path'] + ': '))
+            for bag in bags if bag['status'] == 'failed']
+    rows += [(bag['path'], 'duplicate', f'of {bag["duplicate_of"]}')
+             for bag in bags if bag['status'] == 'duplicate']
+    rows += _notes(bags)
+    return Section('fleet/bags.html', {
+        'other_settings': other_settings, 'unlisted': len(rows) - LISTED,
+        'bags': PageTable(('bag', '', 'reason'), rows[:LISTED])}, 'Bags that need a look')
 
 
 def _notes(bags: Iterable[Bag]) -> list[tuple[str, str, str]]:

@@ -3,22 +3,21 @@
 
 """The live page: its frame, and the parts of it that are drawn again while messages come."""
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import math
+from typing import Any
 
 import numpy as np
 
-from gearbox_monitor import __version__
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.report.builder import (
-    asset, content_policy, environment, Page, render_section, Section)
+from gearbox_monitor.report.builder import framed, Page, render_section, Section
 from gearbox_monitor.report.figures import (
-    chart, ChartView, Lane, loop_plane, LoopSlice, PageTable, Panel, PlaneView, round_span, Trace)
+    chart, Lane, loop_plane, LoopSlice, PageTable, Panel, round_span, Trace)
 from gearbox_monitor.report.live_history import (
     GearboxHistory, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS, worst_first)
 from gearbox_monitor.report.recording_page import backlash_panel, drawn_windows, ROLES
-from gearbox_monitor.report.robot_page import JointTable, live_row
-from gearbox_monitor.report.shared_sections import PageSummary
+from gearbox_monitor.report.robot_page import joint_table, live_row, worst_rows
+from gearbox_monitor.report.shared_sections import page_summary
 from gearbox_monitor.report.timeline import LEVELS
 from gearbox_monitor.report.words import width_and_std
 
@@ -30,11 +29,8 @@ NOTHING = np.empty(0)
 
 def live_frame() -> tuple[str, str]:
     """Return the page into which the parts are put, and its Content-Security-Policy."""
-    script = asset('live.js')
-    policy = content_policy(script) + "; connect-src 'self'"
-    return environment().get_template('live/frame.html').render(
-        page=Page('Live', Section(), ()), axis='rotary', style=asset('page.css'), script=script,
-        policy=policy, version=__version__), policy
+    return framed(Page('Live', Section('', {}), ()), 'live/frame.html', 'live.js',
+                  "; connect-src 'self'")
 
 
 class LivePage:
@@ -56,19 +52,19 @@ class LivePage:
         """
         axis = gearboxes[0].axis if gearboxes else 'rotary'
         parts = {'summary': render_section(live_summary(gearboxes, source, time_s), axis),
-                 'joints': render_section(JointTable.of(
-                     [live_row(gearbox, title(gearbox)) for gearbox in gearboxes]), axis)}
+                 'joints': render_section(joint_table(worst_rows(
+                     [live_row(gearbox, title(gearbox)) for gearbox in gearboxes])), axis)}
         for k, gearbox in enumerate(gearboxes):
             changes, html = self._conditions.get(gearbox.name, (-1, ''))
             if changes != gearbox.changes:
-                html = render_section(ConditionSection.of(gearbox), gearbox.axis)
+                html = render_section(_condition(gearbox), gearbox.axis)
                 self._conditions[gearbox.name] = gearbox.changes, html
-            parts[f'motion{k}'] = render_section(MotionSection.of(gearbox), gearbox.axis)
+            parts[f'motion{k}'] = render_section(_motion(gearbox), gearbox.axis)
             parts[f'condition{k}'] = html
         return parts
 
 
-def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float) -> PageSummary:
+def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float) -> Section:
     """
     Return the worst of all gearboxes in one sentence.
 
@@ -80,16 +76,16 @@ def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float
     """
     heard = [gearbox.heard for gearbox in gearboxes if gearbox.heard is not None]
     if not heard:
-        return PageSummary('', f'Waiting for diagnostics of {source}.')
+        return page_summary('', f'Waiting for diagnostics of {source}.')
     if time_s - max(heard) > SILENT_SECONDS:
-        return PageSummary('error', f'{source} has been silent for {time_s - max(heard):.0f} s.')
+        return page_summary('error', f'{source} has been silent for {time_s - max(heard):.0f} s.')
     states = ((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes)
     raised = [state for state in worst_first(states) if state[0]]
     if not raised:
-        return PageSummary('good', 'The estimates are trusted, no wear detected so far.')
+        return page_summary('good', 'The estimates are trusted, no wear detected so far.')
     level, component, message, name = raised[0]
     suffix = f' ({len(raised) - 1} more)' if raised[1:] else ''
-    return PageSummary(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{suffix}')
+    return page_summary(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{suffix}')
 
 
 def title(gearbox: GearboxHistory) -> str:
@@ -100,89 +96,70 @@ def title(gearbox: GearboxHistory) -> str:
         f'{gearbox.name} ({gearbox.serial})'
 
 
-@dataclass(frozen=True)
-class MotionSection(Section):
-    """Torque over twist and over time; plane: None without a twist, torque: without samples."""
+def _motion(gearbox: GearboxHistory) -> Section:
+    """Return torque over twist and over time, if there are samples."""
+    motion, loop = gearbox.motion(TIME_POINTS), gearbox.motion(LOOP_POINTS)
+    data: dict[str, Any] = {'title': title(gearbox), 'facts': (), 'plane': None, 'torque': None}
+    if not len(motion.t):
+        return Section('live/motion.html', data)
 
-    template = 'live/motion.html'
-    title: str
-    facts: Sequence[tuple[str, str]]
-    plane: PlaneView | None
-    torque: ChartView | None
-
-    @classmethod
-    def of(cls, gearbox: GearboxHistory) -> 'MotionSection':
-        """Return the section of `gearbox`."""
-        motion, loop = gearbox.motion(TIME_POINTS), gearbox.motion(LOOP_POINTS)
-        if not len(motion.t):
-            return cls(title(gearbox), (), None, None)
-
-        def label(text: str) -> str:
-            return on_axis(text, gearbox.axis)
-        limits = round_span(motion.tau_k)
-        std = 2.0 * gearbox.tau_k_std
-        torque = chart('Torque over time', [Panel(
-            label('torque (N m)'), [Trace(
-                motion.t, motion.tau_k, 'torque' if math.isnan(std) else 'torque, ± 2 sigma',
-                'signal', band=(motion.tau_k - std, motion.tau_k + std))],
-            height=420, limits=limits)],
-            'time before the newest sample (s)', 't (s)', False, span=(-MOTION_SECONDS, 0.0))
-        facts = [(name, label(f'{values[-1]:{width}} {unit}')) for name, values, width, unit in (
-            ('torque', motion.tau_k[np.isfinite(motion.tau_k)], '.2f', 'N m'),
-            ('twist', motion.twist[np.isfinite(motion.twist)], '.4f', 'rad')) if len(values)]
-        plane = None
-        if np.isfinite(loop.twist).any():
-            edges = np.linspace(-MOTION_SECONDS, 0.0, LOOP_SLICES + 1)
-            slices = []
-            for begin, end in zip(edges[:-1], edges[1:]):
-                rows = (loop.t >= begin) & (loop.t <= end)
-                slices.append(LoopSlice(f'{begin:g} s' if end else 'now', (NOTHING, NOTHING),
-                                        [(loop.twist[rows], loop.tau_k[rows])]))
-            plane = loop_plane(
-                'Torque over twist', slices, label('twist, motor - arm (rad)'),
-                label('torque (N m)'), limits=(round_span(loop.twist), limits))
-        if gearbox.windows:
-            window = gearbox.windows[-1]
-            facts.append(('backlash', width_and_std(window.gap, window.gap_std, label('rad')))
-                         if window.separable else
-                         ('lost motion', label(f'{window.lost_motion:.4g} rad')))
-        facts.append(('samples per second', f'{gearbox.rate():.0f}'))
-        return cls(title(gearbox), facts, plane, torque)
+    def label(text: str) -> str:
+        return on_axis(text, gearbox.axis)
+    limits = round_span(motion.tau_k)
+    std = 2.0 * gearbox.tau_k_std
+    data['torque'] = chart('Torque over time', [Panel(
+        label('torque (N m)'), [Trace(
+            motion.t, motion.tau_k, 'torque' if math.isnan(std) else 'torque, ± 2 sigma',
+            'signal', band=(motion.tau_k - std, motion.tau_k + std))],
+        height=420, limits=limits)],
+        'time before the newest sample (s)', 't (s)', False, span=(-MOTION_SECONDS, 0.0))
+    facts = [(name, label(f'{values[-1]:{width}} {unit}')) for name, values, width, unit in (
+        ('torque', motion.tau_k[np.isfinite(motion.tau_k)], '.2f', 'N m'),
+        ('twist', motion.twist[np.isfinite(motion.twist)], '.4f', 'rad')) if len(values)]
+    if np.isfinite(loop.twist).any():
+        edges = np.linspace(-MOTION_SECONDS, 0.0, LOOP_SLICES + 1)
+        slices = []
+        for begin, end in zip(edges[:-1], edges[1:]):
+            rows = (loop.t >= begin) & (loop.t <= end)
+            slices.append(LoopSlice(f'{begin:g} s' if end else 'now', (NOTHING, NOTHING),
+                                    [(loop.twist[rows], loop.tau_k[rows])]))
+        data['plane'] = loop_plane(
+            'Torque over twist', slices, label('twist, motor - arm (rad)'),
+            label('torque (N m)'), limits=(round_span(loop.twist), limits))
+    if gearbox.windows:
+        window = gearbox.windows[-1]
+        facts.append(('backlash', width_and_std(window.gap, window.gap_std, label('rad')))
+                     if window.separable else
+                     ('lost motion', label(f'{window.lost_motion:.4g} rad')))
+    facts.append(('samples per second', f'{gearbox.rate():.0f}'))
+    return Section('live/motion.html', {**data, 'facts': facts})
 
 
-@dataclass(frozen=True)
-class ConditionSection(Section):
-    """Trust, backlash and alerts; levels, backlash: None without data."""
-
-    template = 'live/condition.html'
-    levels: ChartView | None
-    backlash: ChartView | None
-    components: PageTable
-    alerts: Sequence[str]
-
-    @classmethod
-    def of(cls, gearbox: GearboxHistory) -> 'ConditionSection':
-        """Return the section of `gearbox`."""
-        if gearbox.heard is None:
-            return cls(None, None, PageTable((), ()), ())
-        time_s, last = gearbox.heard, LEVEL_SECONDS / MINUTE
-        lanes = [Lane(
-            f'{name}: {LEVELS[spans.levels[-1]]}',
-            [(max(begin, time_s - LEVEL_SECONDS) - time_s) / MINUTE for begin in spans.begins],
-            (spans.end - time_s) / MINUTE, spans.levels,
-            [f'{name} {LEVELS[level]}' for level in spans.levels])
-            for name, spans in gearbox.levels.items()]
-        levels = chart('Levels', lanes, 'time (min)', 't (min)', False, span=(-last, 0.0))
-        windows, lost_motion = drawn_windows(
-            [replace(window, t=window.t - time_s) for window in gearbox.windows])
-        backlash = chart(
+def _condition(gearbox: GearboxHistory) -> Section:
+    """Return trust, backlash and alerts, if anything was heard."""
+    data: dict[str, Any] = {'levels': None, 'backlash': None}
+    if gearbox.heard is None:
+        return Section('live/condition.html', data)
+    time_s, last = gearbox.heard, LEVEL_SECONDS / MINUTE
+    lanes = [Lane(
+        f'{name}: {LEVELS[spans.levels[-1]]}',
+        [(max(begin, time_s - LEVEL_SECONDS) - time_s) / MINUTE for begin in spans.begins],
+        (spans.end - time_s) / MINUTE, spans.levels,
+        [f'{name} {LEVELS[level]}' for level in spans.levels])
+        for name, spans in gearbox.levels.items()]
+    windows, lost_motion = drawn_windows(
+        [replace(window, t=window.t - time_s) for window in gearbox.windows])
+    if windows:
+        data['backlash'] = chart(
             'Lost motion' if lost_motion else 'Backlash',
             [backlash_panel(windows, lost_motion, MINUTE, gearbox.axis)], 'time (min)', 't (min)',
-            False, span=(1.03 * min(windows[0].t / MINUTE, -1.0), 0.0)) if windows else None
-        rows = sorted(((spans.levels[-1], name, spans.messages[-1])
-                       for name, spans in gearbox.levels.items()), key=lambda row: -row[0])
-        return cls(levels, backlash,
-                   PageTable(('level', 'component', 'message'),
-                             [(LEVELS[level], name, message) for level, name, message in rows]),
-                   [f'{alert.when}: {alert.component} {LEVELS[alert.level]}: {alert.message}'
-                    for alert in reversed(gearbox.alerts)])
+            False, span=(1.03 * min(windows[0].t / MINUTE, -1.0), 0.0))
+    rows = sorted(((spans.levels[-1], name, spans.messages[-1])
+                   for name, spans in gearbox.levels.items()), key=lambda row: -row[0])
+    return Section('live/condition.html', {
+        **data,
+        'levels': chart('Levels', lanes, 'time (min)', 't (min)', False, span=(-last, 0.0)),
+        'components': PageTable(('level', 'component', 'message'), [
+            (LEVELS[level], name, message) for level, name, message in rows]),
+        'alerts': [f'{alert.when}: {alert.component} {LEVELS[alert.level]}: {alert.message}'
+                   for alert in reversed(gearbox.alerts)]})

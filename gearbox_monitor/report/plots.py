@@ -21,6 +21,7 @@ from gearbox_monitor.plant.units import on_axis
 
 BLUE, ORANGE, GREEN, RED, SKY = '#0072B2', '#E69F00', '#009E73', '#D55E00', '#56B4E9'
 BLACK, GREY = '#000000', '#777777'
+ZOOM = 2.0  # s of torque
 MAX_POINTS = 6000  # more cannot be seen, but make the file large
 Span: TypeAlias = tuple[float, float]  # (begin, end) in s
 
@@ -71,7 +72,6 @@ class Innovations:
     error: Array
     std: Array
     names: Sequence[str]
-    unit: str = 'rad'
 
 
 @dataclass(frozen=True)
@@ -88,8 +88,8 @@ class RunCurves:
     notes: Sequence[str] = ()
 
 
-def overview(run: RunCurves, zoom_seconds: float = 2.0) -> Figure:
-    """Return the Figure of `run`: loop, backlash, torque (`zoom_seconds` of it), innovations."""
+def overview(run: RunCurves) -> Figure:
+    """Return the Figure of `run`: loop, backlash, torque (ZOOM s of it), innovations."""
     figure = Figure(figsize=(14, 10), layout='constrained')
     figure.suptitle(run.title, fontsize=14, fontweight='bold')
     if run.notes:
@@ -101,12 +101,12 @@ def overview(run: RunCurves, zoom_seconds: float = 2.0) -> Figure:
     last = max((float(s.t[-1]) for s in (run.filtered, run.smoothed)
                 if s is not None and len(s.t)), default=0.0)
     whole, zoom = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
-    begin = max(0.0, last - 1.25 * zoom_seconds)
-    span = (begin, begin + zoom_seconds)
+    begin = max(0.0, last - 1.25 * ZOOM)
+    span = (begin, begin + ZOOM)
     draw_torque(whole, None, run.smoothed, run.truth, title='Transmission torque, whole run')
     whole.axvspan(*span, color=SKY, alpha=0.3, lw=0)
     draw_torque(zoom, run.filtered, run.smoothed, run.truth, span,
-                f'The same, {zoom_seconds:g} s of it (shaded on the left)')
+                f'The same, {ZOOM:g} s of it (shaded on the left)')
     if run.innovations is not None:
         count = len(run.innovations.names)
         for k in range(count):
@@ -251,7 +251,7 @@ def draw_innovations(axes: Axes, innovations: Innovations, k: int) -> None:
         axes.plot(t, sign * std, color=RED, lw=1.3, label='± 2σ stated' if sign > 0 else None)
     label_axes(axes, f'Prediction error of the {innovations.names[k]} encoder: '
                f'{coverage:.1f} % within ± 2σ (95 % expected)', 'time (s)',
-               f'error ({innovations.unit})')
+               'error (rad)')
     if len(t):
         axes.set_ylim(*(np.array([-1.0, 1.0]) * max(4.0 * np.median(std), 1e-12)))
     _legend(axes, loc='upper right', fontsize=8)
@@ -283,15 +283,10 @@ def _legend(axes: Axes, **options: Any) -> None:
 
 
 def _cut(span: Span | None, torque: TorqueCurve) -> tuple[Array, Array, Array | None]:
-    t = torque.t
-    keep = slice(None) if span is None else (t >= span[0]) & (t <= span[1])
-    std = None if torque.std is None else torque.std[keep]
-    t, tau_k = t[keep], torque.tau_k[keep]
-    if std is None:
-        t, tau_k = _thinned(1, t, tau_k)
-        return t, tau_k, None
-    t, tau_k, std = _thinned(1, t, tau_k, std)
-    return t, tau_k, std
+    keep = slice(None) if span is None else (torque.t >= span[0]) & (torque.t <= span[1])
+    columns = (torque.t, torque.tau_k) + (() if torque.std is None else (torque.std,))
+    t, tau_k, *std = _thinned(1, *(column[keep] for column in columns))
+    return t, tau_k, std[0] if std else None
 
 
 def _thinned(share: int, *arrays: Array) -> tuple[Array, ...]:

@@ -16,8 +16,8 @@ from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import (
-    chart, ChartView, Lane, loop_plane, LoopSlice, Mark, PageTable, Panel, PlaneView, Trace)
-from gearbox_monitor.report.shared_sections import NextSteps, PageSummary
+    chart, Lane, loop_plane, LoopSlice, Mark, PageTable, Panel, Trace, View)
+from gearbox_monitor.report.shared_sections import advice
 from gearbox_monitor.report.timeline import LEVELS, LevelSpans, Loop, Timeline, WindowBacklash
 from gearbox_monitor.report.timeline_source import RecordingFacts
 from gearbox_monitor.report.words import number, width_and_std
@@ -51,12 +51,10 @@ def recording_page(timeline: Timeline, facts: RecordingFacts, name: str, bag: st
     axis = facts.model.axis
     scale, unit = (60.0, 'min') if timeline.last > MINUTES else (1.0, 's')
     time = TimeAxis(max(timeline.last / scale, 1e-9), scale, unit)
-    return render_page(Page(f'Recording {name}', RecordingSummary.of(timeline, facts), (
-        NextSteps(next_steps(timeline, bag)), TorqueOverTwist.of(timeline, axis),
-        BacklashHistory.of(timeline, time, axis), TrustLevels.of(timeline, time),
-        PredictionErrors.of(timeline, time, axis),
-        TorqueHistory.of(timeline, time, axis), InputQuality.of(timeline, facts, time),
-        ParametersUsed.of(facts)), axis))
+    return render_page(Page(f'Recording {name}', _summary(timeline, facts), (
+        advice(next_steps(timeline, bag)), _loops(timeline, axis),
+        _backlash(timeline, time, axis), _trust(timeline, time), _errors(timeline, time, axis),
+        _torque(timeline, time, axis), _input(timeline, facts, time), _parameters(facts)), axis))
 
 
 @dataclass(frozen=True)
@@ -72,7 +70,7 @@ class TimeAxis:
         return f'{t / self.scale:.4g} {self.unit}'
 
     def chart(self, title: str, panels: Sequence[Panel | Lane],
-              marks: Sequence[Mark] = ()) -> ChartView:
+              marks: Sequence[Mark] = ()) -> View:
         """
         Return a chart on this axis; all of them zoom together.
 
@@ -178,49 +176,34 @@ def trusted_share(levels: Mapping[str, LevelSpans]) -> float | None:
 # ---------------------------------------------------------------------- sections
 
 
-@dataclass(frozen=True)
-class RecordingSummary(PageSummary):
-    """Headline and figures of a recording; live: whether its own estimates are shown."""
-
-    template = 'recording/summary.html'
-    live: bool = False
-
-    @classmethod
-    def of(cls, timeline: Timeline, facts: RecordingFacts) -> 'RecordingSummary':
-        """Return it for `timeline` and `facts`."""
-        words, kind = headline(timeline)
-        data = figures(timeline, facts)
-        items = [('from', when(timeline.first_ns or 0)), ('duration', f'{timeline.last:.4g} s'),
-                 ('samples', str(timeline.samples)), ('filter', data['filter'])]
-        if data['nis_over_dof'] is not None:
-            items.append(('NIS per reading (1 expected)', f'{data["nis_over_dof"]:.3f}'))
-        if data['gap_rad']:
-            items.append(('backlash, newest', width_and_std(
-                data['gap_rad'][-1], data['gap_std_rad'][-1], on_axis('rad', facts.model.axis))))
-        items.append(('alerts', str(len(timeline.alerts))))
-        return cls(kind, words, items, facts.notes, facts.live)
+def _summary(timeline: Timeline, facts: RecordingFacts) -> Section:
+    """Return headline and figures of a recording, and whether its own estimates are shown."""
+    words, kind = headline(timeline)
+    data = figures(timeline, facts)
+    items = [('from', when(timeline.first_ns or 0)), ('duration', f'{timeline.last:.4g} s'),
+             ('samples', str(timeline.samples)), ('filter', data['filter'])]
+    if data['nis_over_dof'] is not None:
+        items.append(('NIS per reading (1 expected)', f'{data["nis_over_dof"]:.3f}'))
+    if data['gap_rad']:
+        items.append(('backlash, newest', width_and_std(
+            data['gap_rad'][-1], data['gap_std_rad'][-1], on_axis('rad', facts.model.axis))))
+    items.append(('alerts', str(len(timeline.alerts))))
+    return Section('recording/summary.html', {
+        'kind': kind, 'headline': words, 'facts': items, 'notes': facts.notes,
+        'live': facts.live})
 
 
-@dataclass(frozen=True)
-class TorqueOverTwist(Section):
-    """Hysteresis loops by slices of time; None: the twist was not measured."""
-
-    heading = 'Torque over twist'
-    template = 'recording/loops.html'
-    plane: PlaneView | None
-
-    @classmethod
-    def of(cls, timeline: Timeline, axis: str) -> 'TorqueOverTwist':
-        """Return it for the loops of `timeline`, in the units of `axis`."""
-        if not timeline.loops:
-            return cls(None)
-        minutes = timeline.slice_seconds >= 60.0
+def _loops(timeline: Timeline, axis: str) -> Section:
+    """Return the hysteresis loops by slices of time; without any the twist was not measured."""
+    minutes, plane = timeline.slice_seconds >= 60.0, None
+    if timeline.loops:
         slices = [LoopSlice(_interval(loop, minutes), loop.cloud, (loop.up, loop.down))
                   for loop in timeline.loops]
         length = 'minute' if timeline.slice_seconds == 60.0 else f'{timeline.slice_seconds:g} s'
-        return cls(loop_plane(f'One loop per {length}', slices,
-                              on_axis('twist, motor - arm (rad)', axis),
-                              on_axis('torque (N m)', axis)))
+        plane = loop_plane(f'One loop per {length}', slices,
+                           on_axis('twist, motor - arm (rad)', axis),
+                           on_axis('torque (N m)', axis))
+    return Section('recording/loops.html', {'plane': plane}, 'Torque over twist')
 
 
 def _interval(loop: Loop, minutes: bool) -> str:
@@ -229,44 +212,24 @@ def _interval(loop: Loop, minutes: bool) -> str:
     return f'{loop.begin / scale:.0f} to {np.ceil(loop.end / scale):.0f} {unit}'
 
 
-@dataclass(frozen=True)
-class BacklashHistory(Section):
-    """
-    Backlash, or lost motion in its place, over time, with alerts.
-
-    chart: None without measurements; message: newest outcome on backlash, '' without one.
-    """
-
-    heading = 'Backlash'
-    template = 'recording/backlash.html'
-    chart: ChartView | None
-    lost_motion: bool
-    alerts: Sequence[str]
-    message: str
-
-    @classmethod
-    def of(cls, timeline: Timeline, time: TimeAxis, axis: str) -> 'BacklashHistory':
-        """
-        Return the history of the backlash.
-
-        Args:
-            timeline: its windows and alerts.
-            time: axis of the chart.
-            axis: of the drive, for units.
-
-        """
-        alerts = [f'{k}, {time.text(alert.t)}: {alert.component} {LEVELS[alert.level]}: '
-                  f'{alert.message}' for k, alert in enumerate(timeline.alerts, 1)]
-        spans = timeline.spans.get('backlash')
-        message = spans.messages[-1] if spans and spans.messages else ''
-        if not timeline.windows:
-            return cls(None, False, alerts, message or 'nothing was evaluated')
+def _backlash(timeline: Timeline, time: TimeAxis, axis: str) -> Section:
+    """Return backlash, or lost motion in its place, over time, with alerts."""
+    alerts = [f'{k}, {time.text(alert.t)}: {alert.component} {LEVELS[alert.level]}: '
+              f'{alert.message}' for k, alert in enumerate(timeline.alerts, 1)]
+    spans = timeline.spans.get('backlash')
+    message = spans.messages[-1] if spans and spans.messages else ''
+    view, lost_motion = None, False
+    if timeline.windows:
         windows, lost_motion = drawn_windows(timeline.windows)
         marks = [Mark(alert.t / time.scale, str(k), ROLES[alert.level])
                  for k, alert in enumerate(timeline.alerts, 1)]
-        panel = backlash_panel(windows, lost_motion, time.scale, axis)
-        return cls(time.chart('Lost motion' if lost_motion else 'Backlash', [panel], marks),
-                   lost_motion, alerts, message)
+        view = time.chart('Lost motion' if lost_motion else 'Backlash',
+                          [backlash_panel(windows, lost_motion, time.scale, axis)], marks)
+    else:
+        message = message or 'nothing was evaluated'
+    return Section('recording/backlash.html', {
+        'chart': view, 'lost_motion': lost_motion, 'alerts': alerts, 'message': message},
+        'Backlash')
 
 
 def drawn_windows(windows: Sequence[WindowBacklash]) -> tuple[Sequence[WindowBacklash], bool]:
@@ -314,32 +277,20 @@ def backlash_panel(windows: Sequence[WindowBacklash], lost_motion: bool, scale: 
                  height=240, limits=(low - room, high + room))
 
 
-@dataclass(frozen=True)
-class TrustLevels(Section):
-    """Levels over time; chart: None if nothing was evaluated; listed: the first of all changes."""
-
-    heading = 'Trust'
-    template = 'recording/trust.html'
-    chart: ChartView | None
-    listed: Sequence[str]
-    changes: int
-
-    @classmethod
-    def of(cls, timeline: Timeline, time: TimeAxis) -> 'TrustLevels':
-        """Return it for the levels of `timeline` on the axis `time`."""
-        names = [name for name in (*TRUST, *WEAR) if name in timeline.spans]
-        if not names:
-            return cls(None, (), 0)
-        lanes, changes = [], []
-        for name in names:
+def _trust(timeline: Timeline, time: TimeAxis) -> Section:
+    """Return levels over time, and the first of all changes."""
+    lanes, changes = [], []
+    for name in (*TRUST, *WEAR):
+        if name in timeline.spans:
             spans = timeline.spans[name]
             lanes.append(_lane(name, spans, time.scale))
             changes += [(t, name, level, message) for t, level, message in zip(
                 spans.begins, spans.levels, spans.messages)]
-        changes.sort(key=lambda change: change[0])
-        listed = [f'{time.text(t)}: {name} {LEVELS[level]}: {message}'
-                  for t, name, level, message in changes[:LISTED]]
-        return cls(time.chart('Levels', lanes), listed, len(changes))
+    changes.sort(key=lambda change: change[0])
+    return Section('recording/trust.html', {
+        'chart': time.chart('Levels', lanes) if lanes else None, 'changes': len(changes),
+        'listed': [f'{time.text(t)}: {name} {LEVELS[level]}: {message}'
+                   for t, name, level, message in changes[:LISTED]]}, 'Trust')
 
 
 def _lane(name: str, spans: LevelSpans, scale: float) -> Lane:
@@ -350,47 +301,27 @@ def _lane(name: str, spans: LevelSpans, scale: float) -> Lane:
                 spans.levels, [f'{name} {LEVELS[level]}' for level in spans.levels])
 
 
-@dataclass(frozen=True)
-class PredictionErrors(Section):
-    """Innovations of the encoders and their NIS; both None without estimates."""
-
-    heading = 'Prediction errors'
-    template = 'recording/errors.html'
-    errors: ChartView | None
-    nis: ChartView | None
-
-    @classmethod
-    def of(cls, timeline: Timeline, time: TimeAxis, axis: str) -> 'PredictionErrors':
-        """
-        Return the prediction errors.
-
-        Args:
-            timeline: its envelopes of innovations and NIS.
-            time: axis of the charts.
-            axis: of the drive, for units.
-
-        """
-        t = timeline.errors.t / time.scale
-        if not len(t):
-            return cls(None, None)
-        panels = []
-        for k, name in enumerate(CHANNELS):
-            low, high, mean = timeline.errors.of(k)
-            _, _, std = timeline.errors.of(k + 2)
-            count, covered = timeline.coverage[k]
-            if not count:
-                continue
-            top = 3.0 * float(np.nanmedian(2.0 * std))
-            panels.append(Panel(
-                on_axis(f'{name}, rad: {100 * covered / count:.1f} % within 2 sigma', axis),
-                (Trace(t, mean, 'mean, lowest, highest', 'closed', band=(low, high)),
-                 Trace(t, 2.0 * std, '2 sigma as stated', 'nominal firm'),
-                 Trace(t, -2.0 * std, '', 'nominal firm')), 0.0, 150, limits=(-top, top)))
-        return cls(time.chart('Prediction errors of the encoders', panels),
-                   _nis_chart(timeline, time))
+def _errors(timeline: Timeline, time: TimeAxis, axis: str) -> Section:
+    """Return innovations of the encoders and their NIS, if there are estimates."""
+    t, panels = timeline.errors.t / time.scale, []
+    for k, name in enumerate(CHANNELS):
+        low, high, mean = timeline.errors.of(k)
+        _, _, std = timeline.errors.of(k + 2)
+        count, covered = timeline.coverage[k]
+        if not count:
+            continue
+        top = 3.0 * float(np.nanmedian(2.0 * std))
+        panels.append(Panel(
+            on_axis(f'{name}, rad: {100 * covered / count:.1f} % within 2 sigma', axis),
+            (Trace(t, mean, 'mean, lowest, highest', 'closed', band=(low, high)),
+             Trace(t, 2.0 * std, '2 sigma as stated', 'nominal firm'),
+             Trace(t, -2.0 * std, '', 'nominal firm')), 0.0, 150, limits=(-top, top)))
+    return Section('recording/errors.html', {
+        'errors': time.chart('Prediction errors of the encoders', panels) if len(t) else None,
+        'nis': _nis_chart(timeline, time)}, 'Prediction errors')
 
 
-def _nis_chart(timeline: Timeline, time: TimeAxis) -> ChartView | None:
+def _nis_chart(timeline: Timeline, time: TimeAxis) -> View | None:
     """Return the chart of the NIS with the limits of its alarm, or None without any."""
     _, _, nis = timeline.nis.of(0)
     finite = np.isfinite(nis)  # once per second if it comes from diagnostics
@@ -414,96 +345,51 @@ def _coarser(t: Array, values: Array) -> tuple[Array, Array]:
             values[:count * size].reshape(count, size).mean(axis=1))
 
 
-@dataclass(frozen=True)
-class TorqueHistory(Section):
-    """Torque through the gearbox, its stated deviation, and the commanded torque."""
-
-    heading = 'Torque'
-    template = 'recording/chart.html'
-    chart: ChartView
-
-    @classmethod
-    def of(cls, timeline: Timeline, time: TimeAxis, axis: str) -> 'TorqueHistory':
-        """
-        Return the history of the torque.
-
-        Args:
-            timeline: its envelopes of torques.
-            time: axis of the chart.
-            axis: of the drive, for units.
-
-        """
-        t = timeline.torque.t / time.scale
-        low, high, mean = timeline.torque.of(0)
-        _, _, std = timeline.torque.of(1)
-        u_low, u_high, u_mean = timeline.torque.of(2)
-        panels = []
-        if np.isfinite(mean).any():
-            panels.append(Panel(on_axis('through the gearbox (N m)', axis), (
-                Trace(t, mean, 'mean, lowest, highest', 'closed', band=(low, high)),), 0.0))
-            panels.append(Panel(on_axis('its stated deviation (N m)', axis), (
-                Trace(t, std, 'deviation', 'nominal firm'),), height=90, include=(0.0,)))
-        panels.append(Panel(on_axis('commanded (N m)', axis), (
-            Trace(t, u_mean, 'commanded', 'recording', band=(u_low, u_high)),), 0.0, 120))
-        return cls(time.chart('Torque, filtered', panels))
+def _torque(timeline: Timeline, time: TimeAxis, axis: str) -> Section:
+    """Return torque through the gearbox, its stated deviation, and the commanded torque."""
+    t = timeline.torque.t / time.scale
+    low, high, mean = timeline.torque.of(0)
+    _, _, std = timeline.torque.of(1)
+    u_low, u_high, u_mean = timeline.torque.of(2)
+    panels = []
+    if np.isfinite(mean).any():
+        panels.append(Panel(on_axis('through the gearbox (N m)', axis), (
+            Trace(t, mean, 'mean, lowest, highest', 'closed', band=(low, high)),), 0.0))
+        panels.append(Panel(on_axis('its stated deviation (N m)', axis), (
+            Trace(t, std, 'deviation', 'nominal firm'),), height=90, include=(0.0,)))
+    panels.append(Panel(on_axis('commanded (N m)', axis), (
+        Trace(t, u_mean, 'commanded', 'recording', band=(u_low, u_high)),), 0.0, 120))
+    return Section('recording/chart.html', {'chart': time.chart('Torque, filtered', panels)},
+                   'Torque')
 
 
-@dataclass(frozen=True)
-class InputQuality(Section):
-    """Rate and longest step of the samples; counts of what was refused or missing."""
-
-    heading = 'Input'
-    template = 'recording/input.html'
-    chart: ChartView
-    counts: PageTable
-
-    @classmethod
-    def of(cls, timeline: Timeline, facts: RecordingFacts, time: TimeAxis) -> 'InputQuality':
-        """
-        Return the quality of the input.
-
-        Args:
-            timeline: its rates.
-            facts: its counters.
-            time: axis of the chart.
-
-        """
-        t, rate, step = timeline.rates()
-        panels = [
-            Panel('samples/s', (Trace(t / time.scale, rate, 'rate', 'closed'),), None, 110,
-                  (0.0,)),
-            Panel('longest step (ms)', (
-                Trace(t / time.scale, 1e3 * step, 'longest step between stamps',
-                      'nominal firm'),), None, 110, (0.0,))]
-        return cls(time.chart('Samples by their stamps', panels), PageTable(('counter', ''), [
+def _input(timeline: Timeline, facts: RecordingFacts, time: TimeAxis) -> Section:
+    """Return rate and longest step of the samples; counts of what was refused or missing."""
+    t, rate, step = timeline.rates()
+    panels = [
+        Panel('samples/s', (Trace(t / time.scale, rate, 'rate', 'closed'),), None, 110, (0.0,)),
+        Panel('longest step (ms)', (
+            Trace(t / time.scale, 1e3 * step, 'longest step between stamps', 'nominal firm'),),
+            None, 110, (0.0,))]
+    return Section('recording/input.html', {
+        'chart': time.chart('Samples by their stamps', panels),
+        'counts': PageTable(('counter', ''), [
             (name, count) for name, count in facts.counts.items() if count and name != 'starts'],
-            (1,)))
+            (1,))}, 'Input')
 
 
-@dataclass(frozen=True)
-class ParametersUsed(Section):
-    """Parameters, model (JSON) and versions."""
-
-    heading = 'Parameters and versions'
-    template = 'recording/parameters.html'
-    changed: PageTable
-    parameters: PageTable
-    model: str
-    versions: PageTable
-
-    @classmethod
-    def of(cls, facts: RecordingFacts) -> 'ParametersUsed':
-        """Return it for `facts`."""
-        values = facts.parameters.to_dict()
-        return cls(
-            PageTable(('parameter', 'value', 'default', 'unit'), [
-                (row.name, _value(values[row.name]), _value(row.default), row.unit)
-                for row in ESTIMATOR if getattr(facts.parameters, row.name) != row.default]),
-            PageTable(('parameter', 'value', 'unit', 'description'), [
-                (row.name, _value(values[row.name]), row.unit, row.description)
-                for row in ESTIMATOR]),
-            json.dumps(facts.model.to_dict(), indent=1),
-            PageTable(('of', 'version'), facts.versions))
+def _parameters(facts: RecordingFacts) -> Section:
+    """Return parameters, model (JSON) and versions."""
+    values = facts.parameters.to_dict()
+    return Section('recording/parameters.html', {
+        'changed': PageTable(('parameter', 'value', 'default', 'unit'), [
+            (row.name, _value(values[row.name]), _value(row.default), row.unit)
+            for row in ESTIMATOR if getattr(facts.parameters, row.name) != row.default]),
+        'parameters': PageTable(('parameter', 'value', 'unit', 'description'), [
+            (row.name, _value(values[row.name]), row.unit, row.description)
+            for row in ESTIMATOR]),
+        'model': json.dumps(facts.model.to_dict(), indent=1),
+        'versions': PageTable(('of', 'version'), facts.versions)}, 'Parameters and versions')
 
 
 def _value(value: object) -> str:

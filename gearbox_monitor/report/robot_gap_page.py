@@ -4,7 +4,6 @@
 """The page of a robot's gap: its joints with the worst first, what was found, what to do next."""
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-import json
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,10 +11,10 @@ import numpy as np
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.builder import Page, render_page, Section
-from gearbox_monitor.report.figures import BarRow, bars, BarView, PageTable
+from gearbox_monitor.report.figures import BarRow, bars, PageTable
 from gearbox_monitor.report.robot_words import (
     axes_of, finding_words, MEANINGS, next_steps, remainder_words, size_unit)
-from gearbox_monitor.report.shared_sections import NextSteps, PageSummary, VerdictNumbers
+from gearbox_monitor.report.shared_sections import advice, page_summary, verdict_numbers
 from gearbox_monitor.report.words import sentence
 from gearbox_monitor.robot.chain import Chain
 from gearbox_monitor.robot.description import rotations
@@ -39,12 +38,12 @@ def robot_gap_page(data: VerdictData, chain: Chain, posture: Array) -> str:
     """
     return render_page(Page(
         f'The gap of {", ".join(data["logs"])}', _summary(data), (
-            NextSteps([sentence(step) for step in next_steps(data)]),
-            RobotPicture.of(data, chain, posture), RobotFindings.of(data), RobotGaps.of(data),
-            VisibleSizes.of(data), VerdictNumbers(json.dumps(data, indent=1)))))
+            advice([sentence(step) for step in next_steps(data)]),
+            _picture(data, chain, posture), _findings(data), _gaps(data), _visible(data),
+            verdict_numbers(data))))
 
 
-def _summary(data: VerdictData) -> PageSummary:
+def _summary(data: VerdictData) -> Section:
     """Return the verdict in one line, and the main figures."""
     highest = data['ranked'][0]
     unit = on_axis('N m', axes_of(data)[highest['joint']])
@@ -52,8 +51,8 @@ def _summary(data: VerdictData) -> PageSummary:
              ('its gap before', f'{highest["before"]:.3g} {unit} rms'),
              ('after', f'{highest["after"]:.3g} {unit} rms'),
              ('compared with', ', '.join(data['references']) or data['model'])]
-    return PageSummary(ROLES[data['verdict']], data['summary'], facts,
-                       [f'{x}.' for x in (*data['cautions'], *data['warnings'])])
+    return page_summary(ROLES[data['verdict']], data['summary'], facts,
+                        [f'{x}.' for x in (*data['cautions'], *data['warnings'])])
 
 
 @dataclass(frozen=True)
@@ -67,46 +66,36 @@ class Dot:
     name: str
     words: str
     rank: int
-    left: bool
+    text_left: bool
 
 
-@dataclass(frozen=True)
-class RobotPicture(Section):
-    """The robot from its side: a line per link, a dot per joint, as large as its gap."""
-
-    heading = 'Where it is'
-    template = 'robot_gap/picture.html'
-    lines: Sequence[tuple[float, float, float, float]]
-    dots: Sequence[Dot]
-
-    @classmethod
-    def of(cls, data: VerdictData, chain: Chain, posture: Array) -> 'RobotPicture':
-        """Return it for the verdict in `data` on `chain`, drawn at positions `posture` [J]."""
-        places = joint_places(chain, posture)
-        flat = places - places.mean(axis=0)
-        turned = np.arctan2(*np.linalg.svd(flat[:, :2], full_matrices=False)[2][0][::-1])
-        across = flat[:, 0] * np.cos(turned) + flat[:, 1] * np.sin(turned)
-        points = np.column_stack([across, -flat[:, 2]])
-        low, size = points.min(axis=0), np.ptp(points, axis=0)
-        scale = float(min((WIDTH - 2 * MARGIN) / max(size[0], 1e-3),
-                          (HEIGHT - 2 * MARGIN) / max(size[1], 1e-3), 600.0))
-        shift = np.array([WIDTH, HEIGHT]) / 2 - scale * (low + size / 2)
-        xy = points * scale + shift
-        lines = [(*xy[link.parent + 1], *xy[i + 1]) for i, link in enumerate(chain.links)]
-        place_of = {link.joint: i for i, link in enumerate(chain.links)}
-        joint_of = {link.name: link.joint for link in chain.links}
-        hit = {f.get('joint') or joint_of.get(f.get('link') or '', '') for f in data['findings']}
-        gaps = {r['joint'] for r in data['remainders']}
-        highest = max((g['before'] / (g['effort'] + 1e-9) for g in data['ranked']), default=1.0)
-        dots, axes = [], axes_of(data)
-        for rank, gap in enumerate(data['ranked'], 1):
-            x, y = xy[place_of[gap['joint']] + 1]
-            share = gap['before'] / (gap['effort'] + 1e-9) / max(highest, 1e-9)
-            role = 'hit' if gap['joint'] in hit else 'lost' if gap['joint'] in gaps else 'calm'
-            dots.append(Dot(float(x), float(y), 4.0 + 7.0 * share, role, gap['joint'],
-                            f'{gap["before"]:.2g} {on_axis("N m", axes[gap["joint"]])}', rank,
-                            bool(x > 0.6 * WIDTH)))
-        return cls(lines, apart(dots))
+def _picture(data: VerdictData, chain: Chain, posture: Array) -> Section:
+    """Return the robot from its side: a line per link, a dot per joint as large as its gap."""
+    places = joint_places(chain, posture)
+    flat = places - places.mean(axis=0)
+    turned = np.arctan2(*np.linalg.svd(flat[:, :2], full_matrices=False)[2][0][::-1])
+    across = flat[:, 0] * np.cos(turned) + flat[:, 1] * np.sin(turned)
+    points = np.column_stack([across, -flat[:, 2]])
+    low, size = points.min(axis=0), np.ptp(points, axis=0)
+    scale = float(min((WIDTH - 2 * MARGIN) / max(size[0], 1e-3),
+                      (HEIGHT - 2 * MARGIN) / max(size[1], 1e-3), 600.0))
+    shift = np.array([WIDTH, HEIGHT]) / 2 - scale * (low + size / 2)
+    xy = points * scale + shift
+    lines = [(*xy[link.parent + 1], *xy[i + 1]) for i, link in enumerate(chain.links)]
+    place_of = {link.joint: i for i, link in enumerate(chain.links)}
+    joint_of = {link.name: link.joint for link in chain.links}
+    hit = {f.get('joint') or joint_of.get(f.get('link') or '', '') for f in data['findings']}
+    gaps = {r['joint'] for r in data['remainders']}
+    highest = max((g['before'] / (g['effort'] + 1e-9) for g in data['ranked']), default=1.0)
+    dots, axes = [], axes_of(data)
+    for rank, gap in enumerate(data['ranked'], 1):
+        x, y = xy[place_of[gap['joint']] + 1]
+        share = gap['before'] / (gap['effort'] + 1e-9) / max(highest, 1e-9)
+        role = 'hit' if gap['joint'] in hit else 'lost' if gap['joint'] in gaps else 'calm'
+        dots.append(Dot(float(x), float(y), 4.0 + 7.0 * share, role, gap['joint'],
+                        f'{gap["before"]:.2g} {on_axis("N m", axes[gap["joint"]])}', rank,
+                        bool(x > 0.6 * WIDTH)))
+    return Section('robot_gap/picture.html', {'lines': lines, 'dots': apart(dots)}, 'Where it is')
 
 
 def apart(dots: Sequence[Dot]) -> list[Dot]:
@@ -137,76 +126,46 @@ def joint_places(chain: Chain, posture: Array) -> Array:
     return np.vstack([np.zeros(3), *places])
 
 
-@dataclass(frozen=True)
-class RobotFindings(Section):
-    """What was found, one line each; what remains."""
-
-    heading = 'What it is'
-    template = 'robot_gap/findings.html'
-    rows: PageTable
-    remains: Sequence[str]
-    meanings: Sequence[str]
-
-    @classmethod
-    def of(cls, data: VerdictData) -> 'RobotFindings':
-        """Return it for a verdict's data."""
-        axes = axes_of(data)
-        rows = [(finding_words(f, axes), f['effect'], f'{100 * (f["share"] or 0.0):.0f} %',
-                 f'{f["evidence"]:.0f}', ', '.join(f['confusable']) or '-')
-                for f in data['findings']]
-        header = ('what', 'effect', 'share', 'evidence', 'indistinguishable from')
-        remains = [f'{remainder_words(r, axes)}.' for r in data['remainders']]
-        return cls(PageTable(header, rows, (2, 3)), remains,
-                   [f'{f["effect"]}: {MEANINGS[f["effect"]]}.' for f in data['findings']
-                    if f['effect'] in MEANINGS])
+def _findings(data: VerdictData) -> Section:
+    """Return what was found, one line each, and what remains."""
+    axes = axes_of(data)
+    rows = [(finding_words(f, axes), f['effect'], f'{100 * (f["share"] or 0.0):.0f} %',
+             f'{f["evidence"]:.0f}', ', '.join(f['confusable']) or '-')
+            for f in data['findings']]
+    header = ('what', 'effect', 'share', 'evidence', 'indistinguishable from')
+    return Section('robot_gap/findings.html', {
+        'rows': PageTable(header, rows, (2, 3)),
+        'remains': [f'{remainder_words(r, axes)}.' for r in data['remainders']],
+        'meanings': [f'{f["effect"]}: {MEANINGS[f["effect"]]}.' for f in data['findings']
+                     if f['effect'] in MEANINGS]}, 'What it is')
 
 
-@dataclass(frozen=True)
-class RobotGaps(Section):
-    """The torque of each joint that the model does not explain, before and after."""
-
-    heading = 'The gap of each joint'
-    template = 'robot_gap/gaps.html'
-    gaps: Sequence[BarView]
-    runs: PageTable
-
-    @classmethod
-    def of(cls, data: VerdictData) -> 'RobotGaps':
-        """Return it for a verdict's data."""
-        rows, axes = [], axes_of(data)
-        for gap in data['ranked']:
-            unit = on_axis('N m', axes[gap['joint']])
-            rows.append(BarRow(gap['joint'], 'before', gap['before'],
-                               f'{gap["before"]:.3g} {unit}', 'nominal'))
-            rows.append(BarRow('', 'after', gap['after'], f'{gap["after"]:.3g} {unit}', 'closed'))
-        runs = data.get('rollouts') or {}
-        return cls(bars(rows), PageTable(
-            ('joint', 'before', 'after'),
-            [(joint, *(f'{1e3 * v[k]:.3g} {on_axis("mrad", axes[joint])}'
-                       for k in ('before', 'after')))
-             for joint, v in (runs.get('joints') or {}).items()], (1, 2)))
+def _gaps(data: VerdictData) -> Section:
+    """Return the torque of each joint that the model does not explain, before and after."""
+    rows, axes = [], axes_of(data)
+    for gap in data['ranked']:
+        unit = on_axis('N m', axes[gap['joint']])
+        rows.append(BarRow(gap['joint'], 'before', gap['before'],
+                           f'{gap["before"]:.3g} {unit}', 'nominal'))
+        rows.append(BarRow('', 'after', gap['after'], f'{gap["after"]:.3g} {unit}', 'closed'))
+    runs = (data.get('rollouts') or {}).get('joints') or {}
+    return Section('robot_gap/gaps.html', {'gaps': bars(rows), 'runs': PageTable(
+        ('joint', 'before', 'after'),
+        [(joint, *(f'{1e3 * v[k]:.3g} {on_axis("mrad", axes[joint])}'
+                   for k in ('before', 'after'))) for joint, v in runs.items()], (1, 2))},
+        'The gap of each joint')
 
 
-@dataclass(frozen=True)
-class VisibleSizes(Section):
-    """The smallest size of each effect that this motion would have shown."""
-
-    heading = 'What would have been seen'
-    folded = True
-    template = 'robot_gap/visible.html'
-    rows: PageTable
-    untried: Sequence[tuple[str, str]]
-
-    @classmethod
-    def of(cls, data: VerdictData) -> 'VisibleSizes':
-        """Return it for a verdict's data."""
-        rows, axes = [], axes_of(data)
-        for effect, places in data['visible'].items():
-            if places:
-                low, high = min(places, key=places.get), max(places, key=places.get)
-                ends = [(f'{places[place]:.2g} '
-                         f'{size_unit(effect, axes.get(place, "rotary"))}', place)
-                        for place in (low, high)]
-                rows.append((MEANINGS.get(effect, effect), *ends[0], *ends[1]))
-        return cls(PageTable(('effect', 'visible from', 'at', 'elsewhere up to', 'at'), rows),
-                   list(data['not_tried'].items()))
+def _visible(data: VerdictData) -> Section:
+    """Return the smallest size of each effect that this motion would have shown."""
+    rows, axes = [], axes_of(data)
+    for effect, places in data['visible'].items():
+        if places:
+            low, high = min(places, key=places.get), max(places, key=places.get)
+            ends = [(f'{places[place]:.2g} '
+                     f'{size_unit(effect, axes.get(place, "rotary"))}', place)
+                    for place in (low, high)]
+            rows.append((MEANINGS.get(effect, effect), *ends[0], *ends[1]))
+    return Section('robot_gap/visible.html', {
+        'rows': PageTable(('effect', 'visible from', 'at', 'elsewhere up to', 'at'), rows),
+        'untried': data['not_tried'].items()}, 'What would have been seen', folded=True)

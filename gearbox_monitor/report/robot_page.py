@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The joints of a robot side by side: torque, backlash and trust in one row each, worst first."""
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 import math
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.live_history import GearboxHistory, is_wear, MOTION_ROWS
 from gearbox_monitor.report.recording_page import (
     headline, next_steps, ROLES, trusted_share, wear)
-from gearbox_monitor.report.shared_sections import NextSteps, PageSummary
+from gearbox_monitor.report.shared_sections import advice, page_summary
 from gearbox_monitor.report.timeline import LEVELS, Timeline, WindowBacklash
 from gearbox_monitor.report.timeline_source import RecordingFacts
 from gearbox_monitor.report.words import width_and_std
@@ -91,20 +91,15 @@ def _path(t: Array, value: Array) -> str:
     return 'M' + 'L'.join(f'{a:.1f},{b:.1f}' for a, b in zip(x, y))
 
 
-@dataclass(frozen=True)
-class JointTable(Section):
-    """All joints, the worst first; empty for a single one."""
+def worst_rows(rows: Iterable[JointRow]) -> list[JointRow]:
+    """Return `rows`, worst first; of the same level, wear comes before a lack of trust."""
+    return sorted(rows, key=lambda row: (
+        -row.level, not row.worn, 1.0 if row.trusted is None else row.trusted))
 
-    heading = 'Joints'
-    template = 'robot/joints.html'
-    rows: Sequence[JointRow]
 
-    @classmethod
-    def of(cls, rows: Sequence[JointRow]) -> 'JointTable':
-        """Return the table of `rows`; of the same level, wear comes before a lack of trust."""
-        return cls(sorted(rows, key=lambda row: (
-            -row.level, not row.worn, 1.0 if row.trusted is None else row.trusted))
-            if len(rows) > 1 else ())
+def joint_table(rows: Sequence[JointRow]) -> Section:
+    """Return the table of all joints with their `rows`, empty for a single one."""
+    return Section('robot/joints.html', {'rows': rows if len(rows) > 1 else ()}, 'Joints')
 
 
 def live_row(gearbox: GearboxHistory, name: str) -> JointRow:
@@ -138,14 +133,14 @@ def recorded_row(timeline: Timeline, name: str, link: str) -> JointRow:
 
 
 def _summary(joints: Mapping[str, tuple[Timeline, RecordingFacts]], rows: Sequence[JointRow]
-             ) -> PageSummary:
+             ) -> Section:
     """Return the summary of `joints`, whose `rows` begin with the worst."""
     highest, raised = rows[0], sum(row.level > 0 for row in rows)
     text = 'Nothing is raised.' if highest.kind else highest.message
     if raised:
         text = f'{highest.name}: {highest.message}' + f' ({raised - 1} more)' * (raised > 1)
     timelines = [timeline for timeline, _ in joints.values()]
-    return PageSummary(
+    return page_summary(
         highest.kind, text,
         [('from', when(timelines[0].first_ns or 0)),
          ('duration', f'{max(t.last for t in timelines):.4g} s'), ('joints', str(len(joints))),
@@ -175,11 +170,10 @@ def robot_page(joints: Mapping[str, tuple[Timeline, RecordingFacts]], links: Map
         One file that loads nothing and links to the pages of the joints, and its headline.
 
     """
-    table = JointTable.of([recorded_row(timeline, joint, links[joint])
-                           for joint, (timeline, _) in joints.items()])
-    summary = _summary(joints, table.rows)
-    highest = table.rows[0].name
+    rows = worst_rows(recorded_row(timeline, joint, links[joint])
+                      for joint, (timeline, _) in joints.items())
+    summary, highest = _summary(joints, rows), rows[0].name
     timeline, facts = joints[highest]
-    steps = NextSteps([f'{highest}: {step}' for step in next_steps(timeline, bags[highest])])
-    return RobotPage(render_page(Page(
-        f'Robot {name}', summary, (steps, table), facts.model.axis)), summary.headline)
+    steps = advice([f'{highest}: {step}' for step in next_steps(timeline, bags[highest])])
+    return RobotPage(render_page(Page(f'Robot {name}', summary, (steps, joint_table(rows)),
+                                      facts.model.axis)), summary.data['headline'])

@@ -2,40 +2,33 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Sections that several pages have: the summary, what to do next, the verdict as JSON."""
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+import json
+from typing import Any
 
 from gearbox_monitor.report.builder import Section
 
 
-@dataclass(frozen=True)
-class NextSteps(Section):
-    """Advice, most urgent first."""
-
-    heading = 'What to do next'
-    template = 'next.html'
-    steps: Sequence[str]
+def advice(steps: Sequence[str]) -> Section:
+    """Return the section of `steps` to take, most urgent first."""
+    return Section('next.html', {'steps': steps}, 'What to do next')
 
 
-@dataclass(frozen=True)
-class PageSummary(Section):
+def page_summary(kind: str, headline: str, facts: Sequence[tuple[str, str]] = (),
+                 notes: Sequence[str] = ()) -> Section:
     """
-    The answer of a page in one sentence, the main figures, notes.
+    Return the answer of a page.
 
-    kind: colour of the sentence: good, warn or error, '' for none.
+    Args:
+        kind: colour of the sentence: good, warn or error, '' for none.
+        headline: the answer in one sentence.
+        facts: the main figures, (name, text).
+        notes: sentences below.
     """
-
-    template = 'summary.html'
-    kind: str
-    headline: str
-    facts: Sequence[tuple[str, str]] = ()
-    notes: Sequence[str] = ()
+    return Section('summary.html', {'kind': kind, 'headline': headline, 'facts': facts,
+                                    'notes': notes})
 
 
-@dataclass(frozen=True)
-class VerdictNumbers(Section):
-    """The verdict as JSON."""
-
-    heading = 'All numbers'
-    template = 'numbers.html'
-    json: str
+def verdict_numbers(data: Mapping[str, Any]) -> Section:
+    """Return the section with the `data` of a verdict as JSON."""
+    return Section('numbers.html', {'json': json.dumps(data, indent=1)}, 'All numbers')

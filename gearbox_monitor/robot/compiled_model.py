@@ -199,10 +199,8 @@ def mujoco_module() -> Any:
 
 
 def name_of(m: Any, kind: str, index: int) -> str:
-    """Return the name of object `index` of `m`, of a `kind` as in mjtObj, or its number."""
-    mujoco = mujoco_module()
-    own = mujoco.mj_id2name(m, getattr(mujoco.mjtObj, f'mjOBJ_{kind.upper()}'), int(index))
-    return own or f'number {int(index)}'
+    """Return the name of object `index` of `m`, of a `kind` such as joint, or its number."""
+    return getattr(m, kind)(int(index)).name or f'number {int(index)}'
 
 
 def disabled(m: Any, *flags: str) -> bool:
@@ -275,11 +273,6 @@ class ActuatorLaw:
     cogging: tuple[float, ...] = ()
     lugre: tuple[float, ...] = ()
 
-    @property
-    def alone(self) -> bool:
-        """Whether it gives no torque at the control 0."""
-        return self.passive or not (self.constant or self.spring or self.damper)
-
 
 class Unread(Exception):
     """An attribute of an actuator that is not read: which, and what to do."""
@@ -343,7 +336,7 @@ def actuator_law(m: Any, actuator: int) -> ActuatorLaw:
     """
     mujoco, i = mujoco_module(), actuator
     gain_kind, bias_kind = int(m.actuator_gaintype[i]), int(m.actuator_biastype[i])
-    word = _kind_of(mujoco.mjtGain, gain_kind, 'mjGAIN_')
+    word = kind_of(mujoco.mjtGain, gain_kind)
     if m.actuator_plugin[i] >= 0:
         raise Unread('plugin', 'its torque is code')
     if gain_kind == int(mujoco.mjtGain.mjGAIN_DCMOTOR):
@@ -351,7 +344,7 @@ def actuator_law(m: Any, actuator: int) -> ActuatorLaw:
     if gain_kind not in (int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_PID)):
         raise Unread('gaintype', f'{word}, expected fixed')
     if bias_kind not in (int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)):
-        raise Unread('biastype', _kind_of(mujoco.mjtBias, bias_kind, 'mjBIAS_')
+        raise Unread('biastype', kind_of(mujoco.mjtBias, bias_kind)
                      + ', expected none or affine')
     bias = [0.0] * 3
     if bias_kind == int(mujoco.mjtBias.mjBIAS_AFFINE):
@@ -376,17 +369,13 @@ def actuator_law(m: Any, actuator: int) -> ActuatorLaw:
         raise Unread('gainprm', f'{gain:g}, expected a number above 0 (a negative gear turns '
                      'the sign)')
     return ActuatorLaw(
-        i, _name(m, i), gear, gain, gear * bias[0], spring, damper, _force(m, i, gear),
+        i, m.actuator(i).name, gear, gain, gear * bias[0], spring, damper, _force(m, i, gear),
         _control(m, i), lag, _delay(m, i), setpoint, speed=bool(not setpoint and damper))
 
 
-def _kind_of(enumeration: Any, value: int, prefix: str) -> str:
-    return str(enumeration(value).name).removeprefix(prefix).lower()
-
-
-def _name(m: Any, i: int) -> str:
-    mujoco = mujoco_module()
-    return mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_ACTUATOR, i) or ''
+def kind_of(enumeration: Any, value: int) -> str:
+    """Return the name of a `value` of an `enumeration` of MuJoCo, as 'hinge' of mjJNT_HINGE."""
+    return str(enumeration(int(value)).name).partition('_')[2].lower()
 
 
 def _gear(m: Any, i: int) -> float:
@@ -417,7 +406,7 @@ def _lag(m: Any, i: int) -> float:
     if kind in (int(dyn.mjDYN_NONE), int(dyn.mjDYN_PID)):
         return 0.0
     if kind not in (int(dyn.mjDYN_FILTER), int(dyn.mjDYN_FILTEREXACT)):
-        raise Unread('dyntype', f'{_kind_of(dyn, kind, "mjDYN_")}, expected none, filter or '
+        raise Unread('dyntype', f'{kind_of(dyn, kind)}, expected none, filter or '
                      'filterexact')
     if m.actuator_actlimited[i] or m.actuator_actearly[i]:
         raise Unread('actlimited' if m.actuator_actlimited[i] else 'actearly',
@@ -463,7 +452,7 @@ def _dc_motor(m: Any, i: int) -> ActuatorLaw:
     bias = [float(v) for v in m.actuator_biasprm[i, :6]]
     size = abs(gear)
     return ActuatorLaw(
-        i, _name(m, i), gear, gain, 0.0, 0.0, gear * gear * gain * constant,
+        i, m.actuator(i).name, gear, gain, 0.0, 0.0, gear * gear * gain * constant,
         _force(m, i, gear), (-math.inf, math.inf) if passive else _control(m, i), 0.0,
         0.0 if passive else _delay(m, i), passive=passive, speed=False,
         cogging=(gear * bias[0], bias[1] * gear, bias[2]) if bias[0] else (),
@@ -472,20 +461,6 @@ def _dc_motor(m: Any, i: int) -> ActuatorLaw:
 
 
 # ---------------------------------------------------------------------- what is not read
-
-
-class _Moved:
-    """What a set of joints of a model moves, and the names for messages."""
-
-    def __init__(self, m: Any, joints: Sequence[int], state: Any) -> None:
-        self.m, self.joints = m, tuple(joints)
-        self.mujoco = mujoco_module()
-        self.bodies = np.array([moved_by(m, j) for j in joints]).reshape(-1, m.nbody)
-        self.tendons = _tendon_rows(m, state)
-
-    def joint(self, joint: int) -> str:
-        """Return the name of a `joint`."""
-        return name_of(self.m, 'joint', joint)
 
 
 def _tendon_rows(m: Any, state: Any) -> Array:
@@ -513,13 +488,19 @@ def undecided(m: Any, joints: Sequence[int], state: Any = None,
         does is read by actuator_law, and listed here where that raises.
 
     """
-    moved = _Moved(m, joints, at_rest(m) if state is None else state)
+    tendons = _tendon_rows(m, at_rest(m) if state is None else state)
     refusals: list[Refusal] = []
-    for place, joint in enumerate(joints):
-        refusals += _of_joint(moved, joint)
-        refusals += _of_tendons(moved, joint, gearboxes)
-        refusals += _of_actuators(moved, joint, gearboxes)
-        refusals += _of_constraints(moved, place)
+    for joint in joints:
+        if joint in scalar_joints(m):
+            refusals += _torques_on(m, joint)
+            refusals += _steps_of(m, joint)
+            refusals += _of_tendons(m, joint, tendons, gearboxes)
+            refusals += _of_actuators(m, joint, tendons, gearboxes)
+        else:
+            kind = kind_of(mujoco_module().mjtJoint, m.jnt_type[joint])
+            refusals.append(Refusal(name_of(m, 'joint', joint), 'type',
+                                    f'{kind}, expected hinge or slide'))
+        refusals += _of_constraints(m, joint, tendons)
     return refusals
 
 
@@ -537,39 +518,22 @@ def undecided_of_robot(m: Any) -> list[Refusal]:
     Returns:
         Refusals, in the order of the joints.
     """
-    moved = _Moved(m, range(m.njnt), at_rest(m))
-    return [refusal for joint in moved.joints
-            for refusal in (*_torques_on(moved, joint), *_on_sites(moved, joint))]
+    return [refusal for joint in range(m.njnt)
+            for refusal in (*_torques_on(m, joint), *_on_sites(m, joint))]
 
 
-def _of_joint(moved: _Moved, joint: int) -> Iterator[Refusal]:
-    m, mujoco, name = moved.m, moved.mujoco, moved.joint(joint)
-    if joint not in scalar_joints(m):
-        kind = _kind_of(mujoco.mjtJoint, int(m.jnt_type[joint]), 'mjJNT_')
-        yield Refusal(name, 'type', f'{kind}, expected hinge or slide')
-        return
-    yield from _torques_on(moved, joint)
-    yield from _steps_of(moved, joint)
-
-
-def _torques_on(moved: _Moved, joint: int) -> Iterator[Refusal]:
+def _torques_on(m: Any, joint: int) -> Iterator[Refusal]:
     """Yield what acts on a hinge or slide, or on what it moves, and is not read."""
-    m, name, dof = moved.m, moved.joint(joint), int(moved.m.jnt_dofadr[joint])
-    spring = m.jnt_stiffness[joint] or np.any(m.jnt_stiffnesspoly[joint])
-    if np.any(m.jnt_stiffnesspoly[joint]) and not disabled(m, 'SPRING'):
-        yield Refusal(name, 'stiffness', f'{_numbers(m.jnt_stiffnesspoly[joint])} of higher '
-                      'order, expected one number')
-    if m.jnt_springyield[joint] and spring and not disabled(m, 'SPRING'):
-        yield Refusal(name, 'springyield', f'{m.jnt_springyield[joint]:g}: the spring yields, '
-                      'expected 0')
-    poly = m.dof_dampingpoly[dof]
-    if np.any(poly) and not disabled(m, 'DAMPER'):
-        yield Refusal(name, 'damping', f'{_numbers(poly)} of higher order, expected one number')
-    for i in _attached(m, joint):
-        poly = m.actuator_dampingpoly[i]
-        if np.any(poly) and not disabled(m, 'DAMPER'):
-            yield Refusal(name, f'actuator {name_of(m, "actuator", i)}: damping',
-                          f'{_numbers(poly)} of higher order, expected one number')
+    name, spring = name_of(m, 'joint', joint), m.jnt_stiffnesspoly[joint]
+    yields = m.jnt_springyield[joint] if m.jnt_stiffness[joint] or np.any(spring) else 0.0
+    rows = [('SPRING', 'stiffness', _higher(spring)),
+            ('SPRING', 'springyield', f'{yields:g}: the spring yields, expected 0' * bool(yields)),
+            ('DAMPER', 'damping', _higher(m.dof_dampingpoly[m.jnt_dofadr[joint]])),
+            *(('DAMPER', f'actuator {name_of(m, "actuator", i)}: damping',
+               _higher(m.actuator_dampingpoly[i])) for i in _attached(m, joint))]
+    for flag, attribute, words in rows:
+        if words and not disabled(m, flag):
+            yield Refusal(name, attribute, words)
     both_off = disabled(m, 'SPRING') and disabled(m, 'DAMPER')
     for medium in ('density', 'viscosity'):
         if getattr(m.opt, medium) and not both_off:
@@ -581,11 +545,17 @@ def _torques_on(moved: _Moved, joint: int) -> Iterator[Refusal]:
         yield Refusal(name, 'flex', f'{m.nflex} deformable bodies, expected none')
 
 
-def _steps_of(moved: _Moved, joint: int) -> Iterator[Refusal]:
+def _higher(poly: Array) -> str:
+    """Return what is wrong with coefficients `poly` of higher order, '' if all are 0."""
+    return (' '.join(f'{float(v):g}' for v in np.ravel(poly))
+            + ' of higher order, expected one number') * bool(np.any(poly))
+
+
+def _steps_of(m: Any, joint: int) -> Iterator[Refusal]:
     """Yield what makes steps of the simulation differ from the equation of motion."""
-    m, mujoco, name = moved.m, moved.mujoco, moved.joint(joint)
-    dof = int(m.jnt_dofadr[joint])
-    friction = m.dof_frictionloss[dof] and not disabled(m, 'FRICTIONLOSS', 'CONSTRAINT')
+    kinds, name = mujoco_module().mjtIntegrator, name_of(m, 'joint', joint)
+    friction = m.dof_frictionloss[m.jnt_dofadr[joint]] and not disabled(
+        m, 'FRICTIONLOSS', 'CONSTRAINT')
     if friction and m.opt.noslip_iterations > 0:
         yield Refusal(name, 'noslip_iterations', f'{m.opt.noslip_iterations} in option: changes '
                       'frictionloss, expected 0')
@@ -595,15 +565,10 @@ def _steps_of(moved: _Moved, joint: int) -> Iterator[Refusal]:
     if enabled(m, 'SLEEP'):
         yield Refusal(name, 'sleep', 'enabled in option flag, expected disable')
     steps = int(m.opt.integrator)
-    if steps not in (int(mujoco.mjtIntegrator.mjINT_EULER), int(mujoco.mjtIntegrator.mjINT_RK4),
-                    int(mujoco.mjtIntegrator.mjINT_IMPLICIT),
-                    int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)):
-        yield Refusal(name, 'integrator', f'{_kind_of(mujoco.mjtIntegrator, steps, "mjINT_")}, '
+    if steps not in (kinds.mjINT_EULER, kinds.mjINT_RK4, kinds.mjINT_IMPLICIT,
+                     kinds.mjINT_IMPLICITFAST):
+        yield Refusal(name, 'integrator', f'{kind_of(kinds, steps)}, '
                       'expected Euler, RK4, implicit or implicitfast')
-
-
-def _numbers(values: Any) -> str:
-    return ' '.join(f'{float(v):g}' for v in np.ravel(values))
 
 
 def tendon_forces(m: Any, tendon: int) -> list[str]:
@@ -619,83 +584,76 @@ def tendon_forces(m: Any, tendon: int) -> list[str]:
         ('limited', not disabled(m, 'LIMIT', 'CONSTRAINT') and m.tendon_limited[tendon])) if value]
 
 
-def _of_tendons(moved: _Moved, joint: int, gearboxes: Sequence[int]) -> Iterator[Refusal]:
-    m, dof = moved.m, int(moved.m.jnt_dofadr[joint])
-    if joint not in scalar_joints(m):
-        return
-    for t in range(m.ntendon):
-        if t in gearboxes or not moved.tendons[t, dof]:
-            continue
+def _of_tendons(m: Any, joint: int, tendons: Array, gearboxes: Sequence[int]
+                ) -> Iterator[Refusal]:
+    dof = int(m.jnt_dofadr[joint])
+    for t in np.flatnonzero(tendons[:, dof]).tolist():
         acts = tendon_forces(m, t)
-        if not acts:
+        if t in gearboxes or not acts:
             continue
-        partners = [name_of(m, 'joint', m.dof_jntid[d]) for d in np.flatnonzero(moved.tendons[t])
+        partners = [name_of(m, 'joint', m.dof_jntid[d]) for d in np.flatnonzero(tendons[t])
                     if d != dof]
         joins = f' joins it to {", ".join(partners[:3])}' if partners else ' acts on it'
-        yield Refusal(moved.joint(joint), f'tendon {name_of(m, "tendon", t)}',
+        yield Refusal(name_of(m, 'joint', joint), f'tendon {name_of(m, "tendon", t)}',
                       f'{", ".join(acts)}:{joins}, expected none, or the gearbox between --joint '
                       'and --model-arm-joint')
 
 
-def _of_actuators(moved: _Moved, joint: int, gearboxes: Sequence[int]) -> Iterator[Refusal]:
-    m, mujoco = moved.m, moved.mujoco
-    if joint not in scalar_joints(m):
-        return
-    name, dof, trn = moved.joint(joint), int(m.jnt_dofadr[joint]), mujoco.mjtTrn
-    direct = actuators_on(m, joint)
+def _of_actuators(m: Any, joint: int, tendons: Array, gearboxes: Sequence[int]
+                  ) -> Iterator[Refusal]:
+    name, dof = name_of(m, 'joint', joint), int(m.jnt_dofadr[joint])
+    direct, pulling = actuators_on(m, joint), mujoco_module().mjtTrn.mjTRN_TENDON
     for i in range(len(m.actuator_trntype)):
-        if is_off(m, i):
-            continue
-        kind, target = int(m.actuator_trntype[i]), int(m.actuator_trnid[i, 0])
-        element = f'actuator {name_of(m, "actuator", i)}'
+        target, element = int(m.actuator_trnid[i, 0]), f'actuator {name_of(m, "actuator", i)}'
         if i in direct:
             try:
                 actuator_law(m, i)
             except Unread as problem:
                 yield Refusal(name, f'{element}: {problem.attribute}', problem.words)
-        elif kind == int(trn.mjTRN_TENDON):
-            if moved.tendons[target, dof] and target not in gearboxes:
-                yield Refusal(name, element, f'pulls at the tendon {name_of(m, "tendon", target)} '
-                              'over the joint, expected one on the joint')
-    yield from _on_sites(moved, joint)
+        elif m.actuator_trntype[i] == pulling and not is_off(m, i) and (
+                tendons[target, dof] and target not in gearboxes):
+            yield Refusal(name, element, f'pulls at the tendon {name_of(m, "tendon", target)} '
+                          'over the joint, expected one on the joint')
+    yield from _on_sites(m, joint)
 
 
-def _on_sites(moved: _Moved, joint: int) -> Iterator[Refusal]:
+def _on_sites(m: Any, joint: int) -> Iterator[Refusal]:
     """Yield the actuators that act on sites which a joint moves."""
-    m, trn, bodies = moved.m, moved.mujoco.mjtTrn, moved_by(moved.m, joint)
+    trn, bodies = mujoco_module().mjtTrn, moved_by(m, joint)
     for i in range(len(m.actuator_trntype)):
-        if m.actuator_trntype[i] in (int(trn.mjTRN_SITE), int(trn.mjTRN_SLIDERCRANK)) and (
+        if int(m.actuator_trntype[i]) in (trn.mjTRN_SITE, trn.mjTRN_SLIDERCRANK) and (
                 not is_off(m, i) and bodies[m.site_bodyid[m.actuator_trnid[i, 0]]]):
-            yield Refusal(moved.joint(joint), f'actuator {name_of(m, "actuator", i)}', 'acts on '
-                          'a site that the joint moves, expected one on the joint')
+            yield Refusal(name_of(m, 'joint', joint), f'actuator {name_of(m, "actuator", i)}',
+                          'acts on a site that the joint moves, expected one on the joint')
 
 
-def _of_constraints(moved: _Moved, place: int) -> Iterator[Refusal]:
-    m, mujoco = moved.m, moved.mujoco
+def ends_of(m: Any, equality: int) -> tuple[int, int]:
+    """Return the two bodies that an `equality` of bodies or of their sites holds together."""
+    ends = int(m.eq_obj1id[equality]), int(m.eq_obj2id[equality])
+    if m.eq_objtype[equality] == mujoco_module().mjtObj.mjOBJ_SITE:
+        return int(m.site_bodyid[ends[0]]), int(m.site_bodyid[ends[1]])
+    return ends
+
+
+def _of_constraints(m: Any, joint: int, tendons: Array) -> Iterator[Refusal]:
     if disabled(m, 'EQUALITY', 'CONSTRAINT'):
         return
-    joint = moved.joints[place]
-    name, dof, kinds = moved.joint(joint), int(m.jnt_dofadr[joint]), mujoco.mjtEq
-    for e in range(m.neq):
-        if not m.eq_active0[e]:
-            continue
+    kinds, own = mujoco_module().mjtEq, moved_by(m, joint)
+    name, dof = name_of(m, 'joint', joint), int(m.jnt_dofadr[joint])
+    for e in np.flatnonzero(m.eq_active0).tolist():
         kind, ids = int(m.eq_type[e]), (int(m.eq_obj1id[e]), int(m.eq_obj2id[e]))
         element = f'equality {name_of(m, "equality", e)}'
-        if kind == int(kinds.mjEQ_JOINT):
-            if joint in ids:
-                partners = [moved.joint(j) for j in ids if j >= 0 and j != joint]
-                yield Refusal(name, element, 'couples it with ' + ', '.join(partners)
-                              if partners else 'holds it')
-        elif kind == int(kinds.mjEQ_TENDON):
-            if any(t >= 0 and moved.tendons[t, dof] for t in ids):
-                yield Refusal(name, element, 'couples the tendon over it')
-        elif kind in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)):
-            if m.eq_objtype[e] == int(mujoco.mjtObj.mjOBJ_SITE):
-                ids = (int(m.site_bodyid[ids[0]]), int(m.site_bodyid[ids[1]]))
-            own = moved_by(m, joint)
-            if own[ids[0]] != own[ids[1]]:
-                yield Refusal(name, element, f'holds {name_of(m, "body", ids[0])} to '
-                              f'{name_of(m, "body", ids[1])}: a closed loop of bodies')
+        if kind == kinds.mjEQ_JOINT and joint in ids:
+            partners = [name_of(m, 'joint', j) for j in ids if j >= 0 and j != joint]
+            yield Refusal(name, element, 'couples it with ' + ', '.join(partners)
+                          if partners else 'holds it')
+        elif kind == kinds.mjEQ_TENDON and any(t >= 0 and tendons[t, dof] for t in ids):
+            yield Refusal(name, element, 'couples the tendon over it')
+        elif kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
+            first, second = ends_of(m, e)
+            if own[first] != own[second]:
+                yield Refusal(name, element, f'holds {name_of(m, "body", first)} to '
+                              f'{name_of(m, "body", second)}: a closed loop of bodies')
 
 
 def open_loop(m: Any, joint: int, state: Any) -> tuple[str, float]:
@@ -713,13 +671,9 @@ def open_loop(m: Any, joint: int, state: Any) -> tuple[str, float]:
         Name of the equality constraint and how far it is open (m or rad), '' and 0 without one.
     """
     mujoco, own, furthest = mujoco_module(), moved_by(m, joint), ('', 0.0)
-    rows = np.flatnonzero(state.efc_type == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY))
-    kinds = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
-    for row in rows:
+    kinds = (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD)
+    for row in np.flatnonzero(state.efc_type == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)):
         e, size = int(state.efc_id[row]), abs(float(state.efc_pos[row]))
-        bodies = int(m.eq_obj1id[e]), int(m.eq_obj2id[e])
-        if m.eq_objtype[e] == int(mujoco.mjtObj.mjOBJ_SITE):
-            bodies = int(m.site_bodyid[bodies[0]]), int(m.site_bodyid[bodies[1]])
-        if int(m.eq_type[e]) in kinds and size > furthest[1] and own[list(bodies)].all():
+        if int(m.eq_type[e]) in kinds and size > furthest[1] and own[list(ends_of(m, e))].all():
             furthest = name_of(m, 'equality', e), size
     return furthest

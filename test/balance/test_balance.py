@@ -64,8 +64,8 @@ def test_rows_that_the_smoother_takes_away_are_no_evidence():
     evidence, _ = healthy_evidence()
     rows = evidence.recordings[0]
     rate, lost = 1.0 / rows.motion.step, SETTINGS.smoothed
-    assert highest_kept(rows.motion, lost).min() < rows.tests.frequency.max()
-    for j, highest in enumerate(highest_kept(rows.motion, lost)):
+    assert highest_kept(rows.motion).min() < rows.tests.frequency.max()
+    for j, highest in enumerate(highest_kept(rows.motion)):
         sos = butter(4, rows.motion.cut_off[j], fs=rate, output='sos')
         gain = np.abs(sosfreqz(sos, [highest], fs=rate)[1][0]) ** 2
         assert gain == pytest.approx(1.0 - lost, abs=0.02)
@@ -75,7 +75,7 @@ def test_rows_that_the_smoother_takes_away_are_no_evidence():
 
 def test_local_cosines_are_orthonormal():
     m = motion()
-    tests = local_cosines(m, 10.0, SETTINGS)
+    tests = local_cosines(m, 10.0)
     whole = np.zeros((tests.rows, len(m.t)))
     per = tests.value.shape[1]
     for s, start in enumerate(tests.starts):
@@ -86,7 +86,7 @@ def test_local_cosines_are_orthonormal():
 def test_rate_is_tested_by_parts():
     """At 50 Hz, too, where differences along the mask's ramps were 5 % of the largest row."""
     m = motion(rate=50.0)
-    tests = local_cosines(m, 10.0, SETTINGS)
+    tests = local_cosines(m, 10.0)
     x, rate = np.sin(3 * m.t)[:, None], 3 * np.cos(3 * m.t)[:, None]
     size = np.abs(tests.of(rate, 0)).max()
     assert np.abs(tests.of_rate(x, 0) - tests.of(rate, 0)).max() < 0.005 * size
@@ -119,7 +119,7 @@ def test_noise_of_positions_that_the_posture_enlarges_is_no_burst():
 def test_rest_and_reversal_have_no_weight():
     """Static friction is any torque: with rests in the rows Coulomb friction is named."""
     m = motion()
-    tests = local_cosines(m, 10.0, SETTINGS)
+    tests = local_cosines(m, 10.0)
     slow = np.abs(m.v[:, 0]) < SETTINGS.slow
     assert slow.any() and tests.mask[slow, 0].max() < 0.05
     assert tests.mask[np.abs(m.v[:, 0]) > 0.2, 0].min() > 0.95
@@ -372,7 +372,7 @@ def test_a_setting_that_is_searched_has_the_deviation_of_its_likelihood():
     fit = evidence.fit((law,))
     covariance = _spreads(evidence, fit)[0]
     std = np.sqrt(covariance[1, 1])
-    lower, middle, upper = (evidence.fit((law.again(0.2 + k * std),), fit.weights, 4).deviance
+    lower, middle, upper = (evidence.fit((law.at_setting(0.2 + k * std),), fit.weights, 4).deviance
                             for k in (-1.0, 0.0, 1.0))
     # That of segments is not below that of the likelihood, by its curvature and minimum.
     curvature = lower - 2.0 * middle + upper

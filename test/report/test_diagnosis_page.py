@@ -202,8 +202,10 @@ def test_page_in_a_browser(folder, browser, width):
 
 
 def test_ticks_and_thinning():
-    assert figures.ticks(0.0, 1.0) == ([pytest.approx(0.2 * k) for k in range(6)], 1)
-    values, digits = figures.ticks(-0.031, 0.002)
+    assert figures.Axis(0.0, 1.0).ticks() == [
+        (pytest.approx(0.2 * k), f'{0.2 * k:.1f}') for k in range(6)]
+    values, texts = zip(*figures.Axis(-0.031, 0.002).ticks())
+    digits = len(texts[0].partition('.')[2])
     assert digits == 3 and values[-1] == 0.0 and len(values) >= 3
     x = np.arange(100000.0)
     y = np.zeros(100000)

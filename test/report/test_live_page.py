@@ -41,7 +41,8 @@ def test_an_error_is_not_hidden_by_a_notice_of_wear():
         silent.add_status(float(k), 'input', 2, 'no data for 30 s', {})
     assert worn.worst()[1] == 'friction'
     summary = live_summary([worn, silent], 'estimator', 4.0)
-    assert summary.kind == 'error' and summary.headline.startswith('wrist: input: no data')
+    assert summary.data['kind'] == 'error'
+    assert summary.data['headline'].startswith('wrist: input: no data')
     worn.add_status(5.0, 'input', 2, 'no data for 30 s', {})
     assert worn.worst()[:2] == (2, 'input')
 

@@ -138,7 +138,7 @@ def test_branches_of_a_loop_are_its_two_sides():
         assert np.isfinite(x).sum() > 25 and np.isnan(y).any()
         assert y == pytest.approx(3.0 * x + side, abs=1e-6, nan_ok=True)
     view = loop_plane('', [LoopSlice('', loop.cloud, (loop.up, loop.down))], '', '')
-    assert view.slices[0].lines.count('M') == 4  # no line across it
+    assert view['slices'][0]['lines'].count('M') == 4  # no line across it
 
 
 def test_rates_by_stamps():

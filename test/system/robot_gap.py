@@ -66,7 +66,7 @@ def gain_of_truth(verdict, case, oracle):
         else:
             for c in library([rows], [e['kind']]):
                 if c.place == place_of(case, e):
-                    c = c.again(np.array(e['c'])) if e['kind'] == 'payload' else c
+                    c = c.at_setting(np.array(e['c'])) if e['kind'] == 'payload' else c
                     columns = {j: (x @ b(e))[:, None] for j, x in c.columns.items()}
         if columns:
             truths.append(Candidate('truth', columns))

@@ -32,7 +32,6 @@ TORQUE_GAIN = Effect(
     noun='torque scale error',
     shows='All accelerations are too large or too small by one factor, and so is the torque '
           'against friction and weight.',
-    since='0.1.0',
     meaning='torque is commanded in another scale, as by a wrong torque constant',
     command=scaled_command, motor_gain=gain_of_command,
     starts=lambda s: [[FreeParameter('g', 0.0, 0.1, -0.95)]],
@@ -45,7 +44,6 @@ TORQUE_OFFSET = Effect(
     'torque_offset', 'actuator', 'u_act = u + u0', (Parameter('u0', 'N m'),),
     noun='torque offset',
     shows='The drive creeps, or needs a torque to stand still, the same at all angles and speeds.',
-    since='0.1.0',
     meaning='torque has a constant offset', adds_to='torque_offset', in_filters=True,
     additive=True, twin='coulomb_asymmetry',
     starts=lambda s: [[FreeParameter('u0', 0.0, 0.1 * s.torque)]],
@@ -60,7 +58,6 @@ ACTUATOR_LAG = Effect(
     'actuator_lag', 'actuator', "T u_act' = u - u_act", (Parameter('T', 's', 0.0, 10.0),),
     noun='time constant of the torque',
     shows='Fast changes of the torque act later and smaller than commanded; slow ones fit.',
-    since='0.1.0',
     meaning='torque follows the command with a lag', torque_only=True,
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, 1.0)]],
     separated_by={'actuator_delay': 'a chirp or fast motion above 5 Hz'})
@@ -70,7 +67,6 @@ ACTUATOR_DELAY = Effect(
     noun='delay of the torque',
     shows='The torque acts later by the same time at all frequencies; the difference follows its '
           'rate of change.',
-    since='0.1.0',
     meaning='torque follows the command with a dead time', torque_only=True,
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
     column=BalanceColumn(
@@ -137,7 +133,6 @@ SATURATION = Effect(
     noun='torque limit',
     shows='The model fits until the command exceeds a level; beyond it the drive accelerates as '
           'if the command stayed there.',
-    since='0.1.0',
     meaning='torque is limited below the command', command=clipped_command, off=math.inf,
     order=-1, starts=limits_below_peak, torque_only=True,
     column=limit_column(COMMAND))
@@ -172,7 +167,6 @@ TORQUE_RIPPLE = Effect(
     noun='ripple of the torque',
     shows='The difference repeats N times per turn of the motor and grows with the commanded '
           'torque.',
-    since='0.1.0',
     meaning='torque is modulated with the angle of the motor', motor_torque=with_ripple,
     motor_gain=ripple_gain, order=-1, starts=wave(lambda s: 0.05), rotary_only=True,
     column=BalanceColumn(

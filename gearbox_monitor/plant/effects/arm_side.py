@@ -18,7 +18,6 @@ ARM_VISCOUS = Effect(
     noun='viscous friction',
     shows='The arm is braked in proportion to its own speed; the gearbox transmits that torque, '
           'so the twist shows it.',
-    since='0.1.0',
     meaning='viscous friction on the arm', in_filters=True, additive=True,
     counterpart='motor_viscous', merges_if_rigid=True,
     starts=lambda s: [[FreeParameter('Cav', 0.0, 0.1 * s.torque / s.speed, 0.0)]],
@@ -35,7 +34,6 @@ ARM_COULOMB = Effect(
     noun='Coulomb friction',
     shows='The arm stops sooner than in the model, and the twist changes sign with its direction '
           'even at constant speed.',
-    since='0.1.0',
     meaning='Coulomb friction on the arm', in_filters=True, additive=True,
     counterpart='motor_coulomb', merges_if_rigid=True, starts=_coulomb_starts)
 
@@ -45,7 +43,6 @@ GRAVITY = Effect(
     noun='weight',
     shows='The torque that holds the arm depends on its angle, as a sine; the arm drifts from '
           'where the model holds it.',
-    since='0.1.0',
     meaning='weight of the arm', in_filters=True, additive=True, rotary_only=True,
     starts=wave(lambda s: 0.1 * s.torque),
     separated_by={'cogging': 'a wide range of angles'},
@@ -56,7 +53,6 @@ LOAD_TORQUE = Effect(
     noun='constant load',
     shows='The twist has an offset at all angles and in both directions: one tooth flank carries '
           'nearly all the time.',
-    since='0.1.0',
     meaning='constant torque on the arm', in_filters=True, additive=True, merges_if_rigid=True,
     starts=lambda s: [[FreeParameter('TL', 0.0, 0.1 * s.torque)]],
     separated_by={'torque_offset': 'slow moves and dwells'})
@@ -66,7 +62,6 @@ ARM_INERTIA = Effect(
     noun='inertia',
     shows='The arm accelerates less (or more) than in the model, and its resonance with the '
           'gearbox has another frequency.',
-    since='0.1.0',
     meaning='inertia of the arm differs from the model, as with a payload',
     replaces='arm_inertia', merges_if_rigid=True,
     starts=of_model(_M2, 'arm_inertia', PROFILE))
@@ -96,6 +91,5 @@ DISTURBANCE = Effect(
     noun='torque bursts',
     shows='The model fits, except in a few short spans of time that do not repeat with the '
           'motion.',
-    since='0.1.0',
     meaning='short torque bursts on the arm, as from contacts',
     arm_profile=burst, additive=True, starts=None)

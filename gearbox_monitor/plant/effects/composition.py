@@ -101,44 +101,17 @@ def chained(terms: Sequence[Kernel]) -> Kernel:
     return reduce(_joined, terms) if terms else jit_part(_unchanged)
 
 
-def _friction(effect: Effect) -> Kernel:
-    equation, read, place, memory = term_of(effect, 'friction')
+def _added(slot: str) -> Callable[[Effect], Kernel]:
+    """Return what makes terms of a `slot` whose equations add to a value."""
+    def _of(effect: Effect) -> Kernel:
+        equation, read, place, memory = term_of(effect, slot)
 
-    def _term(torque: float, e: Array, t: float, x3: float, m: Any, base: Any) -> float:
-        if e[place] != 0.0:
-            torque += equation(read(e), t, x3, m[memory], base)
-        return torque
-    return jit_part(_term)
-
-
-def _arm_torque(effect: Effect) -> Kernel:
-    equation, read, place, memory = term_of(effect, 'arm_torque')
-
-    def _term(torque: float, e: Array, t: float, x2: float, x4: float, m: Any) -> float:
-        if e[place] != 0.0:
-            torque += equation(read(e), t, x2, x4, m[memory])
-        return torque
-    return jit_part(_term)
-
-
-def _twist(effect: Effect) -> Kernel:
-    equation, read, place, memory = term_of(effect, 'twist')
-
-    def _term(twist: float, e: Array, x1: float, x2: float, m: Any) -> float:
-        if e[place] != 0.0:
-            twist += equation(read(e), x1, x2, m[memory])
-        return twist
-    return jit_part(_term)
-
-
-def _elastic(effect: Effect) -> Kernel:
-    equation, read, place, memory = term_of(effect, 'elastic')
-
-    def _term(torque: float, e: Array, twist: float, m: Any, half_gap: float) -> float:
-        if e[place] != 0.0:
-            torque += equation(read(e), twist, m[memory], half_gap)
-        return torque
-    return jit_part(_term)
+        def _term(value: float, e: Array, m: Any, *arguments: Any) -> float:
+            if e[place] != 0.0:
+                value += equation(read(e), m[memory], *arguments)
+            return value
+        return jit_part(_term)
+    return _of
 
 
 def _motor_torque(effect: Effect) -> Kernel:
@@ -172,22 +145,13 @@ def _command(effect: Effect) -> Kernel:
     return jit_part(_term)
 
 
-def _read(effect: Effect) -> Kernel:
+def _moved(effect: Effect, sign: float) -> Kernel:
+    """Return the term that adds the error of an encoder, or takes it away."""
     equation, read, place, _ = term_of(effect, 'encoder_error')
 
     def _term(position: float, e: Array) -> float:
         if e[place] != 0.0:
-            position += equation(read(e), position)[0]
-        return position
-    return jit_part(_term)
-
-
-def _corrected(effect: Effect) -> Kernel:
-    equation, read, place, _ = term_of(effect, 'encoder_error')
-
-    def _term(position: float, e: Array) -> float:
-        if e[place] != 0.0:
-            position -= equation(read(e), position)[0]
+            position += sign * equation(read(e), position)[0]
         return position
     return jit_part(_term)
 
@@ -226,18 +190,17 @@ def _chain(slot: str, term: Callable[[Effect], Kernel]) -> Kernel:
 
 # (value, e, ...) -> value, see the terms above; m: the memories, a tuple of N_MEMORY numbers, of
 # which the first is that of the transmission.
-friction_effects = _chain('friction', _friction)
-arm_effects = _chain('arm_torque', _arm_torque)
-twist_effects = _chain('twist', _twist)
-elastic_effects = _chain('elastic', _elastic)
+friction_effects, arm_effects, twist_effects, elastic_effects = (
+    _chain(slot, _added(slot)) for slot in ('friction', 'arm_torque', 'twist', 'elastic'))
 torque_effects = _chain('motor_torque', _motor_torque)
 motor_gain = _chain('motor_gain', _motor_gain)
 command_effects = _chain('command', _command)
 _IN_MOTOR, _IN_ARM = ([effect for effect in in_slot('encoder_error') if effect.location == place]
                       for place in ('motor_sensor', 'arm_sensor'))
-motor_read, arm_read = (chained([_read(e) for e in part]) for part in (_IN_MOTOR, _IN_ARM))
+motor_read, arm_read = (
+    chained([_moved(e, 1.0) for e in part]) for part in (_IN_MOTOR, _IN_ARM))
 motor_corrected, arm_corrected = (
-    chained([_corrected(e) for e in reversed(part)]) for part in (_IN_MOTOR, _IN_ARM))
+    chained([_moved(e, -1.0) for e in reversed(part)]) for part in (_IN_MOTOR, _IN_ARM))
 motor_error, arm_error = (chained([_error(e) for e in part]) for part in (_IN_MOTOR, _IN_ARM))
 _advanced = _chain('memory', _memory)
 memories_of = chained([_stored(place) for place in range(1, N_MEMORY)])
@@ -429,10 +392,10 @@ def elastic_torque(x1: float, x2: float, m: Any, p: Array, e: Array) -> float:
     Returns:
         Torque, N m.
     """
-    twist = twist_effects(x1 - x2, e, x1, x2, m)
+    twist = twist_effects(x1 - x2, e, m, x1, x2)
     tau_k, _ = transmission_torque(twist, m[0], int(p[KIND]), p[STIFFNESS], p[HALF_GAP], p[WIDTH],
                                    p[K_S])
-    return elastic_effects(tau_k, e, twist, m, p[HALF_GAP])
+    return elastic_effects(tau_k, e, m, twist, p[HALF_GAP])
 
 
 @jit
@@ -460,8 +423,8 @@ def lead(r: Array, past: Array, dt: float, e: Array) -> None:
         return
     kp, ki = e[SERVO_KP], e[SERVO_KI]
     for k in range(len(r)):
-        slope, before = (r[k] - past[0]) / dt, (past[0] - past[1]) / dt
-        torque = e[SERVO_SPEED] * slope + e[SERVO_ACCELERATION] * (slope - before) / dt
+        slope, earlier = (r[k] - past[0]) / dt, (past[0] - past[1]) / dt
+        torque = e[SERVO_SPEED] * slope + e[SERVO_ACCELERATION] * (slope - earlier) / dt
         past[1], past[0] = past[0], r[k]
         ahead = (torque - ki * past[2]) / (kp + 0.5 * ki * dt)
         past[2] += ahead * dt
@@ -544,17 +507,3 @@ def reading(x: Array, k: int, i: int, dt: float, e: Array) -> float:
             position = (a + f * (va + f * (3.0 * (b - a) - 2.0 * va - vb
                                            + f * (2.0 * (a - b) + va + vb))))
     return motor_read(position, e) if i == 0 else arm_read(position, e)
-
-
-@jit
-def arm_positions(y: Array, e: Array, x: Array) -> None:
-    """
-    Find the positions at which the arm's encoder reads something.
-
-    Args:
-        y: readings [N], rad.
-        e: packed effects.
-        x: room for the positions [N], rad.
-    """
-    for k in range(y.shape[0]):
-        x[k] = arm_corrected(y[k], e)

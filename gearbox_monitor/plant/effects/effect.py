@@ -124,7 +124,8 @@ class Effect:
     What it is:
         id, location, meaning: its name, one of LOCATIONS ('': its parameter place says which),
             one line for reports. noun: its first parameter in words; shows: how it shows in
-            data; since: version. docs/effects.md and the command explain are made of these.
+            data; since: version, the first unless stated. docs/effects.md and the command
+            explain are made of these.
         equation: text in the symbols of docs/effects.md.
         parameters: in the order of the fields of `c`. The effect is off where the first one is
             `off`; where a kernel evaluates the effect, off must be 0.
@@ -137,10 +138,10 @@ class Effect:
         problem(effect): what is wrong with its parameters together, '' for nothing.
 
     Its equation, a function with @jit_part in one of these slots:
-        friction(c, t, x3, z, base): torque (N m) added to tau_f. base: MotorFriction.
-        arm_torque(c, t, x2, x4, z): torque (N m) added to tau_arm.
-        twist(c, x1, x2, z): angle (rad) added to the twist that acts.
-        elastic(c, twist, z, half_gap): torque (N m) added to tau_K.
+        friction(c, z, t, x3, base): torque (N m) added to tau_f. base: MotorFriction.
+        arm_torque(c, z, t, x2, x4): torque (N m) added to tau_arm.
+        twist(c, z, x1, x2): angle (rad) added to the twist that acts.
+        elastic(c, z, twist, half_gap): torque (N m) added to tau_K.
         motor_torque(c, x1, x3, u): torque (N m) that acts on the motor in place of u;
             motor_gain(c, x1): its derivative with respect to u, where that is not 1.
         command(c, u): torque (N m) that the actuator makes of the command u.
@@ -179,7 +180,7 @@ class Effect:
     meaning: str = ''
     noun: str = ''
     shows: str = ''
-    since: str = ''
+    since: str = '0.1.0'
     adds_to: str = ''
     in_filters: bool = False
     additive: bool = False

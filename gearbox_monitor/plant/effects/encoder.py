@@ -43,7 +43,6 @@ MOTOR_ENCODER_ECCENTRICITY = Effect(
     noun='eccentricity',
     shows='The reading of the motor is off by a sine of its own angle, once per turn, at any '
           'speed and load.',
-    since='0.1.0',
     meaning='disc of the motor encoder is off centre',
     encoder_error=eccentricity_error, starts=wave(_eccentricity_size), rotary_only=True,
     separated_by={'arm_encoder_eccentricity': 'more than one turn of travel'})
@@ -55,7 +54,6 @@ MOTOR_ENCODER_QUANTISATION = Effect(
     noun='step',
     shows='Readings of the motor take only multiples of one step; in slow motion they form '
           'stairs.',
-    since='0.1.0',
     meaning='motor encoder is coarse', lattice=True, starts=None)
 
 # Delays interpolate between samples: composition.reading has their equation.
@@ -64,7 +62,6 @@ MOTOR_ENCODER_DELAY = Effect(
     noun='delay',
     shows='The reading of the motor comes late by the same time; the difference is proportional '
           'to its speed.',
-    since='0.1.0',
     meaning='reading of the motor encoder is late', starts=_delay_starts)
 
 ARM_ENCODER_ECCENTRICITY = Effect(
@@ -73,7 +70,6 @@ ARM_ENCODER_ECCENTRICITY = Effect(
     noun='eccentricity',
     shows='The reading of the arm is off by a sine of its own angle, once per turn, at any speed '
           'and load.',
-    since='0.1.0',
     meaning='disc of the arm encoder is off centre',
     encoder_error=eccentricity_error, starts=wave(_eccentricity_size), rotary_only=True)
 
@@ -82,7 +78,6 @@ ARM_ENCODER_QUANTISATION = Effect(
     (positive('q', 'rad'),),
     noun='step',
     shows='Readings of the arm take only multiples of one step; in slow motion they form stairs.',
-    since='0.1.0',
     meaning='arm encoder is coarse', lattice=True, starts=None)
 
 ARM_ENCODER_DELAY = Effect(
@@ -90,7 +85,6 @@ ARM_ENCODER_DELAY = Effect(
     noun='delay',
     shows='The reading of the arm comes late by the same time; the difference is proportional to '
           'its speed, and a twist seems to follow it.',
-    since='0.1.0',
     meaning='reading of the arm encoder is late', starts=_delay_starts)
 
 
@@ -104,7 +98,6 @@ ENCODER_OFFSET = Effect(
     'encoder_offset', 'arm_sensor', 'y2 = x2 + c', (Parameter('c', 'rad'),),
     noun='zero offset',
     shows='The twist has a constant offset while the torque through the gearbox has none.',
-    since='0.1.0',
     meaning='encoders do not share their zero', encoder_error=offset_error,
     needs_both_encoders=True,
     starts=lambda s: [[FreeParameter('c', 0.0, 0.1 * s.twist)]])

@@ -38,7 +38,6 @@ BACKLASH_GAP = Effect(
     noun='half backlash',
     shows='At a reversal the motor moves by another angle before the arm follows; the twist steps'
           ' by another width.',
-    since='0.1.0',
     meaning='backlash differs from the model', replaces='half_gap', starts=_backlash_starts)
 
 
@@ -55,7 +54,6 @@ STIFFNESS = Effect(
     noun='stiffness',
     shows='Under load the twist is larger or smaller than in the model in proportion to the '
           'torque, and the resonance shifts.',
-    since='0.1.0',
     meaning='stiffness of the gearbox differs from the model', replaces='stiffness',
     starts=_stiffness_starts,
     separated_by={'hardening': 'several load amplitudes',
@@ -66,14 +64,14 @@ STIFFNESS = Effect(
 
 
 @jit_part
-def hardening_torque(c: Coefficients, twist: float, z: float, half_gap: float) -> float:
+def hardening_torque(c: Coefficients, z: float, twist: float, half_gap: float) -> float:
     """
     Return the torque (N m) that hardening adds.
 
     Args:
         c: parameter K3.
-        twist: that acts, rad.
         z: not used.
+        twist: that acts, rad.
         half_gap: of the backlash, rad.
 
     Returns:
@@ -87,20 +85,19 @@ HARDENING = Effect(
     'hardening', 'transmission', 'tau_K += K3 dz(delta, b)^3', (Parameter('K3', 'N m/rad^3'),),
     noun='cubic stiffness',
     shows='Small loads fit; at large ones the twist is smaller (or larger) than in the model.',
-    since='0.1.0',
     meaning='gearbox stiffens (or softens) with load', elastic=hardening_torque,
     starts=lambda s: [[FreeParameter('K3', 0.0, 0.1 * s.torque / s.twist ** 3)]])
 
 
 @jit_part
-def bouc_wen_torque(c: Coefficients, twist: float, z: float, half_gap: float) -> float:
+def bouc_wen_torque(c: Coefficients, z: float, twist: float, half_gap: float) -> float:
     """
     Return the torque (N m) that the Bouc-Wen hysteresis adds.
 
     Args:
         c: parameters Th, dh.
-        twist: not used.
         z: memory, from -1 to 1.
+        twist: not used.
         half_gap: not used.
 
     Returns:
@@ -110,13 +107,13 @@ def bouc_wen_torque(c: Coefficients, twist: float, z: float, half_gap: float) ->
 
 
 @jit_part
-def bouc_wen_memory(c: Coefficients, z: float, x3: float, x4: float, h: float,
-                    base: MotorFriction) -> float:
+def loop_memory(c: Coefficients, z: float, x3: float, x4: float, h: float,
+                base: MotorFriction) -> float:
     """
-    Return the memory of z' = (delta' - |delta'| z) / dh after a step.
+    Return the memory of z' = (delta' - |delta'| z) / d after a step.
 
     Args:
-        c: parameters Th, dh.
+        c: parameters of a loop, the second one the twist d over which it turns.
         z: memory at the begin.
         x3: speed of the motor, rad/s.
         x4: speed of the arm, rad/s.
@@ -127,7 +124,7 @@ def bouc_wen_memory(c: Coefficients, z: float, x3: float, x4: float, h: float,
         The memory at the end.
     """
     rate = x3 - x4
-    return relaxed(z, math.copysign(1.0, rate), abs(rate) / c.dh, h)
+    return relaxed(z, math.copysign(1.0, rate), abs(rate) / c[1], h)
 
 
 def _bouc_wen_starts(s: Scales) -> Starts:
@@ -144,48 +141,26 @@ BOUC_WEN = Effect(
     noun='hysteresis torque',
     shows='Torque over twist is a loop: loading and unloading take different paths, also in slow '
           'motion.',
-    since='0.1.0',
     meaning='gearbox loses energy: torque over twist is a loop with soft ends',
-    elastic=bouc_wen_torque, memory=bouc_wen_memory, memory_starts=LOOP_STARTS,
+    elastic=bouc_wen_torque, memory=loop_memory, memory_starts=LOOP_STARTS,
     starts=_bouc_wen_starts)
 
 
 @jit_part
-def branch_twist(c: Coefficients, x1: float, x2: float, z: float) -> float:
+def branch_twist(c: Coefficients, z: float, x1: float, x2: float) -> float:
     """
     Return the twist (rad) by which the branch of a loop is shifted.
 
     Args:
         c: parameters h, ds.
+        z: memory, from -1 to 1.
         x1: not used.
         x2: not used.
-        z: memory, from -1 to 1.
 
     Returns:
         -h z.
     """
     return -(c.h * z)
-
-
-@jit_part
-def branch_memory(c: Coefficients, z: float, x3: float, x4: float, h: float,
-                  base: MotorFriction) -> float:
-    """
-    Return the memory of s' = (delta' - |delta'| s) / ds after a step.
-
-    Args:
-        c: parameters h, ds.
-        z: memory at the begin.
-        x3: speed of the motor, rad/s.
-        x4: speed of the arm, rad/s.
-        h: length of the step, s.
-        base: not used.
-
-    Returns:
-        The memory at the end.
-    """
-    rate = x3 - x4
-    return relaxed(z, math.copysign(1.0, rate), abs(rate) / c.ds, h)
 
 
 def _branch_starts(s: Scales) -> Starts:
@@ -201,29 +176,27 @@ BRANCH = Effect(
     noun='hysteresis angle',
     shows='Torque over twist has two parallel branches, and the drive jumps between them at '
           'reversals.',
-    since='0.1.0',
     meaning='torque over twist has two branches, one per direction',
-    twist=branch_twist, memory=branch_memory, memory_starts=LOOP_STARTS, starts=_branch_starts)
+    twist=branch_twist, memory=loop_memory, memory_starts=LOOP_STARTS, starts=_branch_starts)
 
 TRANSMISSION_DAMPING = Effect(
     'transmission_damping', 'transmission', 'D differs from the model file', (_D,),
     noun='damping',
     shows='Oscillations of the arm against the motor decay faster or slower than in the model.',
-    since='0.1.0',
     meaning='damping of the gearbox differs from the model', replaces='damping',
     starts=of_model(_D, 'damping', usual=lambda s: 0.1 * s.torque / s.speed))
 
 
 @jit_part
-def mesh_twist(c: Coefficients, x1: float, x2: float, z: float) -> float:
+def mesh_twist(c: Coefficients, z: float, x1: float, x2: float) -> float:
     """
     Return the twist (rad) that the error of mesh adds.
 
     Args:
         c: parameters A, N, phi.
+        z: not used.
         x1: position of the motor, rad.
         x2: not used.
-        z: not used.
 
     Returns:
         A sin(N x1 + phi).
@@ -237,6 +210,5 @@ MESH_ERROR = Effect(
     noun='transmission error',
     shows='The twist has a wave of N periods per turn of the motor that is there in slow motion '
           'and without load.',
-    since='0.1.0',
     meaning='transmission error that repeats with the angle of the motor', twist=mesh_twist,
     order=-1, starts=wave(lambda s: 0.25 * s.swing or 0.05 * s.twist), rotary_only=True)

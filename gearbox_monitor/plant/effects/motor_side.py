@@ -51,7 +51,6 @@ MOTOR_VISCOUS = Effect(
     noun='viscous friction',
     shows='The torque that the model lacks is proportional to the speed: fast moves are too fast '
           'or too slow, slow ones fit.',
-    since='0.1.0',
     meaning='viscous friction of the motor differs from the model',
     replaces='viscous_friction', counterpart='arm_viscous',
     starts=of_model(_CV, 'viscous_friction', usual=lambda s: s.torque / s.speed),
@@ -68,7 +67,6 @@ MOTOR_COULOMB = Effect(
     noun='Coulomb friction',
     shows='The torque that the model lacks has one size at all speeds and changes sign with the '
           'direction; the difference is largest right after a reversal.',
-    since='0.1.0',
     meaning='Coulomb friction of the motor differs from the model',
     replaces='coulomb_friction', counterpart='arm_coulomb',
     starts=of_model(_CC, 'coulomb_friction', usual=lambda s: s.friction),
@@ -82,15 +80,15 @@ MOTOR_COULOMB = Effect(
 
 
 @jit_part
-def stribeck_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
+def stribeck_torque(c: Coefficients, z: float, t: float, x3: float, base: MotorFriction) -> float:
     """
     Return the torque (N m) that Stribeck friction adds.
 
     Args:
         c: parameters Cs, vs.
+        z: not used.
         t: time, s; not used.
         x3: speed of the motor, rad/s.
-        z: not used.
         base: friction of the model.
 
     Returns:
@@ -111,7 +109,6 @@ STRIBECK = Effect(
     noun='friction at low speed',
     shows='The drive sticks and breaks away at low speed where the model glides; moves faster '
           'than a few times vs fit.',
-    since='0.1.0',
     meaning='friction of the motor is higher at low speed',
     friction=stribeck_torque, starts=_stribeck_starts,
     at_rest=lambda effect, sharpness: AtRest(TWO_OVER_PI * sharpness * effect['Cs']),
@@ -141,15 +138,15 @@ def lugre_level(c: Coefficients, x3: float, base: MotorFriction) -> float:
 
 
 @jit_part
-def lugre_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
+def lugre_torque(c: Coefficients, z: float, t: float, x3: float, base: MotorFriction) -> float:
     """
     Return what the LuGre model (Canudas de Wit et al., 1995) adds to Coulomb friction.
 
     Args:
         c: parameters sigma0, sigma1, Cs, vs.
+        z: deflection of the bristles, rad.
         t: time, s; not used.
         x3: speed of the motor, rad/s.
-        z: deflection of the bristles, rad.
         base: friction of the model.
 
     Returns:
@@ -202,23 +199,22 @@ LUGRE = Effect(
     noun='stiffness before friction slips',
     shows='At a reversal the motor springs back by a small angle before it slips, and friction '
           'falls as speed rises.',
-    since='0.1.0',
     meaning='friction of the motor gives elastically before it slips, and falls with speed',
     friction=lugre_torque, memory=bristle, starts=_lugre_starts,
     at_rest=lambda effect, sharpness: AtRest(effect['sigma1'], effect['sigma0']))
 
 
 @jit_part
-def asymmetry_torque(c: Coefficients, t: float, x3: float, z: float,
+def asymmetry_torque(c: Coefficients, z: float, t: float, x3: float,
                      base: MotorFriction) -> float:
     """
     Return the torque (N m) by which friction differs between the directions.
 
     Args:
         c: parameter Ca.
+        z: not used.
         t: time, s; not used.
         x3: speed of the motor, rad/s.
-        z: not used.
         base: friction of the model.
 
     Returns:
@@ -232,7 +228,6 @@ COULOMB_ASYMMETRY = Effect(
     noun='friction that differs by direction',
     shows='One direction needs more torque than the other, by the same amount at all speeds and '
           'angles.',
-    since='0.1.0',
     meaning='friction of the motor differs between the directions',
     friction=asymmetry_torque, twin='torque_offset',
     starts=lambda s: [[FreeParameter('Ca', 0.0, s.friction)]],
@@ -240,16 +235,16 @@ COULOMB_ASYMMETRY = Effect(
 
 
 @jit_part
-def viscous_asymmetry_torque(c: Coefficients, t: float, x3: float, z: float,
+def viscous_asymmetry_torque(c: Coefficients, z: float, t: float, x3: float,
                              base: MotorFriction) -> float:
     """
     Return the torque (N m) by which viscous friction differs between the directions.
 
     Args:
         c: parameter Cva.
+        z: not used.
         t: time, s; not used.
         x3: speed of the motor, rad/s.
-        z: not used.
         base: not used.
 
     Returns:
@@ -277,7 +272,6 @@ LOAD_FRICTION = Effect(
     noun='friction per load',
     shows='Friction rises and falls with the torque through the gearbox: light moves fit, loaded '
           'ones are too fast in the model.',
-    since='0.1.0',
     meaning='friction of the motor grows with the transmitted torque',
     in_filters=True, additive=True,
     starts=lambda s: [[FreeParameter('Cl', 0.0, 0.1, 0.0, 1.0)]],
@@ -290,7 +284,6 @@ MOTOR_INERTIA = Effect(
     noun='rotor inertia',
     shows='The difference follows the acceleration of the motor, also while the backlash '
           'separates it from the arm.',
-    since='0.1.0',
     meaning='inertia of the motor differs from the model', replaces='motor_inertia',
     starts=of_model(_M1, 'motor_inertia', PROFILE),
     column=BalanceColumn(
@@ -299,15 +292,15 @@ MOTOR_INERTIA = Effect(
 
 
 @jit_part
-def drift_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
+def drift_torque(c: Coefficients, z: float, t: float, x3: float, base: MotorFriction) -> float:
     """
     Return the torque (N m) that a drift of viscous friction adds.
 
     Args:
         c: parameters r, T.
+        z: not used.
         t: time from the start of the recording, s.
         x3: speed of the motor, rad/s.
-        z: not used.
         base: friction of the model.
 
     Returns:
@@ -327,7 +320,6 @@ VISCOUS_DRIFT = Effect(
     noun='drift of viscous friction',
     shows='The same motion fits at one end of the recording and not at the other; the difference '
           'changes smoothly with time.',
-    since='0.1.0',
     meaning='viscous friction changes during the recording, as oil that warms up',
     friction=drift_torque, starts=_drift_starts,
     column=BalanceColumn(
@@ -361,7 +353,6 @@ COGGING = Effect(
     noun='cogging torque',
     shows='The difference repeats N times per turn of the motor and has the same size with and '
           'without load.',
-    since='0.1.0',
     meaning='torque of the motor varies with its angle, also without current',
     motor_torque=with_cogging, starts=wave(lambda s: 0.1 * s.torque), rotary_only=True,
     column=BalanceColumn(

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from gearbox_monitor.kernels.jit import jit, jit_part
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.effects.effect import (
-    AtRest, Coefficients, Effect, MotorFriction, Parameter, Scales, Starts)
+    AtRest, Coefficients, Effect, MotorFriction, Parameter)
 
 MOST_KNOTS = 16
 # Where a map may act, and over what: each pair has its number in the packed effect.
@@ -53,15 +53,15 @@ def interpolated(e: Array, k: int, x: float) -> float:
 
 
 @jit_part
-def map_friction(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
+def map_friction(c: Coefficients, z: float, t: float, x3: float, base: MotorFriction) -> float:
     """
     Return what a map of the motor's speed or of time takes from the motor's torque.
 
     Args:
         c: packed effects, and where in them the map begins.
+        z: not used.
         t: time from the start of the recording, s.
         x3: speed of the motor, rad/s.
-        z: not used.
         base: not used.
 
     Returns:
@@ -98,16 +98,16 @@ def with_map(c: Coefficients, x1: float, x3: float, u: float) -> float:
 
 
 @jit_part
-def map_on_arm(c: Coefficients, t: float, x2: float, x4: float, z: float) -> float:
+def map_on_arm(c: Coefficients, z: float, t: float, x2: float, x4: float) -> float:
     """
     Return what a map of the arm's motion or of time takes from the arm's torque.
 
     Args:
         c: packed effects, and where in them the map begins.
+        z: not used.
         t: time from the start of the recording, s.
         x2: position of the arm, rad.
         x4: its speed, rad/s.
-        z: not used.
 
     Returns:
         Torque, N m.
@@ -123,14 +123,14 @@ def map_on_arm(c: Coefficients, t: float, x2: float, x4: float, z: float) -> flo
 
 
 @jit_part
-def map_of_twist(c: Coefficients, twist: float, z: float, half_gap: float) -> float:
+def map_of_twist(c: Coefficients, z: float, twist: float, half_gap: float) -> float:
     """
     Return what a map of the twist adds to the torque of the transmission.
 
     Args:
         c: packed effects, and where in them the map begins.
-        twist: that acts, rad.
         z: not used.
+        twist: that acts, rad.
         half_gap: not used.
 
     Returns:
@@ -183,11 +183,6 @@ def _at_rest(effect: Values, sharpness: float) -> AtRest:
     return AtRest(0.0, arm_damper=slope) if kind == ARM_SPEED else AtRest(0.0, slope)
 
 
-def _no_starts(scales: Scales) -> Starts:
-    """Return no start: a map is fitted to what the laws leave, never as one of them."""
-    return []
-
-
 TORQUE_MAP = Effect(
     'torque_map', '', 'torque that acts on the motor, on the arm or in the transmission '
     '+= f(variable): linear between knots, constant beyond the last ones',
@@ -201,4 +196,5 @@ TORQUE_MAP = Effect(
     meaning='torque that depends on one quantity in a way that no law of the library describes',
     order=-1,  # over the torque of the actuator, not over what other effects make of it
     friction=map_friction, motor_torque=with_map, arm_torque=map_on_arm, elastic=map_of_twist,
-    at_rest=_at_rest, starts=_no_starts, packed=packed, size=SIZE, problem=problem_of)
+    at_rest=_at_rest, packed=packed, size=SIZE, problem=problem_of,
+    starts=lambda s: [])  # it is fitted to what the laws leave, never as one of them
