@@ -16,12 +16,13 @@ from functools import partial
 import numpy as np
 import scipy
 
-from gearbox_monitor.identification import basis_functions, input_estimation, localisation
+from gearbox_monitor.identification import basis_functions, localisation
 from gearbox_monitor.identification.adequacy import adequacy_of
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.innovations import JointlyFiltered
-from gearbox_monitor.identification.input_estimation import InputEstimate, SPACING, triangles
+from gearbox_monitor.identification.input_estimation import (
+    InputEstimate, reduced_chi2, SPACING, TORQUES, triangles)
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.windows import WindowRuns
 from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
@@ -90,7 +91,7 @@ def bursts_beside(evidence: Evidence, fit: InnovationFit,
     owner: Integers = np.zeros(0, int)
     at, adequate, beside = fit, False, evidence
     for number in range(ROUNDS):
-        rows = [pulses_in(run, evidence.jobs, number > 0) for run in runs]
+        rows = [pulses_in(run, number > 0) for run in runs]
         if not any(map(len, rows)):
             break
         theta = np.concatenate([theta, *rows])
@@ -219,13 +220,12 @@ def with_arm_torque(recording: UniformRecording, torque: Array) -> UniformRecord
     return replace(recording, arm_torque=load - torque)
 
 
-def pulses_in(runs: WindowRuns, jobs: int, beside: bool = False) -> Array:
+def pulses_in(runs: WindowRuns, beside: bool = False) -> Array:
     """
     Return the bursts [B, 3] that free runs lack, see with_bursts.
 
     Args:
         runs: free runs over the windows of one recording.
-        jobs: number of threads.
         beside: whether bursts act that have passed the checks: any window may hold another one.
     """
     data, size = runs.data, runs.data.size
@@ -233,7 +233,7 @@ def pulses_in(runs: WindowRuns, jobs: int, beside: bool = False) -> Array:
     if 'arm_side' not in places or (
             runs.chi2 < THRESHOLDS.quiet * size).mean() < THRESHOLDS.quiet_share:
         return np.zeros((0, 3))
-    free = localisation.free_forms(runs, jobs, places=('arm_side',))['arm_side']
+    free = localisation.free_forms(runs, ('arm_side',))['arm_side']
     bursts, bursting = rectangles(free, 3.0 * float(np.log(size)),
                                   beside | (runs.chi2 > THRESHOLDS.quiet * size))
     use = bursting.any(axis=1)
@@ -241,7 +241,7 @@ def pulses_in(runs: WindowRuns, jobs: int, beside: bool = False) -> Array:
             motion_share(runs, free, bursting) > THRESHOLDS.burst_law
             or at_ends_of_travel(runs, free, bursting) < THRESHOLDS.burst_chance
             or sine_share(runs, free) > THRESHOLDS.burst_sine
-            or advantage_of_other_places(runs, free, jobs) > THRESHOLDS.elsewhere):
+            or advantage_of_other_places(runs, free) > THRESHOLDS.elsewhere):
         return np.zeros((0, 3))
     bursts[:, 0] += data.windows.first[use] * runs.recording.dt
     return bursts
@@ -295,8 +295,7 @@ def motion_share(runs: WindowRuns, free: InputEstimate, mask: Flags) -> float:
         mask: values in a burst [W, H].
     """
     recording, windows = runs.recording, runs.data.windows
-    at = windows.first[:, None] + np.arange(windows.length)
-    positions = runs.data.positions(runs.model, runs.point)
+    at, positions = windows.samples, runs.positions
     moved = {**basis_functions.motion(positions, recording.dt),
              'torque': recording.torque,
              'speed of the arm': basis_functions.motion(
@@ -332,7 +331,7 @@ def at_ends_of_travel(runs: WindowRuns, free: InputEstimate, mask: Flags) -> flo
         mask: values in a burst [W, H].
     """
     recording, windows = runs.recording, runs.data.windows
-    arm = runs.data.positions(runs.model, runs.point)[:, 1]
+    arm = runs.positions[:, 1]
     beyond = []
     for w in np.flatnonzero(mask.any(axis=1)):
         h = int(np.argmax(np.abs(free.signal[w]) * mask[w]))
@@ -365,18 +364,16 @@ def sine_share(runs: WindowRuns, free: InputEstimate) -> float:
     return gain / beyond if beyond > 0.0 else 0.0
 
 
-def advantage_of_other_places(runs: WindowRuns, free: InputEstimate, jobs: int) -> float:
+def advantage_of_other_places(runs: WindowRuns, free: InputEstimate) -> float:
     """
     Return by how much chi2 a free torque at another place explains more than `free`.
 
     Args:
         runs: free runs over the windows of one recording.
-        free: free-form input estimate.
-        jobs: number of threads.
+        free: free-form torque on the arm.
     """
     places = [place for place in localisation.visible_places(runs)
-              if place in input_estimation.TORQUES and place != free.place]
-    estimates = localisation.free_forms(runs, jobs, places)
-    smallest = min((input_estimation.reduced_chi2([f]) for f in estimates.values()),
+              if place in TORQUES and place != 'arm_side']
+    smallest = min((reduced_chi2([f]) for f in localisation.free_forms(runs, places).values()),
                    default=np.inf)
-    return float(input_estimation.reduced_chi2([free]) - smallest) * free.residual.size
+    return float(reduced_chi2([free]) - smallest) * runs.residual.size

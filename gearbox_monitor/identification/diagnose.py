@@ -11,7 +11,6 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
 from gearbox_monitor.identification.adequacy import adequacy_of, runs_of
-from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.closed_model import open_loop, with_starts_of
 from gearbox_monitor.identification.evidence import Evidence, evidence_of
 from gearbox_monitor.identification.innovation_fit import (
@@ -26,6 +25,7 @@ from gearbox_monitor.identification.torque_between_stamps import is_open, likeli
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import (
     Explained, LATTICES, location_of, report, Verdict)
+from gearbox_monitor.identification.windows import runs_from
 from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
@@ -298,13 +298,11 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
     closed_runs = with_starts_of(closed_runs, none_runs)
     published = none_runs
     if none.candidate.coordinates:
-        plain = CandidateModel(evidence.model, (), ())
         published = with_starts_of([
             open_loop(r, evidence.model, evidence.sigma) for r in evidence.recordings], none_runs)
         if not evidence.balances:
-            published = tuple(replace(run, data=other.data, candidate=plain, point=(
-                other.data.evaluate(plain, run.point))) for run, other in zip(
-                    published, none_runs))
+            published = tuple(runs_from(other.data, evidence.model, run.states, run.memory)
+                              for run, other in zip(published, none_runs))
     orders = {name: rows[0] for name, rows in decision.orders}
     separated = separations(evidence, fit, decision.fits, orders)
     errors, condition = standard_errors(evidence, decision.closed)

@@ -14,8 +14,9 @@ from gearbox_monitor.identification.innovation_fit import InnovationFit
 from gearbox_monitor.identification.innovations import InnovationLikelihood, JointLikelihood
 from gearbox_monitor.identification.noise_model import noise_floor, white_level
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.identification.windows import (
-    hidden_begins, seconds_at_rest, Segment, segment_of, SETTLING)
+from gearbox_monitor.identification.window_data import (
+    seconds_at_rest, SETTLING, window_data, WindowData)
+from gearbox_monitor.identification.windows import hidden_begins
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
@@ -53,15 +54,14 @@ class Evidence:
     progress: Callable[[str], object] = silent
 
     @cached_property
-    def segments(self) -> tuple[Segment, ...]:
+    def segments(self) -> tuple[WindowData, ...]:
         """The recordings with their windows."""
         # At rest, nothing tells where the side is that no encoder reads.
-        parts = [segment_of(r, self.model, self.sigma, self.colour, SETTLING if not self.hides(r)
-                            else max(SETTLING, seconds_at_rest(r, self.sigma)), self.finer)
+        parts = [window_data(r, self.model, self.sigma, self.colour, SETTLING if not self.hides(r)
+                             else max(SETTLING, seconds_at_rest(r, self.sigma)), self.finer)
                  for r in self.recordings]
         if self.all_trained:
-            parts = [replace(part, unseen=part.span.stop, data=replace(
-                part.data, train=np.ones_like(part.data.train))) for part in parts]
+            parts = [replace(part, held_out=np.zeros_like(part.held_out)) for part in parts]
         return tuple(parts)
 
     @cached_property
@@ -77,10 +77,9 @@ class Evidence:
                 part = likelihood_of(recording, self.model, sigma, [span], coarse,
                                      1 if coarse else self.finer)
                 if self.hides(recording) and isinstance(part, InnovationLikelihood):
-                    fit = self.reference
-                    candidate = self.starts.none() if fit is None else fit.candidate
-                    part = hidden_begins(part, candidate, candidate.start() if fit is None
-                                         else fit.z, sigma)
+                    none, fit = self.starts.none(), self.reference
+                    part = hidden_begins(part, none.model(none.start()) if fit is None
+                                         else fit.candidate.model(fit.z), sigma)
                 parts.append(part)
         return JointLikelihood(parts)
 
@@ -106,7 +105,7 @@ class Evidence:
     @cached_property
     def unseen(self) -> JointLikelihood | None:
         """Likelihood of what is held out, None if nothing is."""
-        spans = [part.held_out for part in self.segments]
+        spans = [part.unseen for part in self.segments]
         return self._likelihood(spans) if any(s.stop > s.start for s in spans) else None
 
     @property

@@ -142,7 +142,7 @@ class Judge:
 
     def places(self, none: InnovationFit) -> Mapping[str, Any]:
         """Return, and keep, where free signals stand for all effects."""
-        self.alone = localisation.places(self.adequacy(none).runs, self.evidence.jobs)
+        self.alone = localisation.places(self.adequacy(none).runs)
         return self.alone
 
     def score(self, fit: InnovationFit) -> float:
@@ -381,7 +381,7 @@ def _one_cause(judge: Judge, fit: InnovationFit, none: InnovationFit) -> list[st
         allowed += ON_MOTOR
     if _at_one(fit, allowed):
         return allowed
-    of_fit = localisation.places(judge.adequacy(fit).runs, evidence.jobs)
+    of_fit = localisation.places(judge.adequacy(fit).runs)
     none_left, fit_left = map(localisation.least_left, (of_none, of_fit))
     return None if THRESHOLDS.place_tie * fit_left < none_left else allowed
 

@@ -33,7 +33,8 @@ from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_between_stamps import is_open, read_for
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.torque_regression import torque_regression, TorqueRegression
-from gearbox_monitor.identification.windows import misfit_of, SECONDS
+from gearbox_monitor.identification.window_data import SECONDS
+from gearbox_monitor.identification.windows import misfit_of
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library

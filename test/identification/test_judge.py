@@ -321,11 +321,11 @@ def test_windows_that_lack_something_say_where():
     evidence = evidence_of(record([], 8))
     run, = adequacy_of(evidence, without(evidence)).runs
     lacking = np.array([0.0, 9.0, 0.0, 9.0, 9.0, 0.0, 9.0, 9.0])[:len(run.data.windows)]
-    run = replace(run, point=replace(run.point, chi2=lacking * run.data.size))
+    run = replace(run, residual=np.sqrt(lacking)[:, None, None] * np.ones_like(run.residual))
     chosen = localisation.some_windows(run, 3)
-    assert len(chosen.data.windows) == 3 and (chosen.point.chi2 > 0.0).all()
+    assert len(chosen.data.windows) == 3 and (chosen.chi2 > 0.0).all()
     # Too few of them: all windows take part.
-    assert (localisation.some_windows(run, 6).point.chi2 == 0.0).any()
+    assert (localisation.some_windows(run, 6).chi2 == 0.0).any()
 
 
 @pytest.mark.parametrize('place', ['motor_side', 'arm_sensor'])
@@ -333,15 +333,13 @@ def test_windows_side_by_side_do_not_touch_each_other(place):
     """They begin in their neighbours, whose free torque is another."""
     evidence = evidence_of(record([], 4))
     run, = adequacy_of(evidence, without(evidence)).runs
-    estimator = InputEstimator(run.data, run.model, place, run.point)
-    count = len(run.data.windows)
-    signal = np.random.default_rng(1).normal(size=(count, estimator.basis.shape[1]))
-    together = estimator.residual(signal, run.point.states)
-    order = np.array([2, 0, 2])
+    estimator, order = InputEstimator(run, place), np.arange(len(run.data.windows))
+    theta = np.hstack([np.random.default_rng(1).normal(size=(len(order), estimator.count)),
+                       run.states])
+    together, order = estimator.residual(theta, order), np.array([2, 0, 2])
     # Lanes of another number may round otherwise.
-    np.testing.assert_allclose(
-        estimator.residual(signal[order], run.point.states[order], order), together[order],
-        rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(estimator.residual(theta[order], order), together[order],
+                               rtol=1e-9, atol=1e-9)
 
 
 def test_a_window_in_which_nothing_moves_has_no_pulse():
@@ -539,9 +537,8 @@ def test_bursts_at_the_ends_of_travel_are_no_disturbance(when, sign, low, high):
     h = 6 if when == 'end' else 12
     signal[2:4, h], mask[2:4, h] = sign, True
     runs = SimpleNamespace(
-        recording=SimpleNamespace(dt=dt), model=None, point=None,
-        data=SimpleNamespace(windows=SimpleNamespace(first=np.arange(8) * 25 * count),
-                             positions=lambda *_: np.column_stack([t, arm])))
+        recording=SimpleNamespace(dt=dt), positions=np.column_stack([t, arm]),
+        data=SimpleNamespace(windows=SimpleNamespace(first=np.arange(8) * 25 * count)))
     p = at_ends_of_travel(runs, SimpleNamespace(signal=signal), mask)
     assert low <= p <= high
 
@@ -569,8 +566,6 @@ def test_windows_after_settling_are_as_many(seconds, settling, count, length):
     windows = shooting_windows(recording, 1.0, settling)
     assert (len(windows), windows.length) == (count, length)
     assert windows.first[0] == round(settling / DT)
-    parts = windows.parted(4)
-    assert (parts.first[::4] == windows.first).all() and (parts.begin[::4] == windows.begin).all()
 
 
 LASTS = 0.1  # s
