@@ -73,8 +73,7 @@ def adequacy_of(evidence: Evidence, fit: InnovationFit) -> Adequacy:
         fit: of the training parts.
     """
     whole = evidence.whole
-    at = evaluated(whole, fit.candidate, fit.z, fit.torque)
-    model = fit.candidate.model(fit.z)
+    at, model = evaluated(whole, fit), fit.model
     if evidence.balances:
         # No model of a real drive explains everything: the share that is left tells.
         left = np.sqrt(np.mean([run.left ** 2 for run in at.run.runs], axis=0))
@@ -111,7 +110,7 @@ def runs_of(evidence: Evidence, at: FilteredFit) -> tuple[WindowRuns, ...]:
         evidence: the recordings.
         at: fit whose filter was run over all of them.
     """
-    model = at.candidate.model(at.z)
+    model = at.model
     return tuple(free_runs(segment, model, smooth) for segment, smooth in zip(
         evidence.segments, evidence.whole.smoothed(at.run)))
 

@@ -9,7 +9,6 @@ window, as far as BIC allows: that tells whether there are bursts, and about whe
 and amplitude are those of the largest likelihood of innovations with their torque put in, which
 knows no windows, and says what they are worth as for any effect.
 """
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -69,14 +68,6 @@ class Bursts:
     adequate: bool
 
 
-@dataclass(frozen=True, eq=False)
-class _Beside:
-    """Bursts `theta` [B, 3] (begin, s, duration, s, amplitude, N m), and the filter with them."""
-
-    theta: Array
-    run: JointlyFiltered
-
-
 def bursts_beside(evidence: Evidence, fit: InnovationFit,
                   runs: tuple[WindowRuns, ...]) -> Bursts | None:
     """
@@ -104,8 +95,7 @@ def bursts_beside(evidence: Evidence, fit: InnovationFit,
             break
     if not len(theta):
         return None
-    gain = evaluated(evidence.whole, fit.candidate, fit.z, fit.torque).deviance - evaluated(
-        beside.whole, at.candidate, at.z, at.torque).deviance
+    gain = evaluated(evidence.whole, fit).deviance - evaluated(beside.whole, at).deviance
     bursts = [Burst(evidence.recordings[i].name, *map(float, row)) for i, row in zip(owner, theta)]
     return Bursts(at, tuple(sorted(bursts, key=lambda b: -abs(b.amplitude) * b.duration)), gain,
                   theta.size * float(np.log(evidence.whole.readings)), adequate)
@@ -153,37 +143,44 @@ def sharpened(evidence: Evidence, fit: InnovationFit, theta: Array,
 
 def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Integers) -> Array:
     """Return the bursts [B, 3] of largest likelihood beside `fit` as it is, from `theta` on."""
-    model, damping = fit.candidate.model(fit.z), RULE.start
+    model, damping = fit.model, RULE.start
     shortest = min(recording.dt for recording in evidence.recordings)
     amplitude = LITTLE * evidence.torque
 
-    def beside(theta: Array) -> _Beside:
-        return _Beside(theta, with_bursts(evidence, theta, owner).whole.run(model, fit.torque))
-    at = beside(theta)
+    def beside(theta: Array) -> tuple[Array, JointlyFiltered]:
+        """Return bursts and the filter with them."""
+        return theta, with_bursts(evidence, theta, owner).whole.run(model, fit.torque)
+
+    def moved_by(theta: Array, reach: Array, change: Array) -> tuple[Array, JointlyFiltered]:
+        """Return where a step leads to, at most `reach` [B, 3] away."""
+        theta = theta - np.clip(change.reshape(-1, 3), -reach, reach)
+        theta[:, 1] = np.maximum(theta[:, 1], shortest)
+        return beside(theta)
+    run = beside(theta)[1]
     times = np.concatenate([number * FAR + np.repeat(np.arange(len(recording.u)) * recording.dt, 2)
                             for number, recording in enumerate(evidence.recordings)])
     for _ in range(ITERATIONS):
         reach = np.full(theta.shape, SPACING)
-        reach[:, 2] = np.maximum(np.abs(at.theta[:, 2]), amplitude)
-        steps, J = LITTLE * reach, np.zeros((at.run.variance.size, theta.size))
-        for members in _apart(at.theta, owner):
-            begins = owner[members] * FAR + at.theta[members, 0] - SPACING
+        reach[:, 2] = np.maximum(np.abs(theta[:, 2]), amplitude)
+        steps, J = LITTLE * reach, np.zeros((run.variance.size, theta.size))
+        for members in _apart(theta, owner):
+            begins = owner[members] * FAR + theta[members, 0] - SPACING
             cause = np.searchsorted(begins, times) - 1
             for i in range(3):
-                moved = at.theta.copy()
+                moved = theta.copy()
                 moved[members, i] += steps[members, i]
-                change = (beside(moved).run.innovation - at.run.innovation) / np.sqrt(
-                    at.run.variance)
+                change = (beside(moved)[1].innovation - run.innovation) / np.sqrt(run.variance)
                 for number, member in enumerate(members):
                     J[cause == number, 3 * member + i] = (
                         change.ravel()[cause == number] / steps[member, i])
+        enough = run.deviance - ENOUGH
         step = damped_step(
-            J.T @ J, J.T @ at.run.residual.ravel(), partial(_moved, beside, at, reach, shortest),
-            partial(_gain, at), damping, RULE)
+            J.T @ J, J.T @ run.residual.ravel(), partial(moved_by, theta, reach),
+            lambda trial, enough=enough: enough - trial[1].deviance, damping, RULE)
         if step is None:
             break
-        at, damping = step
-    return at.theta
+        (theta, run), damping = step
+    return theta
 
 
 def _apart(theta: Array, owner: Integers) -> list[Integers]:
@@ -193,19 +190,6 @@ def _apart(theta: Array, owner: Integers) -> list[Integers]:
     groups = next(count for count in range(1, len(order) + 1)
                   if (begins[order[count:]] - begins[order[:-count]] > APART).all())
     return [order[first::groups] for first in range(groups)]
-
-
-def _moved(beside: Callable[[Array], _Beside], at: _Beside, reach: Array, shortest: float,
-           change: Array) -> _Beside:
-    """Return where a step leads to from `at`, at most `reach` [B, 3] away."""
-    theta = at.theta - np.clip(change.reshape(-1, 3), -reach, reach)
-    theta[:, 1] = np.maximum(theta[:, 1], shortest)
-    return beside(theta)
-
-
-def _gain(at: _Beside, trial: _Beside) -> float:
-    """Return by how much `trial` beats `at`, above 0 if that is enough."""
-    return at.run.deviance - ENOUGH - trial.run.deviance
 
 
 def with_arm_torque(recording: UniformRecording, torque: Array) -> UniformRecording:

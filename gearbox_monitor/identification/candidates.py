@@ -355,11 +355,9 @@ class Starts:
         self.model = model
         self.effects = library()
         scales = [_scales(model, recording) for recording in recordings]
-        self.scales = replace(
-            scales[0], torque=max(s.torque for s in scales), peak=max(s.peak for s in scales),
-            friction=max(s.friction for s in scales), speed=max(s.speed for s in scales),
-            twist=max(s.twist for s in scales), angle=max(s.angle for s in scales),
-            reach=max(s.reach for s in scales))
+        self.scales = replace(scales[0], **{
+            name: max(getattr(s, name) for s in scales)
+            for name in ('torque', 'peak', 'friction', 'speed', 'twist', 'angle', 'reach')})
         travel = max(float(np.ptp(r.positions[:, r.channels[0]])) for r in recordings)
         # A wave of which less than a period is seen may be anything.
         self.orders = [order for order in ORDERS if order * travel >= 2.0 * math.pi]
@@ -380,6 +378,21 @@ class Starts:
         orders = {0: order} if order is not None and name in PERIODIC else {}
         return [self._candidate((name,), [coordinates], orders)
                 for coordinates in starts]
+
+    def at(self, name: str, values: Values) -> CandidateModel:
+        """
+        Return the Candidate of the single effect `name` that begins with these values.
+
+        Args:
+            name: id of the effect.
+            values: its parameters; of those that are missing, it begins where fits do.
+        """
+        single = self.candidates(name, int(values.get('N', 1)))[0]
+        if name in PHASED:
+            values = {**values, **sine_and_cosine(name, values)}
+        return replace(single, coordinates=tuple(
+            replace(c, start=max(float(values[c.name]), 1e-300 if c.log else -math.inf))
+            if c.owner == 0 and c.name in values else c for c in single.coordinates))
 
     def joint(self, parts: Iterable[tuple[CandidateModel, Array]]) -> CandidateModel:
         """

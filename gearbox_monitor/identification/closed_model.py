@@ -16,7 +16,7 @@ import numpy as np
 
 from gearbox_monitor.identification.balance_likelihood import likelihood_of
 from gearbox_monitor.identification.candidates import CandidateModel, Starts
-from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
+from gearbox_monitor.identification.innovation_fit import fitted, unfitted
 from gearbox_monitor.identification.innovations import JointLikelihood
 from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
@@ -188,9 +188,9 @@ def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
     candidate = Starts(plain, [recording]).none() if put_in else CandidateModel(plain, (), ())
     likelihood = JointLikelihood([likelihood_of(
         recording, plain, sigma, [recording.span if put_in else data.span])])
-    fit = fitted(likelihood, InnovationFit(candidate, candidate.start(), likelihood.first_noise))
-    smooth, = likelihood.smoothed(likelihood.run(candidate.model(fit.z), fit.torque))
-    return free_runs(data, candidate.model(fit.z), smooth)
+    fit = fitted(likelihood, unfitted(likelihood, candidate))
+    smooth, = likelihood.smoothed(likelihood.run(fit.model, fit.torque))
+    return free_runs(data, fit.model, smooth)
 
 
 def crossed(fits: Sequence[WindowRuns]) -> tuple[WindowRuns, ...]:

@@ -9,7 +9,7 @@ single effects by the effect that gains most beside each; then each member of th
 exchanged, because the first one had to imitate the other while it was alone (stepwise regression
 with exchange, Miller 2002).
 """
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -18,10 +18,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.effect_scan import joined, Proposal, scan
-from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
-from gearbox_monitor.identification.innovations import Likelihood
+from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.innovation_fit import (
+    evaluated, fitted, InnovationFit, unfitted)
 
 Item = TypeVar('Item')
 Value = TypeVar('Value')
@@ -61,36 +61,25 @@ class FitTable:
 
 
 class EffectSearch:
-    """
-    The search on one recording: its likelihood, the starts and the ids of the effects.
+    """The search for effects on long steps."""
 
-    jobs: threads; progress(text) is called as it goes on.
-    """
-
-    def __init__(self, likelihood: Likelihood, starts: Starts, ids: Iterable[str],
-                 jobs: int = 1, progress: Callable[[str], object] = lambda text: None) -> None:
-        self.likelihood, self.starts, self.ids = likelihood, starts, list(ids)
-        self.jobs, self.progress = jobs, progress
+    def __init__(self, evidence: Evidence) -> None:
+        self.likelihood, self.starts, self.ids = evidence.coarse, evidence.starts, evidence.ids
+        self.jobs, self.progress, self.score = evidence.jobs, evidence.progress, evidence.score
 
     def _map(self, function: Callable[[Item], Value], items: Sequence[Item]) -> list[Value]:
         with ThreadPoolExecutor(self.jobs) as pool:
             return list(pool.map(function, items))
 
-    def score(self, fit: InnovationFit) -> float:
-        """Return the BIC (Schwarz 1978) of `fit`."""
-        return fit.deviance + fit.candidate.n_effect * math.log(self.likelihood.readings)
-
     def none(self) -> InnovationFit:
         """Return the fit without effects."""
-        candidate = self.starts.none()
-        return fitted(self.likelihood, InnovationFit(candidate, candidate.start(),
-                                                     self.likelihood.first_noise))
+        return fitted(self.likelihood, unfitted(self.likelihood, self.starts.none()))
 
     def begun(self, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
         """Return `fit` with a further effect where its fit begins."""
         candidate = joined(self.starts, fit.candidate, fit.z, proposal)
         z = candidate.start_from(fit.candidate, fit.z)
-        return evaluated(self.likelihood, candidate, z, fit.torque).alone()
+        return evaluated(self.likelihood, InnovationFit(candidate, z, fit.torque)).alone()
 
     def _halved(self, fits: Sequence[InnovationFit],
                 rounds: Sequence[tuple[int, int]]) -> list[InnovationFit]:

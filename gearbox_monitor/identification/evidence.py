@@ -3,14 +3,14 @@
 
 """What a diagnosis has to go by: recordings, model, noise, and likelihoods of their parts."""
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from gearbox_monitor.identification.balance_likelihood import likelihood_of
 from gearbox_monitor.identification.candidates import Starts
-from gearbox_monitor.identification.innovation_fit import InnovationFit
+from gearbox_monitor.identification.innovation_fit import InnovationFit, unfitted
 from gearbox_monitor.identification.innovations import InnovationLikelihood, JointLikelihood
 from gearbox_monitor.identification.noise_model import noise_floor, white_level
 from gearbox_monitor.identification.thresholds import THRESHOLDS
@@ -33,8 +33,8 @@ class Evidence:
     Recordings of one drive under one nominal model.
 
     sigma [2]: noise of the encoders, rad; colour [2]: correlation of neighbouring readings, None:
-    white. ids: effects that may be named. rough: whether an encoder is quantised more coarsely
-    than its noise. all_trained: whether no window is held out. with_map: whether a torque map of
+    white. ids: effects that may be named. quantum [2]: quantisation steps of the encoders, rad.
+    all_trained: whether no window is held out. with_map: whether a torque map of
     the remainder may be fitted. finer: how many times as many steps the model takes as the
     nominal drive asks for. reference: fit in whose free runs filters begin where an encoder is
     missing, None: the nominal model. progress(text) is called as the search goes on.
@@ -45,7 +45,7 @@ class Evidence:
     sigma: Array
     ids: tuple[str, ...]
     colour: Array | None = None
-    rough: bool = False
+    quantum: Array = field(default_factory=lambda: np.zeros(2))
     all_trained: bool = False
     with_map: bool = True
     finer: int = 1
@@ -64,6 +64,11 @@ class Evidence:
             parts = [replace(part, held_out=np.zeros_like(part.held_out)) for part in parts]
         return tuple(parts)
 
+    @property
+    def rough(self) -> bool:
+        """Whether an encoder is quantised more coarsely than its noise."""
+        return bool((self.quantum > THRESHOLDS.rough_lattice * self.sigma).any())
+
     @cached_property
     def starts(self) -> Starts:
         """Where fits of effects begin."""
@@ -77,9 +82,8 @@ class Evidence:
                 part = likelihood_of(recording, self.model, sigma, [span], coarse,
                                      1 if coarse else self.finer)
                 if self.hides(recording) and isinstance(part, InnovationLikelihood):
-                    none, fit = self.starts.none(), self.reference
-                    part = hidden_begins(part, none.model(none.start()) if fit is None
-                                         else fit.candidate.model(fit.z), sigma)
+                    fit = self.reference or unfitted(part, self.starts.none())
+                    part = hidden_begins(part, fit.model, sigma)
                 parts.append(part)
         return JointLikelihood(parts)
 
@@ -158,10 +162,9 @@ class Evidence:
 
 
 def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: Sequence[str],
-                jobs: int = 1, progress: Callable[[str], object] = silent
-                ) -> tuple[Evidence, Array]:
+                jobs: int = 1, progress: Callable[[str], object] = silent) -> Evidence:
     """
-    Return (Evidence, quantisation steps [2] of the encoders, rad) of recordings of one drive.
+    Return the Evidence of recordings of one drive.
 
     Args:
         recordings: of one drive.
@@ -177,9 +180,8 @@ def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: 
         own = [i for i, r in enumerate(recordings) if channel in r.channels] or [0]
         sigma[channel] = max(levels[i][channel] for i in own)
         quantum[channel] = max(steps[i][channel] for i in own)
-    rough = bool((quantum > THRESHOLDS.rough_lattice * sigma).any())
     with_map = TORQUE_MAP.id in ids and not any(
         effect['id'] == TORQUE_MAP.id for effect in model.effects)
     return Evidence(tuple(recordings), model, sigma,
-                    tuple(i for i in ids if i != TORQUE_MAP.id), rough=rough,
-                    with_map=with_map, jobs=jobs, progress=progress), quantum
+                    tuple(i for i in ids if i != TORQUE_MAP.id), quantum=quantum,
+                    with_map=with_map, jobs=jobs, progress=progress)

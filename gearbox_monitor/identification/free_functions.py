@@ -83,7 +83,7 @@ def dependences(likelihood: JointLikelihood, at: FilteredFit,
         at: fit whose filter was run.
         places: at which a torque can act in this drive.
     """
-    moved, model = motion_of(likelihood, at), at.candidate.model(at.z)
+    moved, model = motion_of(likelihood, at), at.model
     own, prior = coordinate_columns(likelihood, at), at.candidate.prior(at.z)
     residual, scale = at.run.residual.ravel(), 1.0 / np.sqrt(at.run.variance)
     size = LITTLE * max(float(np.std(moved['torque'])), 1e-9)
@@ -149,7 +149,7 @@ def mapped(likelihood: JointLikelihood, fit: InnovationFit, places: Sequence[str
         places: at which a torque can act in this drive.
         scale: usual torque, N m.
     """
-    at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
+    at = evaluated(likelihood, fit)
     cost = float(np.log(likelihood.readings))
     fits = []
     for dependence in dependences(likelihood, at, places)[:FITTED]:

@@ -9,7 +9,7 @@ Fisher step; the exact likelihood accepts it. The noise anneals by itself: it is
 model is wrong. One start is enough for most effects, that without it.
 """
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 from typing import Any
 
@@ -19,6 +19,7 @@ from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovations import Likelihood
 from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
 
 FAR = 2.0                    # change of the logarithm of the noise in a step
 LOG_STEP = 0.05              # of finite differences in that logarithm
@@ -52,6 +53,11 @@ class InnovationFit:
         """Ids joined by '+'."""
         return self.candidate.name
 
+    @property
+    def model(self) -> DriveModel:
+        """The model where the fit stands."""
+        return self.candidate.model(self.z)
+
 
 @dataclass(frozen=True)
 class FilteredFit(InnovationFit):
@@ -64,20 +70,30 @@ class FilteredFit(InnovationFit):
         return InnovationFit(self.candidate, self.z, self.torque, self.deviance)
 
 
-def evaluated(likelihood: Likelihood, candidate: CandidateModel, z: Array,
-              torque: Array) -> FilteredFit:
+def unfitted(likelihood: Likelihood, candidate: CandidateModel,
+             z: Array | None = None) -> InnovationFit:
     """
-    Return the FilteredFit at a point.
+    Return where the fit of a candidate begins.
 
     Args:
         likelihood: of the recording.
         candidate: model with its coordinates.
-        z: coordinates [P].
-        torque: noise [2] on motor and arm, N m rms in a sample.
+        z: coordinates [P], None: the candidate's own start.
     """
-    run = likelihood.run(candidate.model(z), torque)
-    return FilteredFit(candidate, z, torque, run.deviance + candidate.penalty(z),
-                       run=run)
+    return InnovationFit(candidate, candidate.start() if z is None else z, likelihood.first_noise)
+
+
+def evaluated(likelihood: Likelihood, fit: InnovationFit) -> FilteredFit:
+    """
+    Return a fit where it stands, with the run of its filter.
+
+    Args:
+        likelihood: of the recording.
+        fit: of a candidate.
+    """
+    run = likelihood.run(fit.model, fit.torque)
+    return FilteredFit(fit.candidate, fit.z, fit.torque,
+                       run.deviance + fit.candidate.penalty(fit.z), run=run)
 
 
 def annealed(likelihood: Likelihood, fit: FilteredFit) -> Array:
@@ -155,12 +171,12 @@ def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
         free_noise: whether the torque noise is fitted, too.
     """
     damping = RULE.start
-    at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
+    at = evaluated(likelihood, fit)
     for _ in range(iterations):
         torque = annealed(likelihood, at) if free_noise else at.torque
         deviance = at.deviance
         if (torque != at.torque).any():
-            moved = evaluated(likelihood, at.candidate, at.z, torque)
+            moved = evaluated(likelihood, replace(at.alone(), torque=torque))
             at = moved if moved.deviance < at.deviance else at
         at, damping = _step(likelihood, at, damping, free_noise)
         if deviance - at.deviance < tolerance:
@@ -184,8 +200,8 @@ def by_time(likelihood_with: Callable[[float], Likelihood], candidate: Candidate
     out = {}
     for time in sorted(set(times)):
         likelihood = likelihood_with(time)
-        start = InnovationFit(candidate, z, likelihood.first_noise)
-        out[time] = fitted(likelihood, start, TIME_ITERATIONS).deviance
+        fit = fitted(likelihood, unfitted(likelihood, candidate, z), TIME_ITERATIONS)
+        out[time] = fit.deviance
     return out
 
 
@@ -220,7 +236,7 @@ def _step(likelihood: Likelihood, fit: FilteredFit, damping: float,
         z = candidate.bounded(fit.z + np.clip(step[:count], -reach, reach))
         torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), smallest,
                          largest) if free_noise else fit.torque
-        return evaluated(likelihood, candidate, z, torque)
+        return evaluated(likelihood, InnovationFit(candidate, z, torque))
 
     def gain_of(trial: FilteredFit) -> float:
         return fit.deviance - ENOUGH - trial.deviance

@@ -7,10 +7,9 @@ The decision: none, effects, effects that explain a part, or unknown.
 One kind of evidence decides: the likelihood of innovations (BIC for what is better, adequacy
 against noise for what is enough). Nothing here is written into: each step returns new fits.
 """
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 import math
-from typing import Any
 
 import numpy as np
 
@@ -48,7 +47,6 @@ class Decision:
     torque map of the remainder, or whatever leaves least. adequacy: of `fit`. fits: all that were
     scored by one likelihood, best first. orders: of periodic effects, likeliest first. bursts:
     beside `fit`, None without. remains: whether `fit` leaves more than noise. notes: sentences.
-    alone: where free signals stand for all effects, see localisation.places; None: not asked.
     """
 
     evidence: Evidence
@@ -61,8 +59,7 @@ class Decision:
     orders: tuple[tuple[str, list[int]], ...] = ()
     bursts: Bursts | None = None
     remains: bool = False
-    notes: tuple[str, ...] = field(default=())
-    alone: Mapping[str, Any] | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -87,10 +84,8 @@ class Judge:
 
     def __init__(self, evidence: Evidence) -> None:
         self.evidence = evidence
-        self.search = EffectSearch(evidence.coarse, evidence.starts, evidence.ids, evidence.jobs,
-                                   evidence.progress)
+        self.search = EffectSearch(evidence)
         self._adequacies: dict[tuple[object, ...], Adequacy] = {}
-        self.alone: Mapping[str, Any] | None = None
 
     def polished(self, fit: InnovationFit, iterations: int = POLISH) -> InnovationFit:
         """Return `fit` on short steps, refitted in so many `iterations`."""
@@ -118,7 +113,7 @@ class Judge:
         evidence = self.evidence
         if evidence.finer > 1 or evidence.noisy or self.adequacy(fit).adequate:
             return False
-        model, torque = fit.candidate.model(fit.z), evidence.fine.least_noise
+        model, torque = fit.model, evidence.fine.least_noise
         shorter = replace(evidence, finer=FINER).fine.run(model, torque).deviance
         return bool(evidence.fine.run(model, torque).deviance - shorter > THRESHOLDS.noise_gain)
 
@@ -130,7 +125,7 @@ class Judge:
 
     def rescored(self, fits: Iterable[InnovationFit]) -> list[InnovationFit]:
         """Return fits as the likelihood on short steps has them where they stand."""
-        return [evaluated(self.evidence.fine, f.candidate, f.z, f.torque).alone() for f in fits]
+        return [evaluated(self.evidence.fine, f).alone() for f in fits]
 
     def adequacy(self, fit: InnovationFit) -> Adequacy:
         """Return what `fit` leaves, evaluated once for each fit."""
@@ -139,11 +134,6 @@ class Judge:
         if key not in self._adequacies:
             self._adequacies[key] = adequacy_of(self.evidence, fit)
         return self._adequacies[key]
-
-    def places(self, none: InnovationFit) -> Mapping[str, Any]:
-        """Return, and keep, where free signals stand for all effects."""
-        self.alone = localisation.places(self.adequacy(none).runs)
-        return self.alone
 
     def score(self, fit: InnovationFit) -> float:
         """Return the BIC of a fit."""
@@ -184,9 +174,8 @@ class Judge:
         added = set(fit.candidate.ids) - set(base.candidate.ids)
         if unseen is None or added and all(map(self.scatters, added)):
             return True
-        of_fit, of_base = (unseen.run(f.candidate.model(f.z), f.torque).deviance
-                           for f in (fit, base))
-        return of_fit < of_base
+        return unseen.run(fit.model, fit.torque).deviance < unseen.run(
+            base.model, base.torque).deviance
 
     def strays(self, fit: InnovationFit, base: InnovationFit) -> bool:
         """Return whether free runs of `fit` are farther off than those of the simpler `base`."""
@@ -259,7 +248,7 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
     for fit in sorted([*fits, chosen], key=judge.score):
         unique.setdefault(fit.candidate.key, fit)
     return Decision(evidence, none, chosen, closed, adequacy, judge.adequacy(none),
-                    tuple(unique.values()), table.orders, bursts, remains, alone=judge.alone)
+                    tuple(unique.values()), table.orders, bursts, remains)
 
 
 def _finished(judge: Judge, fits: Sequence[InnovationFit], most: int) -> list[InnovationFit]:
@@ -375,7 +364,7 @@ def _one_cause(judge: Judge, fit: InnovationFit, none: InnovationFit) -> list[st
     if evidence.balances or evidence.lasting or any(
             len(recording.channels) == 1 for recording in evidence.recordings):
         return None
-    of_none = judge.places(none)
+    of_none = localisation.places(judge.adequacy(none).runs)
     allowed = [*localisation.tied(of_none, judge.adequacy(none).dependence)]
     if set(allowed) & set(ON_MOTOR):
         allowed += ON_MOTOR

@@ -58,24 +58,16 @@ def laws(runs: WindowRuns, free: InputEstimate,
 
 def _motion(runs: WindowRuns) -> tuple[dict[str, Array], Flags]:
     """Return ({quantity: values [W, L]}, whether a reversal is near [W, L]) of a recording."""
-    recording, model, positions = runs.recording, runs.model, runs.positions
-    dt, index = recording.dt, runs.data.windows.samples
-    y = scipy.signal.savgol_filter(positions, max(5, 2 * round(0.01 / dt) + 1), 2, axis=0)
-    speed = np.gradient(scipy.signal.savgol_filter(
-        positions[:, 0], max(5, 2 * round(0.02 / dt) + 1), 2), dt)
-    twist = y[:, 0] - y[:, 1]
-    b = model.transmission.half_gap
-    if recording.arm_torque is not None:
-        load = np.abs(recording.arm_torque)
-    else:
-        load = model.transmission.stiffness * np.maximum(np.abs(twist) - b, 0.0)
-    width = max(1, round(REVERSAL / dt))
-    reversing = np.zeros(len(speed), bool)
-    for k in np.flatnonzero(np.diff(np.sign(speed)) != 0):
-        reversing[max(0, k - width):k + width + 1] = True
-    moved = {'speed': np.abs(speed), 'angle': y[:, 1], 'load': load,
-             'time': np.arange(len(speed)) * dt, 'twist': twist}
-    return {name: value[index] for name, value in moved.items()}, reversing[index]
+    recording, gear, index = runs.recording, runs.model.transmission, runs.data.windows.samples
+    moved = basis_functions.motion(runs.positions, recording.dt)
+    turns = np.diff(np.sign(moved['speed']), prepend=0.0) != 0
+    width = 2 * max(1, round(REVERSAL / recording.dt)) + 1
+    moved['speed'] = np.abs(moved['speed'])
+    moved['load'] = gear.stiffness * np.maximum(
+        np.abs(moved['twist']) - gear.half_gap, 0.0) if recording.arm_torque is None else np.abs(
+            recording.arm_torque)
+    return ({name: value[index] for name, value in moved.items()},
+            scipy.ndimage.maximum_filter1d(turns, width)[index])
 
 
 def labels(runs: Sequence[WindowRuns]

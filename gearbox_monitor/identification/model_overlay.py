@@ -83,7 +83,7 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
     recording = driven(recording, next(iter(models.values())))
     if sigma is None:
         sigma, _ = noise_floor(recording, next(iter(models.values())))
-    fits = [open_loop(recording, model, sigma) for model in models.values()]
+    fits = tuple(open_loop(recording, model, sigma) for model in models.values())
     if len(fits) == 2:
         fits = crossed(fits)
     windows, runs = fits[0].data.windows, []

@@ -21,11 +21,11 @@ import numpy as np
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification import closed_model
 from gearbox_monitor.identification.candidates import (
-    BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered,
-    PERIODIC, PHASED, sine_and_cosine, Starts, ZERO)
+    BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
+    ZERO)
 from gearbox_monitor.identification.evidence import Evidence, evidence_of
 from gearbox_monitor.identification.innovation_fit import (
-    by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES)
+    by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES, unfitted)
 from gearbox_monitor.identification.innovations import (
     halves, InnovationLikelihood, JointLikelihood, SPARSE)
 from gearbox_monitor.identification.shooting import shooting_windows
@@ -173,7 +173,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
     model = _with_starts(model, free or ())
     _expect_free(model, free)
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
-    evidence, _ = evidence_of(recordings, plain, ())
+    evidence = evidence_of(recordings, plain, ())
     # Nothing is held out of long runs, nor of balances, which begin in no state.
     evidence = replace(evidence, all_trained=bool(seconds) or evidence.balances)
     candidate = _free_candidate(evidence.starts, plain, model, free)
@@ -266,7 +266,7 @@ def _likeliest(evidence: Evidence, candidate: CandidateModel,
                starts: Sequence[Array]) -> InnovationFit:
     """Return the likeliest fit of a candidate to the training parts from several starts [P]."""
     likelihood = evidence.fine
-    return min((fitted(likelihood, InnovationFit(candidate, z, likelihood.first_noise), ITERATIONS)
+    return min((fitted(likelihood, unfitted(likelihood, candidate, z), ITERATIONS)
                 for z in starts), key=lambda fit: fit.deviance)
 
 
@@ -317,7 +317,7 @@ def _long_runs(evidence: Evidence, fit: InnovationFit, seconds: float) -> _LongR
     for recording in evidence.recordings:
         whole = InnovationLikelihood(recording, evidence.model, evidence.sigma,
                                      halves([recording.span]))
-        smooth = whole.smoothed(whole.run(fit.candidate.model(fit.z), fit.torque))
+        smooth = whole.smoothed(whole.run(fit.model, fit.torque))
         windows = shooting_windows(recording, min(seconds, recording.duration))
         part = InnovationLikelihood(recording, model, evidence.sigma, [
             slice(begin, begin + windows.length) for begin in windows.first.tolist()])
@@ -375,8 +375,7 @@ def _log_residual(evidence: Evidence, long: _LongRuns | None, model: DriveModel)
         judge, torque = long.likelihood, long.torque
     else:
         judge, fine = evidence.unseen or evidence.fine, evidence.fine
-        plain = CandidateModel(model, (), ())
-        torque = fitted(fine, InnovationFit(plain, plain.start(), fine.first_noise)).torque
+        torque = fitted(fine, unfitted(fine, CandidateModel(model, (), ()))).torque
     return float(0.5 * judge.run(model, torque).deviance / judge.readings)
 
 
@@ -396,12 +395,8 @@ def _effects_of(model: DriveModel) -> dict[str, Values]:
 
 def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
     """Return the Coordinates of `effect` of the model, from its values there."""
-    name, values = effect['id'], dict(effect)
-    if name in PHASED:
-        values |= sine_and_cosine(name, values)
-    own = starts.candidates(name, values.get('N'))[0].coordinates
-    return [replace(c, owner=owner, start=values[c.name], prior=WEAK * (1.0 if c.log else max(
-        c.scale, abs(values[c.name])))) for c in own if c.owner == 0]
+    return [replace(c, owner=owner, prior=WEAK * (1.0 if c.log else max(c.scale, abs(c.start))))
+            for c in starts.at(effect['id'], effect).coordinates if c.owner == 0]
 
 
 def _covariance(evidence: Evidence, fit: InnovationFit, long: _LongRuns | None) -> Array:
@@ -417,7 +412,7 @@ def _covariance(evidence: Evidence, fit: InnovationFit, long: _LongRuns | None) 
         long: runs that were fitted, None: the innovations were.
     """
     likelihood, candidate = evidence.fine if long is None else long.likelihood, fit.candidate
-    at = evaluated(likelihood, candidate, fit.z, fit.torque)
+    at = evaluated(likelihood, fit)
     J, residual = coordinate_columns(likelihood, at, central=True), at.run.residual.ravel()
     S, prior = J.T @ J, np.diag(candidate.prior(fit.z)[1])
     misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))

@@ -43,7 +43,7 @@ class Explained:
     """
     A decision with all that a verdict states about it.
 
-    quantum [2] rad of the encoders. published, none, runs, closed_runs: free runs of the nominal
+    published, none, runs, closed_runs: free runs of the nominal
     model, of the fit without effects, of the effects, of the closed model. errors {id: {parameter:
     standard error}}, condition: of their normal matrix. gains {effects: gain over none in BIC};
     likelihoods {id: 2 log likelihood that it gains}; separations, rivals, matrix: see isolability.
@@ -51,7 +51,6 @@ class Explained:
     """
 
     decision: Decision
-    quantum: Array
     published: tuple[WindowRuns, ...]
     none: tuple[WindowRuns, ...]
     runs: tuple[WindowRuns, ...]
@@ -188,26 +187,22 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
         effects = [*effects, *basis.lattices[:2 if not effects else 1]]
     kind = kind_of(bool(effects), decision.remains)
     places, remaining = localisation.NOWHERE, None
-    if decision.remains:
-        places_left = (localisation.places(basis.runs) if candidate.ids else
-                       decision.alone or localisation.places(basis.none))
-        remaining = localisation.tied(places_left, basis.dependence)[0]
-    if kind == UNKNOWN:
-        places = places_left
-    elif kind != NONE:  # an effect names the place; what free signals explain illustrates it
-        places = decision.alone or localisation.places(basis.none, illustrates=True)
     locations = [location_of(i) for i in effects]
-    if kind == UNKNOWN:
-        locations = [str(remaining)]
-        places = {**places, 'location': remaining}
+    if effects:  # they name the place; what free signals explain illustrates it
+        places = localisation.places(basis.none, illustrates=True)
+    if decision.remains:
+        places_left = localisation.places(basis.runs)
+        remaining = localisation.tied(places_left, basis.dependence)[0]
+        if kind == UNKNOWN:
+            locations, places = [remaining], {**places_left, 'location': remaining}
     nuisances, _ = closed.candidate.values(closed.z)
-    model = closed.candidate.model(closed.z)
+    model = closed.model
     params: dict[str, dict[str, float]] = {
         name: {k: float(v) for k, v in values.items()}
         for name, values in zip(candidate.ids, candidate.values(z)[1]) if name != TORQUE_MAP.id}
     for i, name in enumerate(LATTICES):
         if name in effects:
-            params[name] = {'q': float(basis.quantum[i])}
+            params[name] = {'q': float(decision.evidence.quantum[i])}
             model = with_effects(model, [*model.effects, {'id': name, **params[name]}])
     errors = {name: dict(values) for name, values in basis.errors.items()
               if name in candidate.ids}
