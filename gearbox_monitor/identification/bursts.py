@@ -176,11 +176,16 @@ def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Inte
         enough = run.deviance - ENOUGH
         step = damped_step(
             J.T @ J, J.T @ run.residual.ravel(), partial(moved_by, theta, reach),
-            lambda trial, enough=enough: enough - trial[1].deviance, damping, RULE)
+            partial(_gain, enough), damping, RULE)
         if step is None:
             break
         (theta, run), damping = step
     return theta
+
+
+def _gain(enough: float, trial: tuple[Array, JointlyFiltered]) -> float:
+    """Return by how much a trial is below a -2 log L that is enough."""
+    return enough - trial[1].deviance
 
 
 def _apart(theta: Array, owner: Integers) -> list[Integers]:

@@ -412,20 +412,24 @@ class Starts:
                     for c, v in zip(candidate.coordinates, z) if c.owner == i])
         return self._candidate(tuple(ids), groups, orders)
 
-    def alone(self, candidate: CandidateModel, z: Array, i: int) -> tuple[CandidateModel, Array]:
+    def reduced(self, candidate: CandidateModel, z: Array,
+                kept: Sequence[int]) -> tuple[CandidateModel, Array]:
         """
-        Return the Candidate of the effect number `i` of another one alone, and where that has it.
+        Return the Candidate of some effects of another one alone, and where that has it.
 
         Args:
             candidate: of several effects.
             z: its coordinates [P].
-            i: number of the effect.
+            kept: numbers of the effects.
         """
-        single = self.candidates(candidate.ids[i], candidate.orders.get(i))[0]
-        values = {(c.owner == i, c.name): v for c, v in zip(candidate.coordinates, z)
-                  if c.owner in (-1, i)}
-        return single, np.array([values.get((c.owner == 0, c.name), v)
-                                 for c, v in zip(single.coordinates, single.start())])
+        out = self._candidate(
+            tuple(candidate.ids[i] for i in kept),
+            [[c for c in candidate.coordinates if c.owner == i] for i in kept],
+            {k: candidate.orders[i] for k, i in enumerate(kept) if i in candidate.orders})
+        values = {(c.owner, c.name): v for c, v in zip(candidate.coordinates, z)}
+        owners = (*kept, -1)  # -1: of a nominal value
+        return out, np.array([values.get((owners[c.owner], c.name), v)
+                              for c, v in zip(out.coordinates, out.start())])
 
     def _candidate(self, ids: tuple[str, ...], groups: Sequence[Sequence[Coordinate]],
                    orders: dict[int, int]) -> CandidateModel:

@@ -30,7 +30,6 @@ from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import at_one_rate, expect_one_rate, UniformRecording
 
@@ -151,7 +150,7 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
     notes = [*decision.notes, *doubts(decision, otherwise)]
     findings = []
     errors, _ = standard_errors(decision.evidence, decision.fit)
-    for effect, values in _effects_of(decision):
+    for effect, values in decision.values.items():
         if _refuted(nominal, effect, values):
             findings.append(_finding(nominal, effect, values, errors.get(effect, {})))
         else:
@@ -237,19 +236,6 @@ def _closed(recording: UniformRecording, fit: InnovationFit, noise: float | None
     plain = _plain_fit(evidence)
     return ReferenceFit(model, holds, effects, adequacy_of(evidence, plain).misfit, evidence,
                         plain)
-
-
-def _effects_of(decision: Decision) -> list[tuple[str, Values]]:
-    """Return (id, values) of the effects that a decision names."""
-    fit = decision.fit
-    effects: list[tuple[str, Values]] = [
-        (name, values) for name, values in zip(fit.candidate.ids, fit.candidate.values(fit.z)[1])
-        if name != TORQUE_MAP.id]
-    if decision.bursts is not None:
-        burst = decision.bursts.bursts[0]
-        effects.append((DISTURBANCE.id, {'t0': burst.t0, 'duration': burst.duration,
-                                         'amplitude': burst.amplitude}))
-    return effects
 
 
 def _refuted(nominal: ReferenceFit, effect: str, values: Values) -> bool:

@@ -13,9 +13,10 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
 from gearbox_monitor.identification.adequacy import adequacy_of, runs_of
 from gearbox_monitor.identification.closed_model import open_loop, with_starts_of
-from gearbox_monitor.identification.evidence import Evidence, evidence_of
+from gearbox_monitor.identification.evidence import (
+    by_time, Evidence, evidence_of, LASTING_TIMES)
 from gearbox_monitor.identification.innovation_fit import (
-    by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES, unfitted)
+    coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.identification.isolability import (
     evidence_for, InnovationSpace, matrix, rivals, separations)
 from gearbox_monitor.identification.judge import decide, Decision
@@ -166,17 +167,12 @@ def in_its_time(decision: Decision) -> Decision:
     stated = evidence.model.process_torque_time
     if evidence.balances or stated == 0.0:
         return decision
-
-    def lasting(time: float) -> Evidence:
-        return replace(evidence, model=replace(evidence.model, process_torque_time=time))
-    likeliest_fit = decision.fits[0]
     # The likeliest, without a price: the stated time was chosen beside another model.
-    deviances = by_time(lambda time: lasting(time).whole, likeliest_fit.candidate,
-                        likeliest_fit.z, (stated, *LASTING_TIMES))
+    deviances = by_time(evidence, decision.fits[0], (stated, *LASTING_TIMES))
     time = min(deviances, key=lambda time: deviances[time])
     if time == stated:
         return decision
-    again = decide(lasting(time))
+    again = decide(evidence.lasting_for(time))
     price = THRESHOLDS.effect_gain if len(again.ids) > len(decision.ids) else 0.0
     return again if decision.score - again.score > price else decision
 

@@ -16,8 +16,6 @@ from functools import partial
 import math
 from typing import TypeVar
 
-import numpy as np
-
 from gearbox_monitor.identification.effect_scan import joined, Proposal, scan
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import (
@@ -147,7 +145,7 @@ class EffectSearch:
             fits = self._halved([*fits, *grown[:EFFORT.kept]], ((4, 4),))
             if not fits:
                 break
-            bases = [self.alone(fits[0], i) for i, name in enumerate(fits[0].candidate.ids)
+            bases = [self.reduced(fits[0], [i]) for i, name in enumerate(fits[0].candidate.ids)
                      if name not in tried]
             if not bases:
                 break
@@ -160,16 +158,7 @@ class EffectSearch:
         return self._halved(self._map(lambda p: self.begun(pair, p), proposals), (
             *EFFORT.growing, (3, 15)))
 
-    def alone(self, pair: InnovationFit, i: int) -> InnovationFit:
-        """Return the effect number `i` of `pair`, fitted alone from where the pair stands."""
-        single, z = self.starts.alone(pair.candidate, pair.z, i)
-        return fitted(self.likelihood, InnovationFit(single, z, pair.torque), 4)
-
-    def without(self, fit: InnovationFit, i: int) -> InnovationFit:
-        """Return `fit` of one effect or two without the effect number `i`, refitted."""
-        if len(fit.candidate.ids) > 1:
-            return self.alone(fit, 1 - i)
-        candidate = self.starts.none()
-        z = np.array([v for c, v in zip(fit.candidate.coordinates, fit.z) if c.owner < 0])
-        start = candidate.start() if len(z) != len(candidate.coordinates) else z
-        return fitted(self.likelihood, InnovationFit(candidate, start, fit.torque), 4)
+    def reduced(self, fit: InnovationFit, kept: Sequence[int]) -> InnovationFit:
+        """Return the effects number `kept` of `fit`, fitted alone from where it stands."""
+        candidate, z = self.starts.reduced(fit.candidate, fit.z, kept)
+        return fitted(self.likelihood, InnovationFit(candidate, z, fit.torque), 4)

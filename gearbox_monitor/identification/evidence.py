@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """What a diagnosis has to go by: recordings, model, noise, and likelihoods of their parts."""
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -10,8 +10,9 @@ import numpy as np
 
 from gearbox_monitor.identification.balance_likelihood import likelihood_of
 from gearbox_monitor.identification.candidates import Starts
-from gearbox_monitor.identification.innovation_fit import InnovationFit, unfitted
-from gearbox_monitor.identification.innovations import InnovationLikelihood, JointLikelihood
+from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit, unfitted
+from gearbox_monitor.identification.innovations import (
+    InnovationLikelihood, JointLikelihood, SPARSE)
 from gearbox_monitor.identification.noise_model import noise_floor, white_level
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.window_data import (
@@ -21,6 +22,9 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import UniformRecording
+
+# s, how long torque that no model explains may last on a real drive; iterations of a fit with each
+LASTING_TIMES, TIME_ITERATIONS = (0.1, 0.3, 1.0), 8
 
 
 def silent(text: str) -> None:
@@ -112,6 +116,16 @@ class Evidence:
         spans = [part.unseen for part in self.segments]
         return self._likelihood(spans) if any(s.stop > s.start for s in spans) else None
 
+    def lasting_for(self, seconds: float) -> 'Evidence':
+        """Return the evidence where unexplained torque lasts so long."""
+        return replace(self, model=replace(self.model, process_torque_time=seconds))
+
+    @property
+    def sparse(self) -> JointLikelihood:
+        """Likelihood of all that is evidence, of as few readings as where torque lasts."""
+        return JointLikelihood([part.thinned(max(1, round(SPARSE / part.recording.dt)))
+                                for part in self.whole.parts])
+
     @property
     def step(self) -> float:
         """Length of an integration step, s."""
@@ -159,6 +173,26 @@ class Evidence:
     def score(self, fit: InnovationFit) -> float:
         """Return the BIC (Schwarz 1978) of a fit to the training parts."""
         return fit.deviance + fit.candidate.n_effect * float(np.log(self.fine.readings))
+
+
+def by_time(evidence: Evidence, fit: InnovationFit, times: Iterable[float]) -> dict[float, float]:
+    """
+    Return {how long unexplained torque lasts, s: -2 log L of the fit with it}.
+
+    A fit for each time: with torque that lasts, values move, and a friction may go into it. All
+    times see the same readings.
+
+    Args:
+        evidence: recordings that the torque drives.
+        fit: with whose values fits begin.
+        times: s; 0: white noise.
+    """
+    out = {}
+    for time in sorted(set(times)):
+        likelihood = evidence.lasting_for(time).sparse
+        start = unfitted(likelihood, fit.candidate, fit.z)
+        out[time] = fitted(likelihood, start, TIME_ITERATIONS).deviance
+    return out
 
 
 def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: Sequence[str],

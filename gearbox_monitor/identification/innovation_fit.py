@@ -8,7 +8,6 @@ Levenberg-Marquardt on whitened innovations, coordinates and logarithms of the t
 Fisher step; the exact likelihood accepts it. The noise anneals by itself: it is large where the
 model is wrong. One start is enough for most effects, that without it.
 """
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 import math
 from typing import Any
@@ -30,8 +29,6 @@ FACTORS = (16.0, 4.0, 1.5)   # by which the noise is tried
 ENOUGH = 1e-3                # gain in -2 log L of a step that is taken
 RULE = Damping(1e-4, 20.0, 1e-3, smallest=1e-9, attempts=5)
 UNHELPFUL = 1e-2             # damping after steps that did not help
-# s, how long torque that no model explains may last on a real drive; iterations of a fit with each
-LASTING_TIMES, TIME_ITERATIONS = (0.1, 0.3, 1.0), 8
 
 
 @dataclass(frozen=True)
@@ -182,27 +179,6 @@ def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
         if deviance - at.deviance < tolerance:
             break
     return at.alone()
-
-
-def by_time(likelihood_with: Callable[[float], Likelihood], candidate: CandidateModel, z: Array,
-            times: Iterable[float]) -> dict[float, float]:
-    """
-    Return {how long unexplained torque lasts, s: -2 log L of the fit with it}.
-
-    A fit for each time: with torque that lasts, values move, and a friction may go into it.
-
-    Args:
-        likelihood_with: of the same readings, by the time.
-        candidate: model with its coordinates.
-        z: coordinates [P] with which fits begin.
-        times: s; 0: white noise.
-    """
-    out = {}
-    for time in sorted(set(times)):
-        likelihood = likelihood_with(time)
-        fit = fitted(likelihood, unfitted(likelihood, candidate, z), TIME_ITERATIONS)
-        out[time] = fit.deviance
-    return out
 
 
 def _step(likelihood: Likelihood, fit: FilteredFit, damping: float,

@@ -21,7 +21,7 @@ from gearbox_monitor.estimation import innovation_filter as kernels
 from gearbox_monitor.estimation.innovation_filter import (
     FilterInput, FilterStart, FilterTrace, LASTING, MOST_STATES, N_FILTER, SampleSchedule)
 from gearbox_monitor.identification.shooting import Simulator
-from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.batch import LANES, N_LANE_STATE
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
@@ -270,10 +270,7 @@ class InnovationLikelihood:
         """Return {quantity: values} of the motion as the filter of `run` has it."""
         index = np.concatenate([np.arange(begin, end - 1)
                                 for begin, end in zip(self.begin, self.end)])
-        x1, x2, x3, x4 = run.trace.begin[index, 0, :4].T
-        return {'speed of the motor': x3, 'speed of the arm': x4, 'angle of the motor': x1,
-                'angle of the arm': x2, 'twist': x1 - x2, 'torque': self.recording.torque[index],
-                'time': index * self.recording.dt}
+        return named_motion(self.recording, run.trace.begin[:, 0], index)
 
     def smoothed(self, run: Filtered) -> Array:
         """Return the smoothed states [N, N_STATE] of `run`, NaN outside of its parts."""
@@ -281,6 +278,21 @@ class InnovationLikelihood:
         kernels.smoothed(run.schedule, run.data, run.start.places, run.trace,
                          np.zeros(2 * len(run.start.places)), states)
         return states[:, :N_STATE]
+
+
+def named_motion(recording: UniformRecording, states: Array, index: Integers) -> dict[str, Array]:
+    """
+    Return {quantity: values} of the motion in some samples.
+
+    Args:
+        recording: of one drive.
+        states: positions and speeds of motor and arm, what else there is [N, 4 or more].
+        index: numbers of the samples.
+    """
+    x1, x2, x3, x4 = states[index, :4].T
+    return {'speed of the motor': x3, 'speed of the arm': x4, 'angle of the motor': x1,
+            'angle of the arm': x2, 'twist': x1 - x2, 'torque': recording.torque[index],
+            'time': index * recording.dt}
 
 
 def halves(spans: Iterable[slice]) -> list[slice]:

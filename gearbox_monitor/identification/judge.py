@@ -25,6 +25,7 @@ from gearbox_monitor.identification.free_functions import mapped
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.input_estimation import torque_places
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
@@ -65,6 +66,18 @@ class Decision:
     def ids(self) -> tuple[str, ...]:
         """Effects that count."""
         return (*self.fit.candidate.ids, *((DISTURBANCE.id,) if self.bursts else ()))
+
+    @property
+    def values(self) -> dict[str, Values]:
+        """{effect: {parameter: value}} of the effects that count; of bursts, the largest one."""
+        values: dict[str, Values] = dict(zip(
+            self.fit.candidate.ids, self.fit.candidate.values(self.fit.z)[1]))
+        values.pop(TORQUE_MAP.id, None)
+        if self.bursts is not None:
+            largest = self.bursts.bursts[0]
+            values[DISTURBANCE.id] = {'t0': largest.t0, 'duration': largest.duration,
+                                      'amplitude': largest.amplitude}
+        return values
 
     @property
     def score(self) -> float:
@@ -287,7 +300,7 @@ def _canonical(judge: Judge, fit: InnovationFit) -> InnovationFit:
     for number, name in enumerate(fit.candidate.ids):
         if name not in bound or name == TORQUE_MAP.id:
             continue
-        base = judge.search.without(fit, number)
+        base = judge.search.reduced(fit, [i for i in range(len(fit.candidate.ids)) if i != number])
         count = sum(c.owner == number for c in fit.candidate.coordinates)
         trials = [i for i in judge.evidence.ids
                   if i not in fit.candidate.ids and effects[i].fitted

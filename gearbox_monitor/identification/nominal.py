@@ -23,11 +23,12 @@ from gearbox_monitor.identification import closed_model
 from gearbox_monitor.identification.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
     ZERO)
-from gearbox_monitor.identification.evidence import Evidence, evidence_of
+from gearbox_monitor.identification.evidence import (
+    by_time, Evidence, evidence_of, LASTING_TIMES)
 from gearbox_monitor.identification.innovation_fit import (
-    by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES, unfitted)
+    coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.identification.innovations import (
-    halves, InnovationLikelihood, JointLikelihood, SPARSE)
+    halves, InnovationLikelihood, JointLikelihood)
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_between_stamps import is_open, read_for
@@ -187,7 +188,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
         if time != plain.process_torque_time:
             plain = replace(plain, process_torque_time=time)
             candidate = replace(candidate, nominal=plain)
-            evidence = replace(evidence, model=plain)
+            evidence = evidence.lasting_for(time)
             fit = _likeliest(evidence, candidate, starts)
     long = _long_runs(evidence, fit, seconds) if seconds and not evidence.balances else None
     if long is not None:
@@ -279,22 +280,16 @@ def lasting_time(evidence: Evidence, fit: InnovationFit) -> float:
     """
     Return how long unexplained torque lasts (s) by the likelihood of a fit.
 
-    All times see the same readings. Another than that of the model has to be worth its price.
+    Another than that of the model has to be worth its price.
 
     Args:
         evidence: recordings that the torque drives.
         fit: of the model with the time that it states.
     """
     stated = evidence.model.process_torque_time
-    stride = max(1, round(SPARSE / evidence.recordings[0].dt))
-
-    def likelihood_with(time: float) -> JointLikelihood:
-        model = replace(evidence.model, process_torque_time=time)
-        return JointLikelihood([part.thinned(stride)
-                                for part in replace(evidence, model=model).whole.parts])
-    deviances = by_time(likelihood_with, fit.candidate, fit.z, (stated, 0.0, *LASTING_TIMES))
+    deviances = by_time(evidence, fit, (stated, 0.0, *LASTING_TIMES))
     best = min(deviances, key=lambda time: deviances[time])
-    price = math.log(likelihood_with(stated).readings)
+    price = math.log(evidence.sparse.readings)
     return best if deviances[best] + price < deviances[stated] else stated
 
 

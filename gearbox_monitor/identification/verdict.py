@@ -199,7 +199,7 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
     model = closed.model
     params: dict[str, dict[str, float]] = {
         name: {k: float(v) for k, v in values.items()}
-        for name, values in zip(candidate.ids, candidate.values(z)[1]) if name != TORQUE_MAP.id}
+        for name, values in decision.values.items() if name != DISTURBANCE.id}
     for i, name in enumerate(LATTICES):
         if name in effects:
             params[name] = {'q': float(decision.evidence.quantum[i])}
@@ -275,8 +275,7 @@ def _finding(basis: Explained, name: str, values: Mapping[str, float],
         deviations = dict.fromkeys(values, 0.0)
         channel = basis.recordings[0].readings[LATTICES.index(name)]
     if name == DISTURBANCE.id:
-        largest = basis.bursts[0]
-        values = {'t0': largest.t0, 'duration': largest.duration, 'amplitude': largest.amplitude}
+        values = basis.decision.values[name]
         deviations = dict.fromkeys(values)
     return Finding(name, location_of(name), values, deviations, basis.likelihoods.get(name), share,
                    channel, confusable=tuple(basis.rivals.get(name, ())))
