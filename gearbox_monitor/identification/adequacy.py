@@ -93,7 +93,7 @@ def adequacy_of(evidence: Evidence, fit: InnovationFit) -> Adequacy:
         if evidence.rough:
             limit = THRESHOLDS.rough_structure
         else:
-            dependence = strongest(evidence, at)
+            dependence = next(iter(dependences(whole, at, torque_places(evidence.model))), None)
         structure = max(spectral_excess(w, segment.recording.dt)
                         for w, segment in zip(white, evidence.segments))
     runs = runs_of(evidence, at)
@@ -113,18 +113,6 @@ def runs_of(evidence: Evidence, at: FilteredFit) -> tuple[WindowRuns, ...]:
     model = at.model
     return tuple(free_runs(segment, model, smooth) for segment, smooth in zip(
         evidence.segments, evidence.whole.smoothed(at.run)))
-
-
-def strongest(evidence: Evidence, at: FilteredFit) -> Dependence | None:
-    """
-    Return the free function that is the farthest beyond chance beside a fit, None without any.
-
-    Args:
-        evidence: the recordings.
-        at: fit whose filter was run over all of them.
-    """
-    tested = dependences(evidence.whole, at, torque_places(evidence.model))
-    return tested[0] if tested else None
 
 
 def _whitened(segment: WindowData, run: Filtered, sigma: Array, colour: Array | None) -> Array:

@@ -27,7 +27,6 @@ from gearbox_monitor.identification.windows import WindowRuns
 from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.effects.arm_side import burst
-from gearbox_monitor.quality.recording import UniformRecording
 
 REFITTED = 6      # iterations of the fit beside bursts
 ROUNDS = 3        # searches, each in the remainder of the previous one
@@ -115,7 +114,9 @@ def with_bursts(evidence: Evidence, theta: Array, owner: Integers) -> Evidence:
         recording = recordings[number]
         torque = burst(dict(zip(('t0', 'duration', 'amplitude'), values)),
                        np.arange(len(recording.u)) * recording.dt, recording.dt)
-        recordings[number] = with_arm_torque(recording, torque)
+        # Beside a load that was measured.
+        load = 0.0 if recording.arm_torque is None else recording.arm_torque
+        recordings[number] = replace(recording, arm_torque=load - torque)
     return replace(evidence, recordings=tuple(recordings))
 
 
@@ -195,18 +196,6 @@ def _apart(theta: Array, owner: Integers) -> list[Integers]:
     groups = next(count for count in range(1, len(order) + 1)
                   if (begins[order[count:]] - begins[order[:-count]] > APART).all())
     return [order[first::groups] for first in range(groups)]
-
-
-def with_arm_torque(recording: UniformRecording, torque: Array) -> UniformRecording:
-    """
-    Return a recording in which `torque` acts on the arm, beside a load that was measured.
-
-    Args:
-        recording: of one drive.
-        torque: in the direction of the motion [N], N m.
-    """
-    load = np.zeros(len(recording.u)) if recording.arm_torque is None else recording.arm_torque
-    return replace(recording, arm_torque=load - torque)
 
 
 def pulses_in(runs: WindowRuns, beside: bool = False) -> Array:

@@ -353,7 +353,6 @@ class Starts:
 
     def __init__(self, model: DriveModel, recordings: Sequence[UniformRecording]) -> None:
         self.model = model
-        self.effects = library()
         scales = [_scales(model, recording) for recording in recordings]
         self.scales = replace(scales[0], **{
             name: max(getattr(s, name) for s in scales)
@@ -374,10 +373,9 @@ class Starts:
             name: id of the effect.
             order: order N of a periodic effect, None for the others.
         """
-        starts = self._starts(name)
         orders = {0: order} if order is not None and name in PERIODIC else {}
-        return [self._candidate((name,), [coordinates], orders)
-                for coordinates in starts]
+        return [self._candidate((name,), [[Coordinate(0, *free) for free in start]], orders)
+                for start in library()[name].free_parameters(self.scales)]
 
     def at(self, name: str, values: Values) -> CandidateModel:
         """
@@ -451,11 +449,6 @@ class Starts:
                            -math.inf if name == ZERO else -0.9,
                            math.inf if name == ZERO else 10.0, prior=r)
                 for name, r in spread.items() if name not in own]
-
-    def _starts(self, name: str) -> list[list[Coordinate]]:
-        """Return lists of Coordinates (owner 0), one list per start."""
-        return [[Coordinate(0, *free) for free in start]
-                for start in self.effects[name].free_parameters(self.scales)]
 
 
 def _scales(model: DriveModel, recording: UniformRecording) -> Scales:

@@ -78,18 +78,6 @@ def share_left(a: Array, b: Array) -> float:
     return float(np.clip(1.0 - imitated / total, 0.0, 1.0))
 
 
-def shares(ids: Sequence[str], columns: Sequence[Array]) -> Array:
-    """
-    Return s2 [A, A]: the share of the signature of row a that the column b cannot imitate.
-
-    Args:
-        ids: effects [A]; a periodic one has the phase free, the others their first column alone.
-        columns: signature of each [M, C].
-    """
-    first = [a if name in PERIODIC else a[:, :1] for name, a in zip(ids, columns)]
-    return np.array([[share_left(a, b) for b in columns] for a in first])
-
-
 def remove(columns: Array, nuisances: Array, prior: Array) -> Array:
     """
     Return columns with what the nuisances [M, Q] imitate taken out, their prior [Q] as rows.
@@ -221,4 +209,6 @@ def matrix(space: InnovationSpace, ids: Iterable[str]) -> tuple[list[str], Array
     _, prior = candidate.prior(space.at.z)
     ids = [n for n in ids if n not in (*NOT_FITTED, TORQUE_MAP.id)]
     columns = [remove(space.signature(n), space.own, prior) for n in ids]
-    return ids, shares(ids, columns)
+    # A periodic one has the phase free, of the others the first column alone counts.
+    first = [a if name in PERIODIC else a[:, :1] for name, a in zip(ids, columns)]
+    return ids, np.array([[share_left(a, b) for b in columns] for a in first])

@@ -96,7 +96,7 @@ class Judge:
     """Fits of candidates to one Evidence, each found once."""
 
     def __init__(self, evidence: Evidence) -> None:
-        self.evidence = evidence
+        self.evidence, self.score = evidence, evidence.score
         self.search = EffectSearch(evidence)
         self._adequacies: dict[tuple[object, ...], Adequacy] = {}
 
@@ -147,10 +147,6 @@ class Judge:
         if key not in self._adequacies:
             self._adequacies[key] = adequacy_of(self.evidence, fit)
         return self._adequacies[key]
-
-    def score(self, fit: InnovationFit) -> float:
-        """Return the BIC of a fit."""
-        return self.evidence.score(fit)
 
     def scatters(self, name: str) -> bool:
         """Return whether the effect `name` is a value that may scatter anyway."""
