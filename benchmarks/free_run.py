@@ -16,7 +16,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from gearbox_monitor.identification.candidates import Starts
-from gearbox_monitor.identification.innovation_fit import coordinate_columns, evaluated
+from gearbox_monitor.identification.innovation_fit import (
+    coordinate_columns, evaluated, InnovationFit)
 from gearbox_monitor.identification.innovations import halves, InnovationLikelihood
 from gearbox_monitor.identification.shooting import shooting_windows, Simulator
 from gearbox_monitor.kernels.types import Array
@@ -49,7 +50,8 @@ def steppers() -> tuple[dict[str, Callable[[], Any]], dict[str, float]]:
     likelihood = InnovationLikelihood(
         recording, MODEL, np.array(NOISE), halves([slice(0, len(u))]))
     candidate = Starts(MODEL, [recording]).none()
-    at = evaluated(likelihood, candidate, candidate.start(), likelihood.least_noise)
+    at = evaluated(likelihood, InnovationFit(
+        candidate, candidate.start(), likelihood.least_noise))
     rows: dict[str, Callable[[], Any]] = {
         'simulate': lambda: simulate(MODEL, u, DT),
         'free run': lambda: simulator.run(whole, MODEL, np.zeros((1, 4)), np.zeros((1, 4))),

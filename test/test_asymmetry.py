@@ -10,7 +10,7 @@ import pytest
 from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.identification.effect_search import EffectSearch
+from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.monitoring.backlash import scan
 from gearbox_monitor.monitoring.backlash.change import TrackerSettings
 from gearbox_monitor.monitoring.backlash.change_tests import TESTS
@@ -74,6 +74,6 @@ def test_the_smoother_waits_for_its_lag_and_not_for_a_sample_more():
 
 
 def test_an_effect_pays_the_whole_penalty_of_schwarz():
-    search = EffectSearch(SimpleNamespace(readings=700), None, ())
+    evidence = SimpleNamespace(fine=SimpleNamespace(readings=700))
     fit = SimpleNamespace(deviance=31.0, candidate=SimpleNamespace(n_effect=3))
-    assert search.score(fit) == pytest.approx(31.0 + 3.0 * np.log(700.0))
+    assert Evidence.score(evidence, fit) == pytest.approx(31.0 + 3.0 * np.log(700.0))

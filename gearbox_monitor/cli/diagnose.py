@@ -134,8 +134,7 @@ def run(args: Namespace) -> int:
     files = user_files(args)
     drawn: Drawn = {}
     if args.out:
-        drawn = draw(verdict, data, recordings, model, PageContext(files, command, changes),
-                     args.jobs)
+        drawn = draw(verdict, data, recordings, model, PageContext(files, command, changes))
     written = write(args, data, closed, drawn)
     print(dump(data) if args.json == '-' else
           text(data, recordings, model, written, files, command, changes))
@@ -185,8 +184,8 @@ def _changes(args: Namespace, closed: DriveModel, data: dict[str, Any]) -> list[
 
 
 def draw(verdict: Verdict, data: Mapping[str, Any],
-         recordings: Sequence[UniformRecording], model: DriveModel, context: PageContext,
-         jobs: int) -> 'dict[str, str | Figure]':
+         recordings: Sequence[UniformRecording], model: DriveModel,
+         context: PageContext) -> 'dict[str, str | Figure]':
     """
     Return page and pictures of a diagnosis.
 
@@ -196,13 +195,12 @@ def draw(verdict: Verdict, data: Mapping[str, Any],
         recordings: those it is about.
         model: the nominal model.
         context: what accompanies the verdict on its page.
-        jobs: threads.
 
     Returns:
         {file of --out: HTML or Figure}.
 
     """
-    evidence = gather(verdict, model, jobs)
+    evidence = gather(verdict, model)
     title = data['summary']
     drawn: dict[str, str | Figure] = {
         'report.html': diagnosis_page(data, evidence, recordings, context)}

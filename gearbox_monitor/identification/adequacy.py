@@ -24,8 +24,8 @@ from gearbox_monitor.identification.innovations import Filtered, STRAY
 from gearbox_monitor.identification.input_estimation import torque_places
 from gearbox_monitor.identification.noise_model import prewhitened, white_level
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.identification.windows import (
-    free_runs, Segment, typical_misfit, WindowRuns)
+from gearbox_monitor.identification.window_data import WindowData
+from gearbox_monitor.identification.windows import free_runs, typical_misfit, WindowRuns
 from gearbox_monitor.kernels.types import Array
 
 BANDS = (0.0, 3.0, 8.0, 20.0, noise_model.MOTION)  # Hz
@@ -73,8 +73,7 @@ def adequacy_of(evidence: Evidence, fit: InnovationFit) -> Adequacy:
         fit: of the training parts.
     """
     whole = evidence.whole
-    at = evaluated(whole, fit.candidate, fit.z, fit.torque)
-    model = fit.candidate.model(fit.z)
+    at, model = evaluated(whole, fit), fit.model
     if evidence.balances:
         # No model of a real drive explains everything: the share that is left tells.
         left = np.sqrt(np.mean([run.left ** 2 for run in at.run.runs], axis=0))
@@ -94,7 +93,7 @@ def adequacy_of(evidence: Evidence, fit: InnovationFit) -> Adequacy:
         if evidence.rough:
             limit = THRESHOLDS.rough_structure
         else:
-            dependence = strongest(evidence, at)
+            dependence = next(iter(dependences(whole, at, torque_places(evidence.model))), None)
         structure = max(spectral_excess(w, segment.recording.dt)
                         for w, segment in zip(white, evidence.segments))
     runs = runs_of(evidence, at)
@@ -111,27 +110,15 @@ def runs_of(evidence: Evidence, at: FilteredFit) -> tuple[WindowRuns, ...]:
         evidence: the recordings.
         at: fit whose filter was run over all of them.
     """
-    return tuple(free_runs(segment, at.candidate, at.z, smooth) for segment, smooth in zip(
+    model = at.model
+    return tuple(free_runs(segment, model, smooth) for segment, smooth in zip(
         evidence.segments, evidence.whole.smoothed(at.run)))
 
 
-def strongest(evidence: Evidence, at: FilteredFit) -> Dependence | None:
-    """
-    Return the free function that is the farthest beyond chance beside a fit, None without any.
-
-    Args:
-        evidence: the recordings.
-        at: fit whose filter was run over all of them.
-    """
-    tested = dependences(evidence.whole, at, torque_places(evidence.model))
-    return tested[0] if tested else None
-
-
-def _whitened(segment: Segment, run: Filtered, sigma: Array, colour: Array | None) -> Array:
+def _whitened(segment: WindowData, run: Filtered, sigma: Array, colour: Array | None) -> Array:
     """Return the innovations of the windows of a recording [W, L, C], coloured noise undone."""
-    windows, channels = segment.data.windows, list(segment.recording.channels)
-    at = np.maximum(windows.first[:, None] + np.arange(windows.length) - 1, 0)
-    white: Array = run.residual[at][:, :, channels]
+    channels = segment.channels
+    white: Array = run.residual[np.maximum(segment.windows.samples - 1, 0)][:, :, channels]
     if colour is not None:  # the filter takes it for white noise of its power at rest
         level = white_level(sigma, colour) / sigma
         white = prewhitened(white * level[channels], colour[channels])

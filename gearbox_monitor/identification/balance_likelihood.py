@@ -15,7 +15,8 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.identification.innovations import halves, InnovationLikelihood
+from gearbox_monitor.identification.innovations import (
+    halves, InnovationLikelihood, named_motion)
 from gearbox_monitor.identification.torque_domain import BalanceSimulator
 from gearbox_monitor.kernels.cosine_basis import cosine_basis, motion_mask
 from gearbox_monitor.kernels.types import Array, Flags
@@ -63,6 +64,10 @@ class Balanced:
 class BalanceLikelihood:
     """Likelihood of models for the parts `spans` of a recording that holds the motor's motion."""
 
+    # Torque noise is what a model leaves: none is free.
+    least_noise = first_noise = np.ones(2)
+    most_noise = 1.0
+
     def __init__(self, recording: UniformRecording, model: DriveModel, sigma: Array,
                  spans: Sequence[slice]) -> None:
         self.recording, self.nominal = recording, model
@@ -95,21 +100,6 @@ class BalanceLikelihood:
     def readings(self) -> int:
         """Number of rows that count."""
         return max(1, round(float(self._weight[:, self.channels].sum())))
-
-    @property
-    def least_noise(self) -> Array:
-        """Torque noise [2] is what a model leaves: none is free."""
-        return np.ones(2)
-
-    @property
-    def most_noise(self) -> float:
-        """The same."""
-        return 1.0
-
-    @property
-    def first_noise(self) -> Array:
-        """The same [2]."""
-        return np.ones(2)
 
     def _rows(self, model: DriveModel) -> Array:
         out, length = -self._mask * self.simulator.surplus(model), len(self._value)
@@ -148,10 +138,7 @@ class BalanceLikelihood:
 
     def motion(self, run: Balanced) -> dict[str, Array]:
         """Return {quantity: values} of the motion, see InnovationLikelihood.motion."""
-        x1, x2, x3, x4 = self.simulator.read[self.rows, :4].T
-        return {'speed of the motor': x3, 'speed of the arm': x4, 'angle of the motor': x1,
-                'angle of the arm': x2, 'twist': x1 - x2,
-                'torque': self.recording.torque[self.rows], 'time': self.simulator.t[self.rows]}
+        return named_motion(self.recording, self.simulator.read, self.rows)
 
 
 def likelihood_of(recording: UniformRecording, model: DriveModel, sigma: Array,

@@ -9,25 +9,24 @@ window, as far as BIC allows: that tells whether there are bursts, and about whe
 and amplitude are those of the largest likelihood of innovations with their torque put in, which
 knows no windows, and says what they are worth as for any effect.
 """
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 import scipy
 
-from gearbox_monitor.identification import basis_functions, input_estimation, localisation
+from gearbox_monitor.identification import basis_functions, localisation
 from gearbox_monitor.identification.adequacy import adequacy_of
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.innovations import JointlyFiltered
-from gearbox_monitor.identification.input_estimation import InputEstimate, SPACING, triangles
+from gearbox_monitor.identification.input_estimation import (
+    InputEstimate, reduced_chi2, SPACING, TORQUES, triangles)
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.windows import WindowRuns
 from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.effects.arm_side import burst
-from gearbox_monitor.quality.recording import UniformRecording
 
 REFITTED = 6      # iterations of the fit beside bursts
 ROUNDS = 3        # searches, each in the remainder of the previous one
@@ -68,14 +67,6 @@ class Bursts:
     adequate: bool
 
 
-@dataclass(frozen=True, eq=False)
-class _Beside:
-    """Bursts `theta` [B, 3] (begin, s, duration, s, amplitude, N m), and the filter with them."""
-
-    theta: Array
-    run: JointlyFiltered
-
-
 def bursts_beside(evidence: Evidence, fit: InnovationFit,
                   runs: tuple[WindowRuns, ...]) -> Bursts | None:
     """
@@ -90,7 +81,7 @@ def bursts_beside(evidence: Evidence, fit: InnovationFit,
     owner: Integers = np.zeros(0, int)
     at, adequate, beside = fit, False, evidence
     for number in range(ROUNDS):
-        rows = [pulses_in(run, evidence.jobs, number > 0) for run in runs]
+        rows = [pulses_in(run, number > 0) for run in runs]
         if not any(map(len, rows)):
             break
         theta = np.concatenate([theta, *rows])
@@ -103,8 +94,7 @@ def bursts_beside(evidence: Evidence, fit: InnovationFit,
             break
     if not len(theta):
         return None
-    gain = evaluated(evidence.whole, fit.candidate, fit.z, fit.torque).deviance - evaluated(
-        beside.whole, at.candidate, at.z, at.torque).deviance
+    gain = evaluated(evidence.whole, fit).deviance - evaluated(beside.whole, at).deviance
     bursts = [Burst(evidence.recordings[i].name, *map(float, row)) for i, row in zip(owner, theta)]
     return Bursts(at, tuple(sorted(bursts, key=lambda b: -abs(b.amplitude) * b.duration)), gain,
                   theta.size * float(np.log(evidence.whole.readings)), adequate)
@@ -124,7 +114,9 @@ def with_bursts(evidence: Evidence, theta: Array, owner: Integers) -> Evidence:
         recording = recordings[number]
         torque = burst(dict(zip(('t0', 'duration', 'amplitude'), values)),
                        np.arange(len(recording.u)) * recording.dt, recording.dt)
-        recordings[number] = with_arm_torque(recording, torque)
+        # Beside a load that was measured.
+        load = 0.0 if recording.arm_torque is None else recording.arm_torque
+        recordings[number] = replace(recording, arm_torque=load - torque)
     return replace(evidence, recordings=tuple(recordings))
 
 
@@ -152,37 +144,49 @@ def sharpened(evidence: Evidence, fit: InnovationFit, theta: Array,
 
 def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Integers) -> Array:
     """Return the bursts [B, 3] of largest likelihood beside `fit` as it is, from `theta` on."""
-    model, damping = fit.candidate.model(fit.z), RULE.start
+    model, damping = fit.model, RULE.start
     shortest = min(recording.dt for recording in evidence.recordings)
     amplitude = LITTLE * evidence.torque
 
-    def beside(theta: Array) -> _Beside:
-        return _Beside(theta, with_bursts(evidence, theta, owner).whole.run(model, fit.torque))
-    at = beside(theta)
+    def beside(theta: Array) -> tuple[Array, JointlyFiltered]:
+        """Return bursts and the filter with them."""
+        return theta, with_bursts(evidence, theta, owner).whole.run(model, fit.torque)
+
+    def moved_by(theta: Array, reach: Array, change: Array) -> tuple[Array, JointlyFiltered]:
+        """Return where a step leads to, at most `reach` [B, 3] away."""
+        theta = theta - np.clip(change.reshape(-1, 3), -reach, reach)
+        theta[:, 1] = np.maximum(theta[:, 1], shortest)
+        return beside(theta)
+    run = beside(theta)[1]
     times = np.concatenate([number * FAR + np.repeat(np.arange(len(recording.u)) * recording.dt, 2)
                             for number, recording in enumerate(evidence.recordings)])
     for _ in range(ITERATIONS):
         reach = np.full(theta.shape, SPACING)
-        reach[:, 2] = np.maximum(np.abs(at.theta[:, 2]), amplitude)
-        steps, J = LITTLE * reach, np.zeros((at.run.variance.size, theta.size))
-        for members in _apart(at.theta, owner):
-            begins = owner[members] * FAR + at.theta[members, 0] - SPACING
+        reach[:, 2] = np.maximum(np.abs(theta[:, 2]), amplitude)
+        steps, J = LITTLE * reach, np.zeros((run.variance.size, theta.size))
+        for members in _apart(theta, owner):
+            begins = owner[members] * FAR + theta[members, 0] - SPACING
             cause = np.searchsorted(begins, times) - 1
             for i in range(3):
-                moved = at.theta.copy()
+                moved = theta.copy()
                 moved[members, i] += steps[members, i]
-                change = (beside(moved).run.innovation - at.run.innovation) / np.sqrt(
-                    at.run.variance)
+                change = (beside(moved)[1].innovation - run.innovation) / np.sqrt(run.variance)
                 for number, member in enumerate(members):
                     J[cause == number, 3 * member + i] = (
                         change.ravel()[cause == number] / steps[member, i])
+        enough = run.deviance - ENOUGH
         step = damped_step(
-            J.T @ J, J.T @ at.run.residual.ravel(), partial(_moved, beside, at, reach, shortest),
-            partial(_gain, at), damping, RULE)
+            J.T @ J, J.T @ run.residual.ravel(), partial(moved_by, theta, reach),
+            partial(_gain, enough), damping, RULE)
         if step is None:
             break
-        at, damping = step
-    return at.theta
+        (theta, run), damping = step
+    return theta
+
+
+def _gain(enough: float, trial: tuple[Array, JointlyFiltered]) -> float:
+    """Return by how much a trial is below a -2 log L that is enough."""
+    return enough - trial[1].deviance
 
 
 def _apart(theta: Array, owner: Integers) -> list[Integers]:
@@ -194,38 +198,12 @@ def _apart(theta: Array, owner: Integers) -> list[Integers]:
     return [order[first::groups] for first in range(groups)]
 
 
-def _moved(beside: Callable[[Array], _Beside], at: _Beside, reach: Array, shortest: float,
-           change: Array) -> _Beside:
-    """Return where a step leads to from `at`, at most `reach` [B, 3] away."""
-    theta = at.theta - np.clip(change.reshape(-1, 3), -reach, reach)
-    theta[:, 1] = np.maximum(theta[:, 1], shortest)
-    return beside(theta)
-
-
-def _gain(at: _Beside, trial: _Beside) -> float:
-    """Return by how much `trial` beats `at`, above 0 if that is enough."""
-    return at.run.deviance - ENOUGH - trial.run.deviance
-
-
-def with_arm_torque(recording: UniformRecording, torque: Array) -> UniformRecording:
-    """
-    Return a recording in which `torque` acts on the arm, beside a load that was measured.
-
-    Args:
-        recording: of one drive.
-        torque: in the direction of the motion [N], N m.
-    """
-    load = np.zeros(len(recording.u)) if recording.arm_torque is None else recording.arm_torque
-    return replace(recording, arm_torque=load - torque)
-
-
-def pulses_in(runs: WindowRuns, jobs: int, beside: bool = False) -> Array:
+def pulses_in(runs: WindowRuns, beside: bool = False) -> Array:
     """
     Return the bursts [B, 3] that free runs lack, see with_bursts.
 
     Args:
         runs: free runs over the windows of one recording.
-        jobs: number of threads.
         beside: whether bursts act that have passed the checks: any window may hold another one.
     """
     data, size = runs.data, runs.data.size
@@ -233,7 +211,7 @@ def pulses_in(runs: WindowRuns, jobs: int, beside: bool = False) -> Array:
     if 'arm_side' not in places or (
             runs.chi2 < THRESHOLDS.quiet * size).mean() < THRESHOLDS.quiet_share:
         return np.zeros((0, 3))
-    free = localisation.free_forms(runs, jobs, places=('arm_side',))['arm_side']
+    free = localisation.free_forms(runs, ('arm_side',))['arm_side']
     bursts, bursting = rectangles(free, 3.0 * float(np.log(size)),
                                   beside | (runs.chi2 > THRESHOLDS.quiet * size))
     use = bursting.any(axis=1)
@@ -241,7 +219,7 @@ def pulses_in(runs: WindowRuns, jobs: int, beside: bool = False) -> Array:
             motion_share(runs, free, bursting) > THRESHOLDS.burst_law
             or at_ends_of_travel(runs, free, bursting) < THRESHOLDS.burst_chance
             or sine_share(runs, free) > THRESHOLDS.burst_sine
-            or advantage_of_other_places(runs, free, jobs) > THRESHOLDS.elsewhere):
+            or advantage_of_other_places(runs, free) > THRESHOLDS.elsewhere):
         return np.zeros((0, 3))
     bursts[:, 0] += data.windows.first[use] * runs.recording.dt
     return bursts
@@ -295,8 +273,7 @@ def motion_share(runs: WindowRuns, free: InputEstimate, mask: Flags) -> float:
         mask: values in a burst [W, H].
     """
     recording, windows = runs.recording, runs.data.windows
-    at = windows.first[:, None] + np.arange(windows.length)
-    positions = runs.data.positions(runs.model, runs.point)
+    at, positions = windows.samples, runs.positions
     moved = {**basis_functions.motion(positions, recording.dt),
              'torque': recording.torque,
              'speed of the arm': basis_functions.motion(
@@ -332,7 +309,7 @@ def at_ends_of_travel(runs: WindowRuns, free: InputEstimate, mask: Flags) -> flo
         mask: values in a burst [W, H].
     """
     recording, windows = runs.recording, runs.data.windows
-    arm = runs.data.positions(runs.model, runs.point)[:, 1]
+    arm = runs.positions[:, 1]
     beyond = []
     for w in np.flatnonzero(mask.any(axis=1)):
         h = int(np.argmax(np.abs(free.signal[w]) * mask[w]))
@@ -365,18 +342,16 @@ def sine_share(runs: WindowRuns, free: InputEstimate) -> float:
     return gain / beyond if beyond > 0.0 else 0.0
 
 
-def advantage_of_other_places(runs: WindowRuns, free: InputEstimate, jobs: int) -> float:
+def advantage_of_other_places(runs: WindowRuns, free: InputEstimate) -> float:
     """
     Return by how much chi2 a free torque at another place explains more than `free`.
 
     Args:
         runs: free runs over the windows of one recording.
-        free: free-form input estimate.
-        jobs: number of threads.
+        free: free-form torque on the arm.
     """
     places = [place for place in localisation.visible_places(runs)
-              if place in input_estimation.TORQUES and place != free.place]
-    estimates = localisation.free_forms(runs, jobs, places)
-    smallest = min((input_estimation.reduced_chi2([f]) for f in estimates.values()),
+              if place in TORQUES and place != 'arm_side']
+    smallest = min((reduced_chi2([f]) for f in localisation.free_forms(runs, places).values()),
                    default=np.inf)
-    return float(input_estimation.reduced_chi2([free]) - smallest) * free.residual.size
+    return float(reduced_chi2([free]) - smallest) * runs.residual.size

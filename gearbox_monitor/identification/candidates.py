@@ -353,13 +353,10 @@ class Starts:
 
     def __init__(self, model: DriveModel, recordings: Sequence[UniformRecording]) -> None:
         self.model = model
-        self.effects = library()
         scales = [_scales(model, recording) for recording in recordings]
-        self.scales = replace(
-            scales[0], torque=max(s.torque for s in scales), peak=max(s.peak for s in scales),
-            friction=max(s.friction for s in scales), speed=max(s.speed for s in scales),
-            twist=max(s.twist for s in scales), angle=max(s.angle for s in scales),
-            reach=max(s.reach for s in scales))
+        self.scales = replace(scales[0], **{
+            name: max(getattr(s, name) for s in scales)
+            for name in ('torque', 'peak', 'friction', 'speed', 'twist', 'angle', 'reach')})
         travel = max(float(np.ptp(r.positions[:, r.channels[0]])) for r in recordings)
         # A wave of which less than a period is seen may be anything.
         self.orders = [order for order in ORDERS if order * travel >= 2.0 * math.pi]
@@ -376,10 +373,24 @@ class Starts:
             name: id of the effect.
             order: order N of a periodic effect, None for the others.
         """
-        starts = self._starts(name)
         orders = {0: order} if order is not None and name in PERIODIC else {}
-        return [self._candidate((name,), [coordinates], orders)
-                for coordinates in starts]
+        return [self._candidate((name,), [[Coordinate(0, *free) for free in start]], orders)
+                for start in library()[name].free_parameters(self.scales)]
+
+    def at(self, name: str, values: Values) -> CandidateModel:
+        """
+        Return the Candidate of the single effect `name` that begins with these values.
+
+        Args:
+            name: id of the effect.
+            values: its parameters; of those that are missing, it begins where fits do.
+        """
+        single = self.candidates(name, int(values.get('N', 1)))[0]
+        if name in PHASED:
+            values = {**values, **sine_and_cosine(name, values)}
+        return replace(single, coordinates=tuple(
+            replace(c, start=max(float(values[c.name]), 1e-300 if c.log else -math.inf))
+            if c.owner == 0 and c.name in values else c for c in single.coordinates))
 
     def joint(self, parts: Iterable[tuple[CandidateModel, Array]]) -> CandidateModel:
         """
@@ -399,20 +410,24 @@ class Starts:
                     for c, v in zip(candidate.coordinates, z) if c.owner == i])
         return self._candidate(tuple(ids), groups, orders)
 
-    def alone(self, candidate: CandidateModel, z: Array, i: int) -> tuple[CandidateModel, Array]:
+    def reduced(self, candidate: CandidateModel, z: Array,
+                kept: Sequence[int]) -> tuple[CandidateModel, Array]:
         """
-        Return the Candidate of the effect number `i` of another one alone, and where that has it.
+        Return the Candidate of some effects of another one alone, and where that has it.
 
         Args:
             candidate: of several effects.
             z: its coordinates [P].
-            i: number of the effect.
+            kept: numbers of the effects.
         """
-        single = self.candidates(candidate.ids[i], candidate.orders.get(i))[0]
-        values = {(c.owner == i, c.name): v for c, v in zip(candidate.coordinates, z)
-                  if c.owner in (-1, i)}
-        return single, np.array([values.get((c.owner == 0, c.name), v)
-                                 for c, v in zip(single.coordinates, single.start())])
+        out = self._candidate(
+            tuple(candidate.ids[i] for i in kept),
+            [[c for c in candidate.coordinates if c.owner == i] for i in kept],
+            {k: candidate.orders[i] for k, i in enumerate(kept) if i in candidate.orders})
+        values = {(c.owner, c.name): v for c, v in zip(candidate.coordinates, z)}
+        owners = (*kept, -1)  # -1: of a nominal value
+        return out, np.array([values.get((owners[c.owner], c.name), v)
+                              for c, v in zip(out.coordinates, out.start())])
 
     def _candidate(self, ids: tuple[str, ...], groups: Sequence[Sequence[Coordinate]],
                    orders: dict[int, int]) -> CandidateModel:
@@ -434,11 +449,6 @@ class Starts:
                            -math.inf if name == ZERO else -0.9,
                            math.inf if name == ZERO else 10.0, prior=r)
                 for name, r in spread.items() if name not in own]
-
-    def _starts(self, name: str) -> list[list[Coordinate]]:
-        """Return lists of Coordinates (owner 0), one list per start."""
-        return [[Coordinate(0, *free) for free in start]
-                for start in self.effects[name].free_parameters(self.scales)]
 
 
 def _scales(model: DriveModel, recording: UniformRecording) -> Scales:

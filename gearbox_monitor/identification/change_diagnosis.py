@@ -14,26 +14,22 @@ from dataclasses import asdict, dataclass, replace
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification.adequacy import adequacy_of
-from gearbox_monitor.identification.candidates import (
-    amplitude, CandidateModel, PHASED, sine_and_cosine, with_effects)
+from gearbox_monitor.identification.candidates import amplitude, PHASED, with_effects
 from gearbox_monitor.identification.diagnose import (
     chosen_ids, decided_between, doubts, hidden_by, read_as_doubted, standard_errors)
-from gearbox_monitor.identification.evidence import Evidence, evidence_of, silent
+from gearbox_monitor.identification.evidence import Evidence, evidence_of
 from gearbox_monitor.identification.findings import kind_of, NONE
-from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
+from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit, unfitted
 from gearbox_monitor.identification.judge import Decision
 from gearbox_monitor.identification.localisation import places, tied
 from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.recording import at_one_rate, expect_one_rate, UniformRecording
 
@@ -148,13 +144,13 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
         raise InputError(f'{later.name}: other encoders than {reference.name}, expected the same')
     ids = [i for i in chosen_ids(None, ()) if not hidden_by(i, model, [reference, later])]
     nominal = _reference_fit(reference, model, ids, jobs)
-    evidence, quantum = evidence_of([later], nominal.model, ids, jobs, silent)
+    evidence = evidence_of([later], nominal.model, ids, jobs)
     otherwise = read_as_doubted(evidence)
-    decision = decided_between(evidence, quantum)
+    decision = decided_between(evidence)
     notes = [*decision.notes, *doubts(decision, otherwise)]
     findings = []
     errors, _ = standard_errors(decision.evidence, decision.fit)
-    for effect, values in _effects_of(decision):
+    for effect, values in decision.values.items():
         if _refuted(nominal, effect, values):
             findings.append(_finding(nominal, effect, values, errors.get(effect, {})))
         else:
@@ -168,8 +164,7 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
     return ChangeVerdict(
         kind, tuple(findings), _place(decision) if remains else None, nominal.held,
         nominal.held and kind == NONE and not decision.remains, nominal.effects,
-        float(decision.fit.torque.max()), tuple(notes), decision.closed.candidate.model(
-            decision.closed.z))
+        float(decision.fit.torque.max()), tuple(notes), decision.closed.model)
 
 
 def _reference_fit(recording: UniformRecording, model: DriveModel, ids: Sequence[str],
@@ -183,39 +178,36 @@ def _reference_fit(recording: UniformRecording, model: DriveModel, ids: Sequence
         ids: effects that may be there.
         jobs: number of threads.
     """
-    evidence, _ = evidence_of([recording], model, ids, jobs, silent)
+    evidence = evidence_of([recording], model, ids, jobs)
     plain = _plain_fit(evidence)
     if adequacy_of(evidence, plain).adequate:
-        return _closed(recording, plain, model.process_torque, True, (), jobs)
+        return _closed(recording, plain, model.process_torque, True, ())
     # Torque noise of the drive itself is no effect: as much as the file leaves is allowed.
     decision = _with_noise(recording, model, plain, ids, jobs)
     if decision.remains:
         fitted_model = _fitted_nominal(recording, model, jobs)
         if fitted_model is not None:
             refined = _with_noise(recording, fitted_model, _plain_fit(
-                evidence_of([recording], fitted_model, ids, jobs, silent)[0]), ids, jobs)
+                evidence_of([recording], fitted_model, ids)), ids, jobs)
             if refined.adequacy.misfit < decision.adequacy.misfit:
                 decision = refined
     fit = decision.closed
     same = replace(decision.evidence.model, process_torque=model.process_torque) == model
     return _closed(recording, fit, float(fit.torque.max()),
-                   same and not (decision.ids or decision.remains), decision.ids, jobs)
+                   same and not (decision.ids or decision.remains), decision.ids)
 
 
 def _plain_fit(evidence: Evidence) -> InnovationFit:
     """Return the fit without effects."""
-    candidate = evidence.starts.none()
-    return fitted(evidence.fine, InnovationFit(candidate, candidate.start(),
-                                               evidence.fine.first_noise))
+    return fitted(evidence.fine, unfitted(evidence.fine, evidence.starts.none()))
 
 
 def _with_noise(recording: UniformRecording, model: DriveModel, plain: InnovationFit,
                 ids: Sequence[str], jobs: int) -> Decision:
     """Return the decision on a recording, with the torque noise of the fit `plain` allowed."""
     noise = max(float(plain.torque.max()), model.process_torque or 0.0)
-    evidence, quantum = evidence_of([recording], replace(model, process_torque=noise), ids, jobs,
-                                    silent)
-    return decided_between(evidence, quantum)
+    return decided_between(evidence_of(
+        [recording], replace(model, process_torque=noise), ids, jobs))
 
 
 def _fitted_nominal(recording: UniformRecording, model: DriveModel,
@@ -228,7 +220,7 @@ def _fitted_nominal(recording: UniformRecording, model: DriveModel,
 
 
 def _closed(recording: UniformRecording, fit: InnovationFit, noise: float | None, holds: bool,
-            effects: tuple[str, ...], jobs: int) -> ReferenceFit:
+            effects: tuple[str, ...]) -> ReferenceFit:
     """
     Return the ReferenceFit with the model of a fit, which is exact from then on.
 
@@ -238,26 +230,12 @@ def _closed(recording: UniformRecording, fit: InnovationFit, noise: float | None
         noise: torque noise that is allowed, N m rms in a sample, None: none.
         holds: whether the model file explained it.
         effects: beyond the file.
-        jobs: number of threads.
     """
-    model = replace(fit.candidate.model(fit.z).folded(), process_torque=noise, tolerance=0.0)
-    evidence, _ = evidence_of([recording], model, (), jobs, silent)
+    model = replace(fit.model.folded(), process_torque=noise, tolerance=0.0)
+    evidence = evidence_of([recording], model, ())
     plain = _plain_fit(evidence)
     return ReferenceFit(model, holds, effects, adequacy_of(evidence, plain).misfit, evidence,
                         plain)
-
-
-def _effects_of(decision: Decision) -> list[tuple[str, Values]]:
-    """Return (id, values) of the effects that a decision names."""
-    fit = decision.fit
-    effects: list[tuple[str, Values]] = [
-        (name, values) for name, values in zip(fit.candidate.ids, fit.candidate.values(fit.z)[1])
-        if name != TORQUE_MAP.id]
-    if decision.bursts is not None:
-        burst = decision.bursts.bursts[0]
-        effects.append((DISTURBANCE.id, {'t0': burst.t0, 'duration': burst.duration,
-                                         'amplitude': burst.amplitude}))
-    return effects
 
 
 def _refuted(nominal: ReferenceFit, effect: str, values: Values) -> bool:
@@ -312,24 +290,10 @@ def _earlier(nominal: ReferenceFit, effect: str) -> tuple[dict[str, float], dict
                        for e in nominal.model.effects if e['id'] == effect), {})
     if not values or (effect in PHASED and not values.get(amplitude(effect))):
         return values, {}
-    candidates = nominal.evidence.starts.candidates(effect, int(values['N']) if 'N' in values
-                                                    else None)
-    candidate = candidates[0]
-    z = _coordinates(candidate, effect, values)
-    errors, _ = standard_errors(nominal.evidence, InnovationFit(candidate, z, nominal.fit.torque))
+    candidate = nominal.evidence.starts.at(effect, values)
+    errors, _ = standard_errors(nominal.evidence, InnovationFit(
+        candidate, candidate.start(), nominal.fit.torque))
     return values, {k: v for k, v in errors.get(effect, {}).items() if math.isfinite(v)}
-
-
-def _coordinates(candidate: CandidateModel, effect: str, values: Mapping[str, float]) -> Array:
-    """Return the coordinates [P] at which a candidate of one effect has these values."""
-    components = dict(values)
-    if effect in PHASED:
-        components |= sine_and_cosine(effect, values)
-    z = candidate.start()
-    for k, c in enumerate(candidate.coordinates):
-        if c.owner == 0 and c.name in components:
-            z[k] = math.log(max(components[c.name], 1e-300)) if c.log else components[c.name]
-    return np.asarray(z)
 
 
 def _place(decision: Decision) -> str:

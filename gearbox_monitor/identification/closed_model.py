@@ -14,21 +14,20 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.identification import window_data, window_states
 from gearbox_monitor.identification.balance_likelihood import likelihood_of
 from gearbox_monitor.identification.candidates import CandidateModel, Starts
-from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
+from gearbox_monitor.identification.innovation_fit import fitted, unfitted
 from gearbox_monitor.identification.innovations import JointLikelihood
 from gearbox_monitor.identification.localisation import labels
 from gearbox_monitor.identification.noise_model import spectrum
 from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_domain import driven
-from gearbox_monitor.identification.windows import (
-    free_runs, misfit_of, SECONDS, segment_of, WindowRuns)
+from gearbox_monitor.identification.window_data import SECONDS, window_data
+from gearbox_monitor.identification.window_states import solve_states
+from gearbox_monitor.identification.windows import free_runs, misfit_of, runs_from, WindowRuns
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import MEMORIES
 from gearbox_monitor.quality.recording import UniformRecording
 
 DRAWS = 2000
@@ -129,8 +128,8 @@ def _interval(chi2_before: Array, chi2_after: Array, noise: Array, readings: int
 def _parts(open_runs: Sequence[WindowRuns],
            closed_runs: Sequence[WindowRuns]) -> tuple[Figures, dict[str, Figures]]:
     """Return ({channel: figures}, {region: {bin: figures}}) of the windows that are held out."""
-    judged = [~run.data.train if any((~r.data.train).any() for r in closed_runs)
-              else run.data.train for run in closed_runs]
+    every = not any(run.data.held_out.any() for run in closed_runs)
+    judged = [run.data.held_out | every for run in closed_runs]
     squares = [[run.residual[use] ** 2 for run, use in zip(runs, judged)]
                for runs in (open_runs, closed_runs)]
 
@@ -173,13 +172,10 @@ def with_starts_of(runs: Sequence[WindowRuns],
     """
     out = []
     for run, source in zip(runs, others):
-        states, chi2 = window_states.solve_states(
-            run.data, run.model, source.point.states, run.point.memory,
-            np.arange(len(run.data.windows)))
-        closer = chi2 < run.chi2
-        out.append(run if not closer.any() else replace(run, point=run.data.evaluate(
-            run.candidate, replace(run.point, states=window_data.updated(
-                run.point.states, closer, states[closer])))))
+        states, chi2 = solve_states(run.data, run.model, source.states, run.memory)
+        closer = (chi2 < run.chi2)[:, None]
+        out.append(run if not closer.any() else runs_from(
+            run.data, run.model, np.where(closer, states, run.states), run.memory))
     return tuple(out)
 
 
@@ -196,33 +192,25 @@ def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
     """
     plain = replace(model, tolerance=0.0, process_torque_time=0.0,
                     controller=model.controller and replace(model.controller, tolerance=0.0))
-    segment = segment_of(recording, plain, sigma, seconds=seconds)
+    data = window_data(recording, plain, sigma, seconds=seconds)
     put_in = recording.motor is not None
     # No state of a window holds the zero of the encoders, which nobody knows.
     candidate = Starts(plain, [recording]).none() if put_in else CandidateModel(plain, (), ())
     likelihood = JointLikelihood([likelihood_of(
-        recording, plain, sigma, [recording.span if put_in else segment.span])])
-    fit = fitted(likelihood, InnovationFit(candidate, candidate.start(), likelihood.first_noise))
-    smooth, = likelihood.smoothed(likelihood.run(candidate.model(fit.z), fit.torque))
-    return free_runs(segment, candidate, fit.z, smooth)
+        recording, plain, sigma, [recording.span if put_in else data.span])])
+    fit = fitted(likelihood, unfitted(likelihood, candidate))
+    smooth, = likelihood.smoothed(likelihood.run(fit.model, fit.torque))
+    return free_runs(data, fit.model, smooth)
 
 
-def crossed(fits: Sequence[WindowRuns]) -> list[WindowRuns]:
+def crossed(fits: Sequence[WindowRuns]) -> tuple[WindowRuns, ...]:
     """
-    Return runs of two models with the better of each other's window states, memories handed over.
+    Return runs of two models with the better of each other's window states.
 
     Args:
         fits: runs of the two models, both over the same windows.
     """
-    carried = []
-    for run in fits:
-        if run.model.transmission.kind in ('play', 'passive_play') or any(
-                e['id'] in MEMORIES for e in run.model.effects):
-            for _ in range(2):
-                run = replace(run, point=window_states.solved(run.data, run.candidate, replace(
-                    run.point, memory=window_data.carried(run.point.memory, run.point.carry))))
-        carried.append(run)
-    return [with_starts_of([run], [carried[1 - k]])[0] for k, run in enumerate(carried)]
+    return with_starts_of(fits, fits[::-1])
 
 
 def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveModel,
@@ -257,8 +245,8 @@ def free_run(runs: WindowRuns) -> Array:
     """Return the readings [N, 2] of one run from the first of `runs` on, NaN before it."""
     data = runs.data
     n, begin = len(runs.recording.u), data.windows.begin[:1]
-    whole = ShootingWindows(begin, n - int(begin[0]), begin, np.full(1, n))
-    y, _ = data.simulator.run(whole, runs.model, runs.point.states[:1], np.zeros((1, N_MEMORY)))
+    whole = ShootingWindows(begin, n - int(begin[0]), begin)
+    y, _ = data.simulator.run(whole, runs.model, runs.states[:1], np.zeros((1, N_MEMORY)))
     return np.concatenate([np.full((int(begin[0]), 2), np.nan), y[0]])
 
 

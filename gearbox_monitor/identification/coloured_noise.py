@@ -8,6 +8,7 @@ Treated as white, such noise looks like motion that no effect explains. phi is e
 spectrum above the frequencies of motion; with the best effect fitted, somewhat lower frequencies
 can be used, too.
 """
+from dataclasses import replace
 
 import numpy as np
 
@@ -73,9 +74,9 @@ def measure(decision: Decision, lowest: float = MOTION) -> tuple[Array, Array] |
     sigma, phi, counts = decision.evidence.sigma.copy(), np.zeros(2), np.zeros(2)
     size = np.zeros(2)
     for run in runs:
-        plain = run.data.uncoloured()
-        residual, _ = plain.residual(run.model, run.point.states, run.point.memory)
-        noise = measured(plain.parted(residual), run.recording.dt, lowest)
+        # The distances of the readings, in sigmas.
+        residual = replace(run.data, colour=None).residual(run.model, run.states, run.memory)
+        noise = measured(residual, run.recording.dt, lowest)
         channels = run.data.channels
         counts[channels] += 1
         phi[channels] += 0.0 if noise is None else noise[0]

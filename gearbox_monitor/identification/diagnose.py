@@ -5,29 +5,31 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
+from itertools import count
 
 import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import coloured_noise
 from gearbox_monitor.identification.adequacy import adequacy_of, runs_of
-from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.closed_model import open_loop, with_starts_of
-from gearbox_monitor.identification.evidence import Evidence, evidence_of
+from gearbox_monitor.identification.evidence import (
+    by_time, Evidence, evidence_of, LASTING_TIMES)
 from gearbox_monitor.identification.innovation_fit import (
-    by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES)
+    coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.identification.isolability import (
     evidence_for, InnovationSpace, matrix, rivals, separations)
 from gearbox_monitor.identification.judge import decide, Decision
 from gearbox_monitor.identification.noise_model import MOTION
 from gearbox_monitor.identification.random_effects import between_recordings
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.identification.torque_between_stamps import is_open, likeliest
+from gearbox_monitor.identification.torque_between_stamps import (
+    is_open, likeliest, likeliest_reading)
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.verdict import (
     Explained, LATTICES, location_of, report, Verdict)
+from gearbox_monitor.identification.windows import runs_from
 from gearbox_monitor.kernels.linear_least_squares import covariance
-from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
@@ -72,9 +74,15 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     if not ids:
         raise InputError('effects: none remains that is visible on this drive and its encoders, '
                          'expected at least one')
-    evidence, quantum = evidence_of(recordings, model, ids, jobs, Reporter(progress))
+    steps = count(1)
+
+    def reported(text: str) -> None:
+        """Report that `text` is under way, one of steps whose number is not known beforehand."""
+        if progress is not None:
+            progress(done := next(steps), done + 1, text)
+    evidence = evidence_of(recordings, model, ids, jobs, reported)
     otherwise = read_as_doubted(evidence)
-    decision = decided_between(evidence, quantum)
+    decision = decided_between(evidence)
     notes = [*decision.notes, *doubts(decision, otherwise)]
     stated, lasts = (m.process_torque_time for m in (model, decision.evidence.model))
     if lasts != stated:
@@ -90,12 +98,12 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
             notes.append('the effect differs between the recordings, each of which shows it '
                          'alone: no single value closes the gap in all')
     lattices = tuple(name for i, name in enumerate(LATTICES)
-                     if quantum[i] > THRESHOLDS.lattice * decision.evidence.sigma[i])
+                     if evidence.quantum[i] > THRESHOLDS.lattice * decision.evidence.sigma[i])
     excluded = [name for name in lattices if name in exclude]
     if excluded and not decision.ids and not decision.remains:
         decision = replace(decision, remains=True)
         notes.append(f'readings stand on steps: {excluded[0]}, which is excluded')
-    basis = explained(decision, quantum, tuple(n for n in lattices if n in ids))
+    basis = explained(decision, tuple(n for n in lattices if n in ids))
     verdict = replace(report(basis, validate, seed, notes), not_tried=reasons)
     if excluded and verdict.verdict == 'unknown':
         place = location_of(excluded[0])
@@ -110,31 +118,17 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     return verdict
 
 
-class Reporter:
-    """Progress of a search whose length is not known beforehand."""
-
-    def __init__(self, callback: Callable[..., object] | None) -> None:
-        self._callback, self._done = callback, 0
-
-    def __call__(self, text: str) -> None:
-        """Report that `text` is under way."""
-        self._done += 1
-        if self._callback is not None:
-            self._callback(self._done, self._done + 1, text)
-
-
-def decided(evidence: Evidence, quantum: Array) -> Decision:
+def decided(evidence: Evidence) -> Decision:
     """
     Return the decision, with coloured noise of the encoders where white noise leaves a remainder.
 
     Args:
         evidence: the recordings, their noise white.
-        quantum: quantisation steps of the encoders [2], rad.
     """
     decision = in_its_time(decide(evidence))
     evidence = replace(evidence, model=decision.evidence.model)
     if decision.remains and not evidence.balances and (
-            quantum <= THRESHOLDS.lattice * evidence.sigma).all():
+            evidence.quantum <= THRESHOLDS.lattice * evidence.sigma).all():
         # Where one effect leaves white noise, it is white.
         for lowest in (MOTION, coloured_noise.FITTED):
             noise = coloured_noise.measure(decision, lowest)
@@ -157,7 +151,7 @@ def trained_without_error(decision: Decision) -> bool:
     if evidence.unseen is None:
         return False
     allowed = np.minimum(none.torque, evidence.allowed_noise)
-    quiet = evidence.fine.run(none.candidate.model(none.z), allowed)
+    quiet = evidence.fine.run(none.model, allowed)
     return bool(quiet.deviance - none.deviance <= THRESHOLDS.noise_gain)
 
 
@@ -173,31 +167,24 @@ def in_its_time(decision: Decision) -> Decision:
     stated = evidence.model.process_torque_time
     if evidence.balances or stated == 0.0:
         return decision
-
-    def lasting(time: float) -> Evidence:
-        return replace(evidence, model=replace(evidence.model, process_torque_time=time))
-    likeliest_fit = decision.fits[0]
     # The likeliest, without a price: the stated time was chosen beside another model.
-    deviances = by_time(lambda time: lasting(time).whole, likeliest_fit.candidate,
-                        likeliest_fit.z, (stated, *LASTING_TIMES))
+    deviances = by_time(evidence, decision.fits[0], (stated, *LASTING_TIMES))
     time = min(deviances, key=lambda time: deviances[time])
     if time == stated:
         return decision
-    again = decide(lasting(time))
+    again = decide(evidence.lasting_for(time))
     price = THRESHOLDS.effect_gain if len(again.ids) > len(decision.ids) else 0.0
     return again if decision.score - again.score > price else decision
 
 
-def decided_between(evidence: Evidence, quantum: Array) -> Decision:
+def decided_between(evidence: Evidence) -> Decision:
     """Return the decision for the torque between the stamps of slow logs that it finds itself."""
     if not any(is_open(recording, evidence.model) for recording in evidence.recordings):
-        return decided(evidence, quantum)
-    candidate = evidence.starts.none()
-    read, _ = likeliest(evidence, evaluated(
-        evidence.fine, candidate, candidate.start(), evidence.fine.first_noise))
+        return decided(evidence)
+    read = likeliest_reading(evidence)
     decisions: list[Decision] = []
     for _ in range(MOST_READINGS):
-        decision = decided(replace(evidence, recordings=read.recordings), quantum)
+        decision = decided(replace(evidence, recordings=read.recordings))
         decisions.append(decision)
         # Two effects may stand in for one and another torque between the stamps.
         simple = [f for f in decision.fits if len(f.candidate.ids) < 2][:SIMPLE]
@@ -229,9 +216,7 @@ def read_as_doubted(evidence: Evidence) -> dict[int, InnovationFit]:
             np.array(doubt.scale))
         read = recording.read_otherwise(doubt).with_servo(evidence.model.controller)
         otherwise = Evidence((read,), evidence.model, sigma, ())
-        candidate = otherwise.starts.none()
-        fit = fitted(otherwise.whole, InnovationFit(
-            candidate, candidate.start(), otherwise.whole.first_noise))
+        fit = fitted(otherwise.whole, unfitted(otherwise.whole, otherwise.starts.none()))
         if adequacy_of(otherwise, fit).adequate:
             raise InputError(f'{recording.name}: {doubt.text}')
         out[number] = fit
@@ -253,8 +238,7 @@ def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[s
     out, evidence, closed = [], decision.evidence, decision.closed
     for number, fit in otherwise.items():
         recording = evidence.recordings[number]
-        nominal_run = evidence.whole.parts[number].run(
-            closed.candidate.model(closed.z), closed.torque).deviance
+        nominal_run = evidence.whole.parts[number].run(closed.model, closed.torque).deviance
         text = '' if recording.doubt is None else recording.doubt.text
         if fit.deviance < nominal_run:
             raise InputError(f'{recording.name}: {text}')
@@ -267,8 +251,8 @@ def _alone(recording: UniformRecording, evidence: Evidence, ids: Sequence[str]) 
     visible_ids = [i for i in ids if visible(i, evidence.model, recording)]
     if not visible_ids:
         return None
-    decision = decided(*evidence_of([recording], evidence.model, visible_ids, evidence.jobs,
-                                    evidence.progress))
+    decision = decided(evidence_of([recording], evidence.model, visible_ids, evidence.jobs,
+                                   evidence.progress))
     return None if decision.remains else '+'.join(decision.ids) or None
 
 
@@ -280,38 +264,34 @@ def _shown_by_each(decision: Decision, names: Sequence[str | None]) -> Decision 
     return None if fit is None else replace(decision, fit=fit, closed=fit, remains=False)
 
 
-def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> Explained:
+def explained(decision: Decision, lattices: tuple[str, ...]) -> Explained:
     """
     Return all that a verdict states about a decision.
 
     Args:
         decision: of the judge.
-        quantum: quantisation steps of the encoders [2], rad.
         lattices: ids of quantisations that may be named.
     """
     evidence, fit, none = decision.evidence, decision.fit, decision.none
     runs = decision.adequacy.runs
     none_runs = decision.none_adequacy.runs
-    closed_runs = runs if decision.closed is fit else runs_of(evidence, evaluated(
-        evidence.whole, decision.closed.candidate, decision.closed.z, decision.closed.torque))
+    closed_runs = runs if decision.closed is fit else runs_of(
+        evidence, evaluated(evidence.whole, decision.closed))
     none_runs = with_starts_of(none_runs, closed_runs)
     closed_runs = with_starts_of(closed_runs, none_runs)
     published = none_runs
     if none.candidate.coordinates:
-        plain = CandidateModel(evidence.model, (), ())
         published = with_starts_of([
             open_loop(r, evidence.model, evidence.sigma) for r in evidence.recordings], none_runs)
         if not evidence.balances:
-            published = tuple(replace(run, data=other.data, candidate=plain, point=(
-                other.data.evaluate(plain, run.point))) for run, other in zip(
-                    published, none_runs))
+            published = tuple(runs_from(other.data, evidence.model, run.states, run.memory)
+                              for run, other in zip(published, none_runs))
     orders = {name: rows[0] for name, rows in decision.orders}
     separated = separations(evidence, fit, decision.fits, orders)
     errors, condition = standard_errors(evidence, decision.closed)
     if not set(fit.candidate.ids) <= set(errors):
         errors = {**standard_errors(evidence, fit)[0], **errors}
-    at_none = evaluated(evidence.fine, none.candidate, none.z, none.torque)
-    space = InnovationSpace(evidence.fine, at_none, evidence.starts, orders)
+    space = InnovationSpace(evidence.fine, evaluated(evidence.fine, none), evidence.starts, orders)
     gains = {f.candidate.name: decision.gain(f) for f in decision.fits if f.candidate.ids}
     d = {name: evidence_for(evidence, fit, decision.fits, i)
          for i, name in enumerate(fit.candidate.ids)}
@@ -321,7 +301,7 @@ def explained(decision: Decision, quantum: Array, lattices: tuple[str, ...]) -> 
         gains['+'.join((*fit.candidate.ids, DISTURBANCE.id))] = (
             evidence.score(none) - decision.score)
     return Explained(
-        decision, quantum, published, none_runs,
+        decision, published, none_runs,
         closed_runs if decision.closed is fit else runs, closed_runs, errors, condition, gains, d,
         separated, rivals(evidence, fit, decision.fits, separated), partial(matrix, space),
         lattices)
@@ -342,7 +322,7 @@ def standard_errors(evidence: Evidence,
     candidate, z = fit.candidate, fit.z
     if not len(z):
         return {}, None
-    at = evaluated(evidence.fine, candidate, z, fit.torque)
+    at = evaluated(evidence.fine, fit)
     J = coordinate_columns(evidence.fine, at)
     S = J.T @ J + np.diag(candidate.prior(z)[1])
     scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))

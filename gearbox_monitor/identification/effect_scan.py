@@ -60,8 +60,7 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
         fit: where the model stands.
         ids: effects to try.
     """
-    at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
-    model = fit.candidate.model(fit.z)
+    at, model = evaluated(likelihood, fit), fit.model
     own = coordinate_columns(likelihood, at)
     prior = fit.candidate.prior(fit.z)
     residual = at.run.residual.ravel()
@@ -105,7 +104,7 @@ def signature(likelihood: Likelihood, at: FilteredFit,
         A column for each direction in which the effect is linear, and its size [C] in the unit
         of the effect's first parameter.
     """
-    name, model = candidate.ids[0], at.candidate.model(at.z)
+    name, model = candidate.ids[0], at.model
     free = [c for c in candidate.coordinates if c.owner == 0]
     value, run = replaced_value(model, name), at.run
     # A memory must be there before its tangent is.

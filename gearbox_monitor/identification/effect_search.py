@@ -9,19 +9,17 @@ single effects by the effect that gains most beside each; then each member of th
 exchanged, because the first one had to imitate the other while it was alone (stepwise regression
 with exchange, Miller 2002).
 """
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 import math
 from typing import TypeVar
 
-import numpy as np
-
-from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.effect_scan import joined, Proposal, scan
-from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
-from gearbox_monitor.identification.innovations import Likelihood
+from gearbox_monitor.identification.evidence import Evidence
+from gearbox_monitor.identification.innovation_fit import (
+    evaluated, fitted, InnovationFit, unfitted)
 
 Item = TypeVar('Item')
 Value = TypeVar('Value')
@@ -61,36 +59,25 @@ class FitTable:
 
 
 class EffectSearch:
-    """
-    The search on one recording: its likelihood, the starts and the ids of the effects.
+    """The search for effects on long steps."""
 
-    jobs: threads; progress(text) is called as it goes on.
-    """
-
-    def __init__(self, likelihood: Likelihood, starts: Starts, ids: Iterable[str],
-                 jobs: int = 1, progress: Callable[[str], object] = lambda text: None) -> None:
-        self.likelihood, self.starts, self.ids = likelihood, starts, list(ids)
-        self.jobs, self.progress = jobs, progress
+    def __init__(self, evidence: Evidence) -> None:
+        self.likelihood, self.starts, self.ids = evidence.coarse, evidence.starts, evidence.ids
+        self.jobs, self.progress, self.score = evidence.jobs, evidence.progress, evidence.score
 
     def _map(self, function: Callable[[Item], Value], items: Sequence[Item]) -> list[Value]:
         with ThreadPoolExecutor(self.jobs) as pool:
             return list(pool.map(function, items))
 
-    def score(self, fit: InnovationFit) -> float:
-        """Return the BIC (Schwarz 1978) of `fit`."""
-        return fit.deviance + fit.candidate.n_effect * math.log(self.likelihood.readings)
-
     def none(self) -> InnovationFit:
         """Return the fit without effects."""
-        candidate = self.starts.none()
-        return fitted(self.likelihood, InnovationFit(candidate, candidate.start(),
-                                                     self.likelihood.first_noise))
+        return fitted(self.likelihood, unfitted(self.likelihood, self.starts.none()))
 
     def begun(self, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
         """Return `fit` with a further effect where its fit begins."""
         candidate = joined(self.starts, fit.candidate, fit.z, proposal)
         z = candidate.start_from(fit.candidate, fit.z)
-        return evaluated(self.likelihood, candidate, z, fit.torque).alone()
+        return evaluated(self.likelihood, InnovationFit(candidate, z, fit.torque)).alone()
 
     def _halved(self, fits: Sequence[InnovationFit],
                 rounds: Sequence[tuple[int, int]]) -> list[InnovationFit]:
@@ -158,7 +145,7 @@ class EffectSearch:
             fits = self._halved([*fits, *grown[:EFFORT.kept]], ((4, 4),))
             if not fits:
                 break
-            bases = [self.alone(fits[0], i) for i, name in enumerate(fits[0].candidate.ids)
+            bases = [self.reduced(fits[0], [i]) for i, name in enumerate(fits[0].candidate.ids)
                      if name not in tried]
             if not bases:
                 break
@@ -171,16 +158,7 @@ class EffectSearch:
         return self._halved(self._map(lambda p: self.begun(pair, p), proposals), (
             *EFFORT.growing, (3, 15)))
 
-    def alone(self, pair: InnovationFit, i: int) -> InnovationFit:
-        """Return the effect number `i` of `pair`, fitted alone from where the pair stands."""
-        single, z = self.starts.alone(pair.candidate, pair.z, i)
-        return fitted(self.likelihood, InnovationFit(single, z, pair.torque), 4)
-
-    def without(self, fit: InnovationFit, i: int) -> InnovationFit:
-        """Return `fit` of one effect or two without the effect number `i`, refitted."""
-        if len(fit.candidate.ids) > 1:
-            return self.alone(fit, 1 - i)
-        candidate = self.starts.none()
-        z = np.array([v for c, v in zip(fit.candidate.coordinates, fit.z) if c.owner < 0])
-        start = candidate.start() if len(z) != len(candidate.coordinates) else z
-        return fitted(self.likelihood, InnovationFit(candidate, start, fit.torque), 4)
+    def reduced(self, fit: InnovationFit, kept: Sequence[int]) -> InnovationFit:
+        """Return the effects number `kept` of `fit`, fitted alone from where it stands."""
+        candidate, z = self.starts.reduced(fit.candidate, fit.z, kept)
+        return fitted(self.likelihood, InnovationFit(candidate, z, fit.torque), 4)

@@ -2,24 +2,29 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """What a diagnosis has to go by: recordings, model, noise, and likelihoods of their parts."""
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from gearbox_monitor.identification.balance_likelihood import likelihood_of
 from gearbox_monitor.identification.candidates import Starts
-from gearbox_monitor.identification.innovation_fit import InnovationFit
-from gearbox_monitor.identification.innovations import InnovationLikelihood, JointLikelihood
+from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit, unfitted
+from gearbox_monitor.identification.innovations import (
+    InnovationLikelihood, JointLikelihood, SPARSE)
 from gearbox_monitor.identification.noise_model import noise_floor, white_level
 from gearbox_monitor.identification.thresholds import THRESHOLDS
-from gearbox_monitor.identification.windows import (
-    hidden_begins, seconds_at_rest, Segment, segment_of, SETTLING)
+from gearbox_monitor.identification.window_data import (
+    seconds_at_rest, SETTLING, window_data, WindowData)
+from gearbox_monitor.identification.windows import hidden_begins
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.quality.recording import UniformRecording
+
+# s, how long torque that no model explains may last on a real drive; iterations of a fit with each
+LASTING_TIMES, TIME_ITERATIONS = (0.1, 0.3, 1.0), 8
 
 
 def silent(text: str) -> None:
@@ -32,8 +37,8 @@ class Evidence:
     Recordings of one drive under one nominal model.
 
     sigma [2]: noise of the encoders, rad; colour [2]: correlation of neighbouring readings, None:
-    white. ids: effects that may be named. rough: whether an encoder is quantised more coarsely
-    than its noise. all_trained: whether no window is held out. with_map: whether a torque map of
+    white. ids: effects that may be named. quantum [2]: quantisation steps of the encoders, rad.
+    all_trained: whether no window is held out. with_map: whether a torque map of
     the remainder may be fitted. finer: how many times as many steps the model takes as the
     nominal drive asks for. reference: fit in whose free runs filters begin where an encoder is
     missing, None: the nominal model. progress(text) is called as the search goes on.
@@ -44,7 +49,7 @@ class Evidence:
     sigma: Array
     ids: tuple[str, ...]
     colour: Array | None = None
-    rough: bool = False
+    quantum: Array = field(default_factory=lambda: np.zeros(2))
     all_trained: bool = False
     with_map: bool = True
     finer: int = 1
@@ -53,16 +58,20 @@ class Evidence:
     progress: Callable[[str], object] = silent
 
     @cached_property
-    def segments(self) -> tuple[Segment, ...]:
+    def segments(self) -> tuple[WindowData, ...]:
         """The recordings with their windows."""
         # At rest, nothing tells where the side is that no encoder reads.
-        parts = [segment_of(r, self.model, self.sigma, self.colour, SETTLING if not self.hides(r)
-                            else max(SETTLING, seconds_at_rest(r, self.sigma)), self.finer)
+        parts = [window_data(r, self.model, self.sigma, self.colour, SETTLING if not self.hides(r)
+                             else max(SETTLING, seconds_at_rest(r, self.sigma)), self.finer)
                  for r in self.recordings]
         if self.all_trained:
-            parts = [replace(part, unseen=part.span.stop, data=replace(
-                part.data, train=np.ones_like(part.data.train))) for part in parts]
+            parts = [replace(part, held_out=np.zeros_like(part.held_out)) for part in parts]
         return tuple(parts)
+
+    @property
+    def rough(self) -> bool:
+        """Whether an encoder is quantised more coarsely than its noise."""
+        return bool((self.quantum > THRESHOLDS.rough_lattice * self.sigma).any())
 
     @cached_property
     def starts(self) -> Starts:
@@ -77,10 +86,8 @@ class Evidence:
                 part = likelihood_of(recording, self.model, sigma, [span], coarse,
                                      1 if coarse else self.finer)
                 if self.hides(recording) and isinstance(part, InnovationLikelihood):
-                    fit = self.reference
-                    candidate = self.starts.none() if fit is None else fit.candidate
-                    part = hidden_begins(part, candidate, candidate.start() if fit is None
-                                         else fit.z, sigma)
+                    fit = self.reference or unfitted(part, self.starts.none())
+                    part = hidden_begins(part, fit.model, sigma)
                 parts.append(part)
         return JointLikelihood(parts)
 
@@ -106,8 +113,18 @@ class Evidence:
     @cached_property
     def unseen(self) -> JointLikelihood | None:
         """Likelihood of what is held out, None if nothing is."""
-        spans = [part.held_out for part in self.segments]
+        spans = [part.unseen for part in self.segments]
         return self._likelihood(spans) if any(s.stop > s.start for s in spans) else None
+
+    def lasting_for(self, seconds: float) -> 'Evidence':
+        """Return the evidence where unexplained torque lasts so long."""
+        return replace(self, model=replace(self.model, process_torque_time=seconds))
+
+    @property
+    def sparse(self) -> JointLikelihood:
+        """Likelihood of all that is evidence, of as few readings as where torque lasts."""
+        return JointLikelihood([part.thinned(max(1, round(SPARSE / part.recording.dt)))
+                                for part in self.whole.parts])
 
     @property
     def step(self) -> float:
@@ -158,11 +175,30 @@ class Evidence:
         return fit.deviance + fit.candidate.n_effect * float(np.log(self.fine.readings))
 
 
-def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: Sequence[str],
-                jobs: int = 1, progress: Callable[[str], object] = silent
-                ) -> tuple[Evidence, Array]:
+def by_time(evidence: Evidence, fit: InnovationFit, times: Iterable[float]) -> dict[float, float]:
     """
-    Return (Evidence, quantisation steps [2] of the encoders, rad) of recordings of one drive.
+    Return {how long unexplained torque lasts, s: -2 log L of the fit with it}.
+
+    A fit for each time: with torque that lasts, values move, and a friction may go into it. All
+    times see the same readings.
+
+    Args:
+        evidence: recordings that the torque drives.
+        fit: with whose values fits begin.
+        times: s; 0: white noise.
+    """
+    out = {}
+    for time in sorted(set(times)):
+        likelihood = evidence.lasting_for(time).sparse
+        start = unfitted(likelihood, fit.candidate, fit.z)
+        out[time] = fitted(likelihood, start, TIME_ITERATIONS).deviance
+    return out
+
+
+def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: Sequence[str],
+                jobs: int = 1, progress: Callable[[str], object] = silent) -> Evidence:
+    """
+    Return the Evidence of recordings of one drive.
 
     Args:
         recordings: of one drive.
@@ -178,9 +214,8 @@ def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: 
         own = [i for i, r in enumerate(recordings) if channel in r.channels] or [0]
         sigma[channel] = max(levels[i][channel] for i in own)
         quantum[channel] = max(steps[i][channel] for i in own)
-    rough = bool((quantum > THRESHOLDS.rough_lattice * sigma).any())
     with_map = TORQUE_MAP.id in ids and not any(
         effect['id'] == TORQUE_MAP.id for effect in model.effects)
     return Evidence(tuple(recordings), model, sigma,
-                    tuple(i for i in ids if i != TORQUE_MAP.id), rough=rough,
-                    with_map=with_map, jobs=jobs, progress=progress), quantum
+                    tuple(i for i in ids if i != TORQUE_MAP.id), quantum=quantum,
+                    with_map=with_map, jobs=jobs, progress=progress)

@@ -17,10 +17,9 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification.candidates import (
-    CandidateModel, NOT_FITTED, PERIODIC, PHASED, sine_and_cosine, Starts)
+from gearbox_monitor.identification.candidates import CandidateModel, NOT_FITTED, Starts
 from gearbox_monitor.identification.evidence import Evidence
-from gearbox_monitor.identification.innovation_fit import evaluated
+from gearbox_monitor.identification.innovation_fit import evaluated, InnovationFit
 from gearbox_monitor.identification.isolability import InnovationSpace, TWINS
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
@@ -93,19 +92,13 @@ def sized(starts: Starts, name: str, values: Values | None = None) -> CandidateM
         name: id of an effect.
         values: parameters of the effect by name, None for a usual size.
     """
-    order = int(values['N']) if values and name in PERIODIC else 1
-    candidate = starts.candidates(name, order)[0]
-    own = dict(values or {})
+    if values:
+        return starts.at(name, values)
+    candidate = starts.candidates(name, 1)[0]
     replaces = name in EFFECTS and EFFECTS[name].replaces
-    if name in PHASED and own:
-        own.update(sine_and_cosine(name, own))
-    coordinates = []
-    for c in candidate.coordinates:
-        if c.owner == 0:
-            usual = c.start if c.start and not replaces else c.start + 0.1 * c.scale
-            c = replace(c, start=float(own.get(c.name, usual)))
-        coordinates.append(c)
-    return replace(candidate, coordinates=tuple(coordinates))
+    return replace(candidate, coordinates=tuple(
+        replace(c, start=c.start + 0.1 * c.scale)
+        if c.owner == 0 and (replaces or not c.start) else c for c in candidate.coordinates))
 
 
 def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Array, sigma: Array,
@@ -129,8 +122,7 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
     probe = UniformRecording(plain.t, u, plain.y, DT)
     for a in dict.fromkeys(a for a, _ in pairs):
         candidate = sized(Starts(model, (probe,)), a, effects.get(a))
-        drive = candidate.model(candidate.start())
-        run = simulate(drive, u, DT)
+        run = simulate(candidate.model(candidate.start()), u, DT)
         if not np.isfinite(run.x).all():
             return None, None
         reached = Limits(float(np.abs(u).max()),
@@ -138,7 +130,8 @@ def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Arra
                          max(reached.travel, float(np.abs(run.x[:, :2]).max())))
         rivals = [b for effect, b in pairs if effect == a]
         evidence = Evidence((replace(probe, y=run.y),), model, sigma, ())
-        at = evaluated(evidence.fine, candidate, candidate.start(), evidence.fine.least_noise)
+        at = evaluated(evidence.fine, InnovationFit(
+            candidate, candidate.start(), evidence.fine.least_noise))
         orders = {b: int((effects.get(b) or effects.get(a) or {}).get('N', 1)) for b in rivals}
         space = InnovationSpace(evidence.fine, at, evidence.starts, orders)
         d, shares = space.separation(0, {b: space.signature(b) for b in rivals})

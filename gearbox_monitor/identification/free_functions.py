@@ -61,18 +61,6 @@ class Dependence:
         return self.gain > self.price
 
 
-def motion_of(likelihood: JointLikelihood, at: FilteredFit) -> dict[str, Array]:
-    """
-    Return {quantity: values} of the motion as the filter of `at` has it.
-
-    Args:
-        likelihood: of the recordings.
-        at: fit whose filter was run.
-    """
-    rows = [part.motion(own) for part, own in zip(likelihood.parts, at.run.runs)]
-    return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
-
-
 def dependences(likelihood: JointLikelihood, at: FilteredFit,
                 places: Sequence[str]) -> list[Dependence]:
     """
@@ -83,7 +71,8 @@ def dependences(likelihood: JointLikelihood, at: FilteredFit,
         at: fit whose filter was run.
         places: at which a torque can act in this drive.
     """
-    moved, model = motion_of(likelihood, at), at.candidate.model(at.z)
+    rows, model = [part.motion(own) for part, own in zip(likelihood.parts, at.run.runs)], at.model
+    moved = {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
     own, prior = coordinate_columns(likelihood, at), at.candidate.prior(at.z)
     residual, scale = at.run.residual.ravel(), 1.0 / np.sqrt(at.run.variance)
     size = LITTLE * max(float(np.std(moved['torque'])), 1e-9)
@@ -149,7 +138,7 @@ def mapped(likelihood: JointLikelihood, fit: InnovationFit, places: Sequence[str
         places: at which a torque can act in this drive.
         scale: usual torque, N m.
     """
-    at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
+    at = evaluated(likelihood, fit)
     cost = float(np.log(likelihood.readings))
     fits = []
     for dependence in dependences(likelihood, at, places)[:FITTED]:

@@ -8,8 +8,7 @@ Levenberg-Marquardt on whitened innovations, coordinates and logarithms of the t
 Fisher step; the exact likelihood accepts it. The noise anneals by itself: it is large where the
 model is wrong. One start is enough for most effects, that without it.
 """
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 from typing import Any
 
@@ -19,6 +18,7 @@ from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovations import Likelihood
 from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
 
 FAR = 2.0                    # change of the logarithm of the noise in a step
 LOG_STEP = 0.05              # of finite differences in that logarithm
@@ -29,8 +29,6 @@ FACTORS = (16.0, 4.0, 1.5)   # by which the noise is tried
 ENOUGH = 1e-3                # gain in -2 log L of a step that is taken
 RULE = Damping(1e-4, 20.0, 1e-3, smallest=1e-9, attempts=5)
 UNHELPFUL = 1e-2             # damping after steps that did not help
-# s, how long torque that no model explains may last on a real drive; iterations of a fit with each
-LASTING_TIMES, TIME_ITERATIONS = (0.1, 0.3, 1.0), 8
 
 
 @dataclass(frozen=True)
@@ -52,6 +50,11 @@ class InnovationFit:
         """Ids joined by '+'."""
         return self.candidate.name
 
+    @property
+    def model(self) -> DriveModel:
+        """The model where the fit stands."""
+        return self.candidate.model(self.z)
+
 
 @dataclass(frozen=True)
 class FilteredFit(InnovationFit):
@@ -64,20 +67,30 @@ class FilteredFit(InnovationFit):
         return InnovationFit(self.candidate, self.z, self.torque, self.deviance)
 
 
-def evaluated(likelihood: Likelihood, candidate: CandidateModel, z: Array,
-              torque: Array) -> FilteredFit:
+def unfitted(likelihood: Likelihood, candidate: CandidateModel,
+             z: Array | None = None) -> InnovationFit:
     """
-    Return the FilteredFit at a point.
+    Return where the fit of a candidate begins.
 
     Args:
         likelihood: of the recording.
         candidate: model with its coordinates.
-        z: coordinates [P].
-        torque: noise [2] on motor and arm, N m rms in a sample.
+        z: coordinates [P], None: the candidate's own start.
     """
-    run = likelihood.run(candidate.model(z), torque)
-    return FilteredFit(candidate, z, torque, run.deviance + candidate.penalty(z),
-                       run=run)
+    return InnovationFit(candidate, candidate.start() if z is None else z, likelihood.first_noise)
+
+
+def evaluated(likelihood: Likelihood, fit: InnovationFit) -> FilteredFit:
+    """
+    Return a fit where it stands, with the run of its filter.
+
+    Args:
+        likelihood: of the recording.
+        fit: of a candidate.
+    """
+    run = likelihood.run(fit.model, fit.torque)
+    return FilteredFit(fit.candidate, fit.z, fit.torque,
+                       run.deviance + fit.candidate.penalty(fit.z), run=run)
 
 
 def annealed(likelihood: Likelihood, fit: FilteredFit) -> Array:
@@ -155,38 +168,17 @@ def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
         free_noise: whether the torque noise is fitted, too.
     """
     damping = RULE.start
-    at = evaluated(likelihood, fit.candidate, fit.z, fit.torque)
+    at = evaluated(likelihood, fit)
     for _ in range(iterations):
         torque = annealed(likelihood, at) if free_noise else at.torque
         deviance = at.deviance
         if (torque != at.torque).any():
-            moved = evaluated(likelihood, at.candidate, at.z, torque)
+            moved = evaluated(likelihood, replace(at.alone(), torque=torque))
             at = moved if moved.deviance < at.deviance else at
         at, damping = _step(likelihood, at, damping, free_noise)
         if deviance - at.deviance < tolerance:
             break
     return at.alone()
-
-
-def by_time(likelihood_with: Callable[[float], Likelihood], candidate: CandidateModel, z: Array,
-            times: Iterable[float]) -> dict[float, float]:
-    """
-    Return {how long unexplained torque lasts, s: -2 log L of the fit with it}.
-
-    A fit for each time: with torque that lasts, values move, and a friction may go into it.
-
-    Args:
-        likelihood_with: of the same readings, by the time.
-        candidate: model with its coordinates.
-        z: coordinates [P] with which fits begin.
-        times: s; 0: white noise.
-    """
-    out = {}
-    for time in sorted(set(times)):
-        likelihood = likelihood_with(time)
-        start = InnovationFit(candidate, z, likelihood.first_noise)
-        out[time] = fitted(likelihood, start, TIME_ITERATIONS).deviance
-    return out
 
 
 def _step(likelihood: Likelihood, fit: FilteredFit, damping: float,
@@ -220,7 +212,7 @@ def _step(likelihood: Likelihood, fit: FilteredFit, damping: float,
         z = candidate.bounded(fit.z + np.clip(step[:count], -reach, reach))
         torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), smallest,
                          largest) if free_noise else fit.torque
-        return evaluated(likelihood, candidate, z, torque)
+        return evaluated(likelihood, InnovationFit(candidate, z, torque))
 
     def gain_of(trial: FilteredFit) -> float:
         return fit.deviance - ENOUGH - trial.deviance

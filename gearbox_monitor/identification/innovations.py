@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
 import math
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from gearbox_monitor.estimation import innovation_filter as kernels
 from gearbox_monitor.estimation.innovation_filter import (
     FilterInput, FilterStart, FilterTrace, LASTING, MOST_STATES, N_FILTER, SampleSchedule)
 from gearbox_monitor.identification.shooting import Simulator
-from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.batch import LANES, N_LANE_STATE
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
@@ -40,35 +40,6 @@ SPARSE = 0.02       # s from reading to reading where unexplained torque lasts: 
 ONCE = 1e-6         # of a sample: events that are as close happen at once
 STRAY = 0.1         # of the encoders' noise, by which the least torque noise moves a run of 1 s
 MOST = 50.0         # times the standard deviation of the torque: noise with which all is followed
-
-
-class Likelihood(Protocol):
-    """Likelihood of models for one recording or several; a run is a Filtered or more of them."""
-
-    @property
-    def readings(self) -> int:
-        """Number of readings that count."""
-
-    @property
-    def least_noise(self) -> Array:
-        """Least torque noise [2] on motor and arm, N m rms in a sample."""
-
-    @property
-    def most_noise(self) -> float:
-        """Torque noise with which any recording is followed, N m rms in a sample."""
-
-    @property
-    def first_noise(self) -> Array:
-        """Torque noise [2] with which fits begin, N m rms in a sample."""
-
-    def run(self, model: DriveModel, torque: Array) -> Any:
-        """Return the run of a filter under `model` with torque noise `torque` [2]."""
-
-    def change(self, run: Any, model: DriveModel) -> Array:
-        """Return the change [N, 2] (rad) of the innovations of `run` when the model is `model`."""
-
-    def with_noise(self, run: Any, torque: Array) -> tuple[float, Array, Array]:
-        """Return (-2 log L, innovations, their variance) of `run` under the noise `torque` [2]."""
 
 
 @dataclass(frozen=True)
@@ -299,10 +270,7 @@ class InnovationLikelihood:
         """Return {quantity: values} of the motion as the filter of `run` has it."""
         index = np.concatenate([np.arange(begin, end - 1)
                                 for begin, end in zip(self.begin, self.end)])
-        x1, x2, x3, x4 = run.trace.begin[index, 0, :4].T
-        return {'speed of the motor': x3, 'speed of the arm': x4, 'angle of the motor': x1,
-                'angle of the arm': x2, 'twist': x1 - x2, 'torque': self.recording.torque[index],
-                'time': index * self.recording.dt}
+        return named_motion(self.recording, run.trace.begin[:, 0], index)
 
     def smoothed(self, run: Filtered) -> Array:
         """Return the smoothed states [N, N_STATE] of `run`, NaN outside of its parts."""
@@ -310,6 +278,21 @@ class InnovationLikelihood:
         kernels.smoothed(run.schedule, run.data, run.start.places, run.trace,
                          np.zeros(2 * len(run.start.places)), states)
         return states[:, :N_STATE]
+
+
+def named_motion(recording: UniformRecording, states: Array, index: Integers) -> dict[str, Array]:
+    """
+    Return {quantity: values} of the motion in some samples.
+
+    Args:
+        recording: of one drive.
+        states: positions and speeds of motor and arm, what else there is [N, 4 or more].
+        index: numbers of the samples.
+    """
+    x1, x2, x3, x4 = states[index, :4].T
+    return {'speed of the motor': x3, 'speed of the arm': x4, 'angle of the motor': x1,
+            'angle of the arm': x2, 'twist': x1 - x2, 'torque': recording.torque[index],
+            'time': index * recording.dt}
 
 
 def halves(spans: Iterable[slice]) -> list[slice]:
@@ -418,6 +401,10 @@ class JointLikelihood:
         return [part.smoothed(own) for part, own in zip(self.parts, run.runs)]
 
 
+# A run is a Filtered or more of them.
+Likelihood: TypeAlias = InnovationLikelihood | JointLikelihood
+
+
 def _kernels_of(model: DriveModel) -> tuple[PackedDrive, tuple[Any, Any]]:
     """Return the PackedDrive of `model` and the kernels `filtered` and `sensitivity` for it."""
     plugin, theta = plugin_of(model)
@@ -441,28 +428,20 @@ def schedule(e: Array, dt: float, parts: int, channels: Sequence[int]) -> Sample
     shift = np.floor(lag + ONCE)
     at = 1.0 - np.clip(lag - shift, 0.0, None)
     at[at > 1.0 - ONCE] = 1.0
-    segments: list[float] = []
-    for end in sorted({*at[list(channels)].tolist(), 1.0}):
-        if not segments or end > segments[-1] + ONCE:
-            segments.append(end)
+    segments = _apart([*at[list(channels)], 1.0])
     reads = np.zeros((len(segments), 2), np.int64)
     for channel in channels:
-        reads[int(np.argmin(np.abs(np.array(segments) - at[channel]))), channel] = 1
-    length: list[float] = []
-    part: list[int] = []
-    ends: list[int] = []
-    edges = sorted({*segments, *(np.arange(1, parts + 1) / parts).tolist()})
-    begin = 0.0
-    for edge in edges:
-        m = next((i for i, end in enumerate(segments) if abs(edge - end) < ONCE), -1)
-        if edge < begin + ONCE:
-            if m >= 0:
-                ends[-1] = m
-            continue
-        length.append((edge - begin) * dt)
-        part.append(min(parts - 1, math.floor(0.5 * (begin + edge) * parts)))
-        ends.append(m)
-        begin = edge
-    span = np.diff([0.0, *segments]) * dt
-    return SampleSchedule(np.array(length), np.array(part), np.array(ends), span, reads,
-                          shift.astype(np.int64))
+        reads[np.abs(segments - at[channel]).argmin(), channel] = 1
+    edges = _apart([*segments, *(np.arange(1, parts + 1) / parts)])
+    begins = np.append(0.0, edges[:-1])
+    part = np.minimum(parts - 1, np.floor(0.5 * (begins + edges) * parts)).astype(np.int64)
+    near = np.abs(edges[:, None] - segments) <= ONCE
+    return SampleSchedule((edges - begins) * dt, part, np.where(
+        near.any(axis=1), near.argmax(axis=1), -1), np.diff(segments, prepend=0.0) * dt, reads,
+        shift.astype(np.int64))
+
+
+def _apart(times: Sequence[float]) -> Array:
+    """Return times within a sample in their order, without those that are as good as equal."""
+    ordered = np.sort(times)
+    return ordered[np.diff(ordered, prepend=-1.0) > ONCE]

@@ -23,12 +23,12 @@ from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, FilteredFit, InnovationFit)
 from gearbox_monitor.identification.innovations import Likelihood
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 
 TWINS = {name: effect.twin for name, effect in EFFECTS.items() if effect.twin}
-SMALL = 1e-9
 Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
 
 
@@ -71,32 +71,11 @@ class InnovationSpace:
 
 def share_left(a: Array, b: Array) -> float:
     """Return the share of the power of a [M, A] that the span of b [M, B] leaves."""
-    total = (a * a).sum()
-    if not b.shape[1] or total <= 0.0:
+    total, cross = (a * a).sum(), b.T @ a
+    if total <= 0.0:
         return 1.0
-    q = _orthonormal(b)
-    return float(np.clip(1.0 - ((q.T @ a) ** 2).sum() / total, 0.0, 1.0))
-
-
-def shares(ids: Sequence[str], columns: Sequence[Array]) -> Array:
-    """
-    Return s2 [A, A]: the share of the signature of row a that the column b cannot imitate.
-
-    Args:
-        ids: effects [A]; a periodic one has the phase free, the others their first column alone.
-        columns: signature of each [M, C].
-    """
-    first = [a if name in PERIODIC else a[:, :1] for name, a in zip(ids, columns)]
-    return np.array([[share_left(a, b) for b in columns] for a in first])
-
-
-def _orthonormal(columns: Array) -> Array:
-    """Return an orthonormal basis of the span of columns [M, C]."""
-    size = np.linalg.norm(columns, axis=0)
-    columns = columns[:, size > 0.0] / size[size > 0.0]
-    values, vectors = np.linalg.eigh(columns.T @ columns)
-    keep = values > SMALL * max(values.max(initial=0.0), 1e-300)
-    return columns @ vectors[:, keep] / np.sqrt(values[keep])
+    imitated = (cross * (covariance(b.T @ b) @ cross)).sum()
+    return float(np.clip(1.0 - imitated / total, 0.0, 1.0))
 
 
 def remove(columns: Array, nuisances: Array, prior: Array) -> Array:
@@ -110,13 +89,8 @@ def remove(columns: Array, nuisances: Array, prior: Array) -> Array:
         nuisances: changes of the readings by the nuisances [M, Q].
         prior: weights of the prior [Q].
     """
-    count = nuisances.shape[1]
-    if not count:
-        return columns
-    stacked = np.concatenate([nuisances, np.diag(np.sqrt(prior))])
-    padded = np.concatenate([columns, np.zeros((count, columns.shape[1]))])
-    q = _orthonormal(stacked)
-    return padded - q @ (q.T @ padded)
+    moved = covariance(nuisances.T @ nuisances + np.diag(prior)) @ (nuisances.T @ columns)
+    return np.concatenate([columns - nuisances @ moved, -np.sqrt(prior)[:, None] * moved])
 
 
 def direction(candidate: CandidateModel, z: Array, owner: int, own: Array) -> Array:
@@ -178,8 +152,7 @@ def separations(evidence: Evidence, fit: InnovationFit, fits: Sequence[Innovatio
               if name not in (*NOT_FITTED, TORQUE_MAP.id)]
     if not owners:
         return {}
-    at = evaluated(evidence.fine, candidate, fit.z, fit.torque)
-    space = InnovationSpace(evidence.fine, at, evidence.starts, orders)
+    space = InnovationSpace(evidence.fine, evaluated(evidence.fine, fit), evidence.starts, orders)
     names = [n for n in evidence.ids if n not in NOT_FITTED and n not in candidate.ids]
     signatures = {name: space.signature(name) for name in names}
     return {candidate.ids[owner]: (evidence_for(evidence, fit, fits, owner),
@@ -236,4 +209,6 @@ def matrix(space: InnovationSpace, ids: Iterable[str]) -> tuple[list[str], Array
     _, prior = candidate.prior(space.at.z)
     ids = [n for n in ids if n not in (*NOT_FITTED, TORQUE_MAP.id)]
     columns = [remove(space.signature(n), space.own, prior) for n in ids]
-    return ids, shares(ids, columns)
+    # A periodic one has the phase free, of the others the first column alone counts.
+    first = [a if name in PERIODIC else a[:, :1] for name, a in zip(ids, columns)]
+    return ids, np.array([[share_left(a, b) for b in columns] for a in first])

@@ -7,10 +7,9 @@ The decision: none, effects, effects that explain a part, or unknown.
 One kind of evidence decides: the likelihood of innovations (BIC for what is better, adequacy
 against noise for what is enough). Nothing here is written into: each step returns new fits.
 """
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 import math
-from typing import Any
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from gearbox_monitor.identification.free_functions import mapped
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.input_estimation import torque_places
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
@@ -48,7 +48,6 @@ class Decision:
     torque map of the remainder, or whatever leaves least. adequacy: of `fit`. fits: all that were
     scored by one likelihood, best first. orders: of periodic effects, likeliest first. bursts:
     beside `fit`, None without. remains: whether `fit` leaves more than noise. notes: sentences.
-    alone: where free signals stand for all effects, see localisation.places; None: not asked.
     """
 
     evidence: Evidence
@@ -61,13 +60,24 @@ class Decision:
     orders: tuple[tuple[str, list[int]], ...] = ()
     bursts: Bursts | None = None
     remains: bool = False
-    notes: tuple[str, ...] = field(default=())
-    alone: Mapping[str, Any] | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def ids(self) -> tuple[str, ...]:
         """Effects that count."""
         return (*self.fit.candidate.ids, *((DISTURBANCE.id,) if self.bursts else ()))
+
+    @property
+    def values(self) -> dict[str, Values]:
+        """{effect: {parameter: value}} of the effects that count; of bursts, the largest one."""
+        values: dict[str, Values] = dict(zip(
+            self.fit.candidate.ids, self.fit.candidate.values(self.fit.z)[1]))
+        values.pop(TORQUE_MAP.id, None)
+        if self.bursts is not None:
+            largest = self.bursts.bursts[0]
+            values[DISTURBANCE.id] = {'t0': largest.t0, 'duration': largest.duration,
+                                      'amplitude': largest.amplitude}
+        return values
 
     @property
     def score(self) -> float:
@@ -86,11 +96,9 @@ class Judge:
     """Fits of candidates to one Evidence, each found once."""
 
     def __init__(self, evidence: Evidence) -> None:
-        self.evidence = evidence
-        self.search = EffectSearch(evidence.coarse, evidence.starts, evidence.ids, evidence.jobs,
-                                   evidence.progress)
+        self.evidence, self.score = evidence, evidence.score
+        self.search = EffectSearch(evidence)
         self._adequacies: dict[tuple[object, ...], Adequacy] = {}
-        self.alone: Mapping[str, Any] | None = None
 
     def polished(self, fit: InnovationFit, iterations: int = POLISH) -> InnovationFit:
         """Return `fit` on short steps, refitted in so many `iterations`."""
@@ -118,7 +126,7 @@ class Judge:
         evidence = self.evidence
         if evidence.finer > 1 or evidence.noisy or self.adequacy(fit).adequate:
             return False
-        model, torque = fit.candidate.model(fit.z), evidence.fine.least_noise
+        model, torque = fit.model, evidence.fine.least_noise
         shorter = replace(evidence, finer=FINER).fine.run(model, torque).deviance
         return bool(evidence.fine.run(model, torque).deviance - shorter > THRESHOLDS.noise_gain)
 
@@ -130,7 +138,7 @@ class Judge:
 
     def rescored(self, fits: Iterable[InnovationFit]) -> list[InnovationFit]:
         """Return fits as the likelihood on short steps has them where they stand."""
-        return [evaluated(self.evidence.fine, f.candidate, f.z, f.torque).alone() for f in fits]
+        return [evaluated(self.evidence.fine, f).alone() for f in fits]
 
     def adequacy(self, fit: InnovationFit) -> Adequacy:
         """Return what `fit` leaves, evaluated once for each fit."""
@@ -139,15 +147,6 @@ class Judge:
         if key not in self._adequacies:
             self._adequacies[key] = adequacy_of(self.evidence, fit)
         return self._adequacies[key]
-
-    def places(self, none: InnovationFit) -> Mapping[str, Any]:
-        """Return, and keep, where free signals stand for all effects."""
-        self.alone = localisation.places(self.adequacy(none).runs, self.evidence.jobs)
-        return self.alone
-
-    def score(self, fit: InnovationFit) -> float:
-        """Return the BIC of a fit."""
-        return self.evidence.score(fit)
 
     def scatters(self, name: str) -> bool:
         """Return whether the effect `name` is a value that may scatter anyway."""
@@ -184,9 +183,8 @@ class Judge:
         added = set(fit.candidate.ids) - set(base.candidate.ids)
         if unseen is None or added and all(map(self.scatters, added)):
             return True
-        of_fit, of_base = (unseen.run(f.candidate.model(f.z), f.torque).deviance
-                           for f in (fit, base))
-        return of_fit < of_base
+        return unseen.run(fit.model, fit.torque).deviance < unseen.run(
+            base.model, base.torque).deviance
 
     def strays(self, fit: InnovationFit, base: InnovationFit) -> bool:
         """Return whether free runs of `fit` are farther off than those of the simpler `base`."""
@@ -259,7 +257,7 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
     for fit in sorted([*fits, chosen], key=judge.score):
         unique.setdefault(fit.candidate.key, fit)
     return Decision(evidence, none, chosen, closed, adequacy, judge.adequacy(none),
-                    tuple(unique.values()), table.orders, bursts, remains, alone=judge.alone)
+                    tuple(unique.values()), table.orders, bursts, remains)
 
 
 def _finished(judge: Judge, fits: Sequence[InnovationFit], most: int) -> list[InnovationFit]:
@@ -298,7 +296,7 @@ def _canonical(judge: Judge, fit: InnovationFit) -> InnovationFit:
     for number, name in enumerate(fit.candidate.ids):
         if name not in bound or name == TORQUE_MAP.id:
             continue
-        base = judge.search.without(fit, number)
+        base = judge.search.reduced(fit, [i for i in range(len(fit.candidate.ids)) if i != number])
         count = sum(c.owner == number for c in fit.candidate.coordinates)
         trials = [i for i in judge.evidence.ids
                   if i not in fit.candidate.ids and effects[i].fitted
@@ -375,13 +373,13 @@ def _one_cause(judge: Judge, fit: InnovationFit, none: InnovationFit) -> list[st
     if evidence.balances or evidence.lasting or any(
             len(recording.channels) == 1 for recording in evidence.recordings):
         return None
-    of_none = judge.places(none)
+    of_none = localisation.places(judge.adequacy(none).runs)
     allowed = [*localisation.tied(of_none, judge.adequacy(none).dependence)]
     if set(allowed) & set(ON_MOTOR):
         allowed += ON_MOTOR
     if _at_one(fit, allowed):
         return allowed
-    of_fit = localisation.places(judge.adequacy(fit).runs, evidence.jobs)
+    of_fit = localisation.places(judge.adequacy(fit).runs)
     none_left, fit_left = map(localisation.least_left, (of_none, of_fit))
     return None if THRESHOLDS.place_tie * fit_left < none_left else allowed
 

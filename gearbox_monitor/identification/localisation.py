@@ -8,19 +8,15 @@ Two encoders determine two free signals (window states aside): only at the place
 one signal explain both encoders.
 """
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import scipy
 
-from gearbox_monitor.identification import basis_functions, window_data, window_states
+from gearbox_monitor.identification import basis_functions
 from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.input_estimation import (
-    better_of, InputEstimate, InputEstimator, PLACES, QUARTERS, reduced_chi2, SENSORS, SPACING,
-    taken_over, TORQUES, triangles)
-from gearbox_monitor.identification.shooting import N_MEMORY
+    InputEstimate, InputEstimator, PLACES, reduced_chi2, SENSORS, SPACING, TORQUES, triangles)
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.windows import WindowRuns
 from gearbox_monitor.kernels.linear_least_squares import solution
@@ -29,55 +25,19 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers
 THIRDS = ('low', 'mid', 'high')
 REVERSAL = 0.05     # s around a change of sign of the motor's speed
 BANDS = (3.0, 15.0)  # Hz, between low, mid and high frequency
-DECIDING = 10     # windows of a single recording that decide on a place; each costs 1 CPU s
+DECIDING = 10     # windows of a single recording that decide on a place
 ILLUSTRATING = 6  # windows of each recording, if an effect names the place
 
 
-def free_forms(runs: WindowRuns, jobs: int = 1, places: Sequence[str] = PLACES,
-               quarters: bool = True) -> dict[str, InputEstimate]:
+def free_forms(runs: WindowRuns, places: Sequence[str]) -> dict[str, InputEstimate]:
     """
     Return {place: InputEstimate} on the windows of one recording, on top of free runs.
 
-    Quarters of the windows first: in them a wrong contact of the gap does not hold the fit.
-
     Args:
         runs: of the model that lacks something.
-        jobs: number of threads.
         places: places of the free signals.
-        quarters: whether quarters of the windows come first.
     """
-    if not quarters:
-        return {place: InputEstimator(runs.data, runs.model, place, runs.point).solve(
-            runs.point.states) for place in places}
-    long, point, model = runs.data, runs.point, runs.model
-    dt = runs.recording.dt
-    parts = long.windows.parted(QUARTERS)
-    short = replace(long, windows=parts, train=np.ones(len(parts), bool))
-    states: Array
-    memory: Array
-    if runs.smooth is None:
-        states, memory = short.raw_states(), np.zeros((len(parts), N_MEMORY))
-    else:
-        states, memory = np.split(runs.smooth[parts.begin], [4], axis=1)
-    index = np.arange(len(parts))
-    states, _ = window_states.solve_states(short, model, states, memory, index)
-    start_point = window_data.FitPoint(point.z, states, memory)
-
-    def one(place: str) -> InputEstimate:
-        """Return the input estimate at `place`."""
-        brief = InputEstimator(short, model, place, start_point)
-        rough = brief.solve(states)
-        fit = InputEstimator(long, model, place, point)
-        started = taken_over(short.windows, rough.states, long.windows, point.states)
-        series = np.zeros(len(runs.recording.u))
-        for first, values in zip(short.windows.first, rough.signal @ brief.basis[brief.lead:].T):
-            series[first:first + short.windows.length] = values
-        peaks = np.rint(np.arange(fit.basis.shape[1]) * SPACING / dt).astype(int)
-        peaks = np.minimum(long.windows.first[:, None] + peaks, len(series) - 1)
-        # From nothing as well: over long windows rough values may lead astray.
-        return better_of(fit.solve(started, series[peaks]), fit.solve(point.states))
-    with ThreadPoolExecutor(jobs) as pool:
-        return dict(zip(places, pool.map(one, places)))
+    return {place: InputEstimator(runs, place).solve() for place in places}
 
 
 def laws(runs: WindowRuns, free: InputEstimate,
@@ -98,26 +58,16 @@ def laws(runs: WindowRuns, free: InputEstimate,
 
 def _motion(runs: WindowRuns) -> tuple[dict[str, Array], Flags]:
     """Return ({quantity: values [W, L]}, whether a reversal is near [W, L]) of a recording."""
-    recording, windows, model = runs.recording, runs.data.windows, runs.model
-    dt = recording.dt
-    index = windows.first[:, None] + np.arange(windows.length)
-    positions = runs.data.positions(model, runs.point)
-    y = scipy.signal.savgol_filter(positions, max(5, 2 * round(0.01 / dt) + 1), 2, axis=0)
-    speed = np.gradient(scipy.signal.savgol_filter(
-        positions[:, 0], max(5, 2 * round(0.02 / dt) + 1), 2), dt)
-    twist = y[:, 0] - y[:, 1]
-    b = model.transmission.half_gap
-    if recording.arm_torque is not None:
-        load = np.abs(recording.arm_torque)
-    else:
-        load = model.transmission.stiffness * np.maximum(np.abs(twist) - b, 0.0)
-    width = max(1, round(REVERSAL / dt))
-    reversing = np.zeros(len(speed), bool)
-    for k in np.flatnonzero(np.diff(np.sign(speed)) != 0):
-        reversing[max(0, k - width):k + width + 1] = True
-    moved = {'speed': np.abs(speed), 'angle': y[:, 1], 'load': load,
-             'time': np.arange(len(speed)) * dt, 'twist': twist}
-    return {name: value[index] for name, value in moved.items()}, reversing[index]
+    recording, gear, index = runs.recording, runs.model.transmission, runs.data.windows.samples
+    moved = basis_functions.motion(runs.positions, recording.dt)
+    turns = np.diff(np.sign(moved['speed']), prepend=0.0) != 0
+    width = 2 * max(1, round(REVERSAL / recording.dt)) + 1
+    moved['speed'] = np.abs(moved['speed'])
+    moved['load'] = gear.stiffness * np.maximum(
+        np.abs(moved['twist']) - gear.half_gap, 0.0) if recording.arm_torque is None else np.abs(
+            recording.arm_torque)
+    return ({name: value[index] for name, value in moved.items()},
+            scipy.ndimage.maximum_filter1d(turns, width)[index])
 
 
 def labels(runs: Sequence[WindowRuns]
@@ -272,21 +222,16 @@ def some_windows(runs: WindowRuns, most: int) -> WindowRuns:
         runs: of the model that lacks something.
         most: number of windows.
     """
-    point, data = runs.point, runs.data
+    data = runs.data
     if len(data.windows) <= most:
         return runs
-    lacking = np.flatnonzero(point.chi2 > THRESHOLDS.quiet * data.size)
+    lacking = np.flatnonzero(runs.chi2 > THRESHOLDS.quiet * data.size)
     if len(lacking) < most:
         lacking = np.arange(len(data.windows))
-    index = lacking[np.linspace(0, len(lacking) - 1, most).round().astype(int)]
-    return replace(
-        runs, data=replace(data, windows=data.windows.take(index), train=data.train[index]),
-        point=replace(point, states=point.states[index], memory=point.memory[index],
-                      residual=point.residual[index], chi2=point.chi2[index],
-                      carry=None if point.carry is None else point.carry[index]))
+    return runs.take(lacking[np.linspace(0, len(lacking) - 1, most).round().astype(int)])
 
 
-def places(runs: Sequence[WindowRuns], jobs: int = 1, illustrates: bool = False) -> dict[str, Any]:
+def places(runs: Sequence[WindowRuns], illustrates: bool = False) -> dict[str, Any]:
     """
     Return how much of the gap that `runs` leave a free signal at each place explains.
 
@@ -298,13 +243,12 @@ def places(runs: Sequence[WindowRuns], jobs: int = 1, illustrates: bool = False)
 
     Args:
         runs: without effects, of each recording.
-        jobs: number of threads.
-        illustrates: whether the place is known otherwise: fewer windows do, from one start.
+        illustrates: whether the place is known otherwise: fewer windows do.
     """
     limit = ILLUSTRATING if illustrates else max(DECIDING // len(runs), ILLUSTRATING)
     runs = [some_windows(run, limit) for run in runs]
     visible = [place for place in PLACES if all(place in visible_places(run) for run in runs)]
-    estimates = [free_forms(run, jobs, visible, not illustrates) for run in runs]
+    estimates = [free_forms(run, visible) for run in runs]
     chi2_before = sum(float(run.chi2.sum()) for run in runs)
     floor = sum(run.data.size * len(run.chi2) for run in runs)
     table = {}

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.identification.closed_model import crossed, free_run, gap_of, open_loop
+from gearbox_monitor.identification.closed_model import crossed, free_run, open_loop
 from gearbox_monitor.identification.noise_model import noise_floor
 from gearbox_monitor.identification.shooting import ShootingWindows
 from gearbox_monitor.identification.torque_domain import driven
+from gearbox_monitor.identification.windows import misfit_of
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.free_runs import Begin
@@ -82,16 +83,14 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
     recording = driven(recording, next(iter(models.values())))
     if sigma is None:
         sigma, _ = noise_floor(recording, next(iter(models.values())))
-    fits = [open_loop(recording, model, sigma) for model in models.values()]
+    fits = tuple(open_loop(recording, model, sigma) for model in models.values())
     if len(fits) == 2:
         fits = crossed(fits)
-    windows, train = fits[0].data.windows, fits[0].data.train
-    index = windows.first[:, None] + np.arange(windows.length)
-    runs = []
+    windows, runs = fits[0].data.windows, []
     for name, fit in zip(models, fits):
-        point = fit.point
-        y, _ = fit.data.simulator.run(windows, fit.model, point.states, point.memory)
-        runs.append(ModelRun(name, y, point.chi2, gap_of(point.chi2, point.residual.shape[1]),
-                             Begin(point.states, point.memory), free_run(fit)))
-    return Overlay(recording, windows, recording.t[index], recording.y[index], ~train,
-                   np.asarray(sigma, float), recording.channels, tuple(runs))
+        y, _ = fit.data.simulator.run(windows, fit.model, fit.states, fit.memory)
+        runs.append(ModelRun(name, y, fit.chi2, misfit_of([fit]), Begin(fit.states, fit.memory),
+                             free_run(fit)))
+    return Overlay(recording, windows, recording.t[windows.samples], recording.y[windows.samples],
+                   fits[0].data.held_out, np.asarray(sigma, float), recording.channels,
+                   tuple(runs))

@@ -21,19 +21,21 @@ import numpy as np
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.identification import closed_model
 from gearbox_monitor.identification.candidates import (
-    BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered,
-    PERIODIC, PHASED, sine_and_cosine, Starts, ZERO)
-from gearbox_monitor.identification.evidence import Evidence, evidence_of
+    BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
+    ZERO)
+from gearbox_monitor.identification.evidence import (
+    by_time, Evidence, evidence_of, LASTING_TIMES)
 from gearbox_monitor.identification.innovation_fit import (
-    by_time, coordinate_columns, evaluated, fitted, InnovationFit, LASTING_TIMES)
+    coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.identification.innovations import (
-    halves, InnovationLikelihood, JointLikelihood, SPARSE)
+    halves, InnovationLikelihood, JointLikelihood)
 from gearbox_monitor.identification.shooting import shooting_windows
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.identification.torque_between_stamps import is_open, read_for
 from gearbox_monitor.identification.torque_domain import driven
 from gearbox_monitor.identification.torque_regression import torque_regression, TorqueRegression
-from gearbox_monitor.identification.windows import misfit_of, SECONDS
+from gearbox_monitor.identification.window_data import SECONDS
+from gearbox_monitor.identification.windows import misfit_of
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
@@ -172,7 +174,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
     model = _with_starts(model, free or ())
     _expect_free(model, free)
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
-    evidence, _ = evidence_of(recordings, plain, ())
+    evidence = evidence_of(recordings, plain, ())
     # Nothing is held out of long runs, nor of balances, which begin in no state.
     evidence = replace(evidence, all_trained=bool(seconds) or evidence.balances)
     candidate = _free_candidate(evidence.starts, plain, model, free)
@@ -186,7 +188,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
         if time != plain.process_torque_time:
             plain = replace(plain, process_torque_time=time)
             candidate = replace(candidate, nominal=plain)
-            evidence = replace(evidence, model=plain)
+            evidence = evidence.lasting_for(time)
             fit = _likeliest(evidence, candidate, starts)
     long = _long_runs(evidence, fit, seconds) if seconds and not evidence.balances else None
     if long is not None:
@@ -265,7 +267,7 @@ def _likeliest(evidence: Evidence, candidate: CandidateModel,
                starts: Sequence[Array]) -> InnovationFit:
     """Return the likeliest fit of a candidate to the training parts from several starts [P]."""
     likelihood = evidence.fine
-    return min((fitted(likelihood, InnovationFit(candidate, z, likelihood.first_noise), ITERATIONS)
+    return min((fitted(likelihood, unfitted(likelihood, candidate, z), ITERATIONS)
                 for z in starts), key=lambda fit: fit.deviance)
 
 
@@ -278,22 +280,16 @@ def lasting_time(evidence: Evidence, fit: InnovationFit) -> float:
     """
     Return how long unexplained torque lasts (s) by the likelihood of a fit.
 
-    All times see the same readings. Another than that of the model has to be worth its price.
+    Another than that of the model has to be worth its price.
 
     Args:
         evidence: recordings that the torque drives.
         fit: of the model with the time that it states.
     """
     stated = evidence.model.process_torque_time
-    stride = max(1, round(SPARSE / evidence.recordings[0].dt))
-
-    def likelihood_with(time: float) -> JointLikelihood:
-        model = replace(evidence.model, process_torque_time=time)
-        return JointLikelihood([part.thinned(stride)
-                                for part in replace(evidence, model=model).whole.parts])
-    deviances = by_time(likelihood_with, fit.candidate, fit.z, (stated, 0.0, *LASTING_TIMES))
+    deviances = by_time(evidence, fit, (stated, 0.0, *LASTING_TIMES))
     best = min(deviances, key=lambda time: deviances[time])
-    price = math.log(likelihood_with(stated).readings)
+    price = math.log(evidence.sparse.readings)
     return best if deviances[best] + price < deviances[stated] else stated
 
 
@@ -316,7 +312,7 @@ def _long_runs(evidence: Evidence, fit: InnovationFit, seconds: float) -> _LongR
     for recording in evidence.recordings:
         whole = InnovationLikelihood(recording, evidence.model, evidence.sigma,
                                      halves([recording.span]))
-        smooth = whole.smoothed(whole.run(fit.candidate.model(fit.z), fit.torque))
+        smooth = whole.smoothed(whole.run(fit.model, fit.torque))
         windows = shooting_windows(recording, min(seconds, recording.duration))
         part = InnovationLikelihood(recording, model, evidence.sigma, [
             slice(begin, begin + windows.length) for begin in windows.first.tolist()])
@@ -374,8 +370,7 @@ def _log_residual(evidence: Evidence, long: _LongRuns | None, model: DriveModel)
         judge, torque = long.likelihood, long.torque
     else:
         judge, fine = evidence.unseen or evidence.fine, evidence.fine
-        plain = CandidateModel(model, (), ())
-        torque = fitted(fine, InnovationFit(plain, plain.start(), fine.first_noise)).torque
+        torque = fitted(fine, unfitted(fine, CandidateModel(model, (), ()))).torque
     return float(0.5 * judge.run(model, torque).deviance / judge.readings)
 
 
@@ -395,12 +390,8 @@ def _effects_of(model: DriveModel) -> dict[str, Values]:
 
 def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
     """Return the Coordinates of `effect` of the model, from its values there."""
-    name, values = effect['id'], dict(effect)
-    if name in PHASED:
-        values |= sine_and_cosine(name, values)
-    own = starts.candidates(name, values.get('N'))[0].coordinates
-    return [replace(c, owner=owner, start=values[c.name], prior=WEAK * (1.0 if c.log else max(
-        c.scale, abs(values[c.name])))) for c in own if c.owner == 0]
+    return [replace(c, owner=owner, prior=WEAK * (1.0 if c.log else max(c.scale, abs(c.start))))
+            for c in starts.at(effect['id'], effect).coordinates if c.owner == 0]
 
 
 def _covariance(evidence: Evidence, fit: InnovationFit, long: _LongRuns | None) -> Array:
@@ -416,7 +407,7 @@ def _covariance(evidence: Evidence, fit: InnovationFit, long: _LongRuns | None) 
         long: runs that were fitted, None: the innovations were.
     """
     likelihood, candidate = evidence.fine if long is None else long.likelihood, fit.candidate
-    at = evaluated(likelihood, candidate, fit.z, fit.torque)
+    at = evaluated(likelihood, fit)
     J, residual = coordinate_columns(likelihood, at, central=True), at.run.residual.ravel()
     S, prior = J.T @ J, np.diag(candidate.prior(fit.z)[1])
     misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))

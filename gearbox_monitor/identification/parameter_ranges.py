@@ -208,7 +208,7 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     beside, single = np.zeros((len(names), 1)), np.zeros(len(names))
     open_covariance = np.zeros((len(names), len(names)))
     for direction, error in zip(along.T, variance):
-        _, differences, _, scatter = _mixture(
+        _, differences, _, scatter = mixture(
             y @ direction, np.einsum('i,nij,j->n', direction, covariances, direction))
         beside = beside + direction[:, None] ** 2 * (
             error + differences * (1.0 + 1.0 / len(estimates)))
@@ -221,7 +221,7 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     between = np.full(len(names), math.nan)
     deviation = np.empty(len(names))
     for j in range(len(names)):
-        means, differences, errors_left, between[j] = _mixture(turned[:, j], rotated[:, j, j])
+        means, differences, errors_left, between[j] = mixture(turned[:, j], rotated[:, j, j])
         variances = differences + errors_left
         quantiles[:, j] = centre[j] + _quantiles(means, variances + beside[j], LEVELS)
         low, high = _quantiles(means, variances, np.array([0.05, 0.95]))
@@ -314,7 +314,7 @@ def _combinations(names: Sequence[str], along: Array, variance: Array) -> tuple[
     return tuple(rows)
 
 
-def _mixture(y: Array, variance: Array) -> tuple[Array, Array, Array, float]:
+def mixture(y: Array, variance: Array) -> tuple[Array, Array, Array, float]:
     """
     Return what a new drive may have: a mixture of normals, and the deviation between drives.
 

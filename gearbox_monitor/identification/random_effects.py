@@ -19,7 +19,9 @@ import scipy
 from gearbox_monitor.identification.balance_likelihood import likelihood_of
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovation_fit import (
-    coordinate_columns, COORDINATE_STEP, evaluated, fitted, InnovationFit)
+    coordinate_columns, COORDINATE_STEP, evaluated, fitted, unfitted)
+from gearbox_monitor.identification.innovations import JointLikelihood
+from gearbox_monitor.identification.parameter_ranges import mixture
 from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.quality.recording import UniformRecording
@@ -55,20 +57,13 @@ def pooled(values: Sequence[float], errors: Sequence[float]) -> RandomEffect:
     """
     y, variance = np.array(values, float), np.array(errors, float) ** 2
     variance = np.maximum(variance, (EXACT * max(float(np.abs(y).max()), EXACT)) ** 2)
-    count = len(y)
-
-    def spread(between: float) -> tuple[float, float, float]:
-        """Return mean, its variance without scatter, and the scatter, 1 if `between` is right."""
-        weight = 1.0 / (variance + between)
-        mean = float(weight @ y / weight.sum())
-        return mean, 1.0 / float(weight.sum()), float(weight @ (y - mean) ** 2) / (count - 1)
-    bound = float(np.var(y)) * count + 1e-300
-    between = 0.0 if spread(0.0)[2] <= 1.0 else float(
-        scipy.optimize.brentq(lambda v: spread(v)[2] - 1.0, 0.0, bound))
-    mean, of_mean, scatter = spread(between)
-    quantile = float(scipy.stats.t.ppf(0.5 + 0.5 * CONFIDENCE, count - 1))
-    reach = quantile * math.sqrt(of_mean * scatter)
-    return RandomEffect(mean, mean - reach, mean + reach, math.sqrt(between), y.tolist(),
+    between = mixture(y, variance)[3]
+    weight = 1.0 / (variance + between ** 2)
+    mean = float(weight @ y / weight.sum())
+    scatter = float(weight @ (y - mean) ** 2) / (len(y) - 1)  # 1 where drives differ
+    reach = float(scipy.stats.t.ppf(0.5 + 0.5 * CONFIDENCE, len(y) - 1)) * math.sqrt(
+        scatter / weight.sum())
+    return RandomEffect(mean, mean - reach, mean + reach, between, y.tolist(),
                         [float(e) for e in errors])
 
 
@@ -91,9 +86,9 @@ def between_recordings(recordings: Sequence[UniformRecording], candidate: Candid
     """
     measured: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for recording in recordings:
-        likelihood = likelihood_of(recording, candidate.nominal, sigma, [recording.span])
-        likeliest = fitted(likelihood, InnovationFit(candidate, z, likelihood.first_noise))
-        fit = evaluated(likelihood, candidate, likeliest.z, likeliest.torque)
+        likelihood = JointLikelihood([likelihood_of(recording, candidate.nominal, sigma,
+                                                    [recording.span])])
+        fit = evaluated(likelihood, fitted(likelihood, unfitted(likelihood, candidate, z)))
         columns = coordinate_columns(likelihood, fit)
         inverse = covariance(columns.T @ columns + np.diag(candidate.prior(fit.z)[1]))
         steps = COORDINATE_STEP * candidate.steps()

@@ -20,7 +20,6 @@ from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue, steps_of
 from gearbox_monitor.plant.effects import MAX_DELAY, MAX_SETPOINT_DELAY
 from gearbox_monitor.plant.effects.composition import (
     actuator, COMMAND_PLACES, lead, steady_command)
-from gearbox_monitor.plant.effects.effect import Torques
 from gearbox_monitor.plant.free_runs import Begin, Driving, free_runs, RunResult, RunSpans
 from gearbox_monitor.plant.simulate import (
     N_STATE, PackedDrive, plugin_of, ProcessNoise, with_plugin)
@@ -38,30 +37,24 @@ class ShootingWindows:
     Windows of one length in a recording.
 
     first [W]: first sample of each; length: samples; begin [W]: where its run starts, a little
-    earlier, so that delayed readings have a past; carry_at [W]: where the next window begins.
+    earlier, so that delayed readings have a past.
     """
 
     first: Integers
     length: int
     begin: Integers
-    carry_at: Integers
 
     def __len__(self) -> int:
         return len(self.first)
 
+    @property
+    def samples(self) -> Integers:
+        """Numbers of the samples [W, L]."""
+        return np.asarray(self.first[:, None] + np.arange(self.length))
+
     def take(self, index: Integers) -> 'ShootingWindows':
         """Return the windows `index` (with repeats, in any order)."""
-        return ShootingWindows(self.first[index], self.length, self.begin[index],
-                               self.carry_at[index])
-
-    def parted(self, parts: int) -> 'ShootingWindows':
-        """Return the windows that split each of these into so many equal `parts`."""
-        length = self.length // parts
-        lead = (self.first + self.length - self.carry_at)[:, None]
-        first = self.first[:, None] + np.arange(parts) * length
-        begin = np.maximum(self.begin[:, None], first - lead)
-        return ShootingWindows(first.ravel(), length, begin.ravel(),
-                               (first + length - lead).ravel())
+        return ShootingWindows(self.first[index], self.length, self.begin[index])
 
 
 def shooting_windows(recording: UniformRecording, seconds: float,
@@ -80,8 +73,7 @@ def shooting_windows(recording: UniformRecording, seconds: float,
     if count:
         length = min(length, (len(recording.u) - skip) // count)
     first = skip + np.arange(count) * length
-    return ShootingWindows(first, length, np.maximum(0, first - lead),
-                           np.maximum(0, first + length - lead))
+    return ShootingWindows(first, length, np.maximum(0, first - lead))
 
 
 def between_stamps(recording: UniformRecording, parts: int) -> Array:
@@ -154,7 +146,7 @@ class Simulator:
     def run(self, windows: ShootingWindows, model: DriveModel, states: Array, memory: Array,
             extra: Array | None = None) -> tuple[Array, Array]:
         """
-        Return (y [W, L, 2], carry [W, 8]): readings, and the state where the next window begins.
+        Return (y [W, L, 2], states [W, 8]): readings, and states and memories at the end.
 
         states [W, 4], memory [W, 4]: where each window begins.
 
@@ -166,34 +158,24 @@ class Simulator:
             extra: external torques on motor, arm and transmission, N m, [N, 3] of the recording or
                 [W, R, 3] of each window, from where its run begins.
         """
-        e, w = model.pack_effects(), len(windows)
+        e, w, length = model.pack_effects(), len(windows), windows.length
         extra = self.extra if extra is None else extra
         extra_at = windows.begin if extra.ndim == 2 else np.arange(w) * extra.shape[1]
         plugin, theta = plugin_of(model)
-        result = RunResult(np.empty((w, windows.length, 2)), np.empty((w, N_STATE)))
-        self._fill(
-            RunSpans(windows.begin, windows.first, windows.length, windows.carry_at, extra_at),
-            # Contiguous: each layout of the arguments compiles the kernels once more.
-            Begin(*map(np.ascontiguousarray, (self._begun(windows, model, states), memory))),
-            Driving(self.acting(e), extra.reshape(-1, 3), self.dt),
-            PackedDrive(model.pack(), e, theta),
-            None if plugin is None else plugin.torques, result)
-        return result.y, result.carry
-
-    def _begun(self, windows: ShootingWindows, model: DriveModel, states: Array) -> Array:
-        """Return the states [W, 4] in which runs of the windows begin."""
-        return states[:, [0, 0, 2, 2]] if model.transmission.kind == 'rigid' else states
-
-    def _fill(self, spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive,
-              added: Torques | None, result: RunResult) -> None:
-        """Run the drive, with the torques `added` by a plug-in, and fill in `result`."""
+        if model.transmission.kind == 'rigid':
+            states = states[:, [0, 0, 2, 2]]
+        result = RunResult(np.empty((w, length, 2)), np.empty((w, N_STATE)))
+        spans = RunSpans(windows.begin, windows.first, length, windows.first + length, extra_at)
+        # Contiguous: each layout of the arguments compiles the kernels once more.
+        start = Begin(*map(np.ascontiguousarray, (states, memory)))
+        driving = Driving(self.acting(e), extra.reshape(-1, 3), self.dt)
+        drive = PackedDrive(model.pack(), e, theta)
+        added = None if plugin is None else plugin.torques
         if batch.suited(spans.begin, drive.p, added):
             batch.runs(spans, start, driving, drive, np.empty(batch.N_LANE_STATE),
-                       np.empty((batch.LANES, spans.length + self._keep, 4)), result)
-            return
-        kernel = free_runs if added is None else with_plugin(added, free_runs)[0]
-        kernel(spans, start, driving, drive, self._noise, self._rows(spans), result)
-
-    def _rows(self, spans: RunSpans) -> Array:
-        """Return a workspace for the states of one run."""
-        return np.empty((spans.length + self._keep + 1, N_STATE))
+                       np.empty((batch.LANES, length + self._keep, 4)), result)
+        else:
+            kernel = free_runs if added is None else with_plugin(added, free_runs)[0]
+            kernel(spans, start, driving, drive, self._noise,
+                   np.empty((length + self._keep + 1, N_STATE)), result)
+        return result.y, result.carry

@@ -13,7 +13,8 @@ from dataclasses import replace
 import scipy
 
 from gearbox_monitor.identification.evidence import Evidence, evidence_of
-from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
+from gearbox_monitor.identification.innovation_fit import (
+    evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import UniformRecording
 
@@ -50,6 +51,12 @@ def likeliest(evidence: Evidence, fit: InnovationFit) -> tuple[Evidence, Innovat
     return evidence, fit
 
 
+def likeliest_reading(evidence: Evidence) -> Evidence:
+    """Return the recordings, read so that the model without effects is likeliest."""
+    none = unfitted(evidence.fine, evidence.starts.none())
+    return likeliest(evidence, evaluated(evidence.fine, none))[0]
+
+
 def read_for(recordings: Sequence[UniformRecording], model: DriveModel
              ) -> tuple[UniformRecording, ...]:
     """
@@ -59,16 +66,13 @@ def read_for(recordings: Sequence[UniformRecording], model: DriveModel
         recordings: of the drive.
         model: of it.
     """
-    evidence, _ = evidence_of(recordings, replace(model, tolerance=NEAR), ())
-    candidate = evidence.starts.none()
-    read, _ = likeliest(evidence, evaluated(
-        evidence.fine, candidate, candidate.start(), evidence.fine.first_noise))
-    return read.recordings
+    return likeliest_reading(evidence_of(
+        recordings, replace(model, tolerance=NEAR), ())).recordings
 
 
 def _read(evidence: Evidence, fit: InnovationFit, number: int) -> UniformRecording:
     """Return one of the recordings, read so that `fit` as it stands is likeliest."""
-    recording, model = evidence.recordings[number], fit.candidate.model(fit.z)
+    recording, model = evidence.recordings[number], fit.model
     if not is_open(recording, evidence.model):
         return recording
 

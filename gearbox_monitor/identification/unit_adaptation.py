@@ -88,13 +88,10 @@ def adapt(recordings: Sequence[UniformRecording], model: DriveModel,
     remarks = list(OPEN)
     free: list[str] | None = None
     fit: NominalFit | None = None
-
-    def fitting_at(done: float, total: float, text: str) -> None:
-        """Report that `done` of `total` of the fit is done, `text`."""
-        report(0.6 * done / total, 1.0, text)
     try:
         while fit is None:
-            fit = fit_nominal(recordings, model, free, jobs=jobs, progress=fitting_at)
+            fit = fit_nominal(recordings, model, free, jobs=jobs, progress=(
+                lambda done, total, text: report(0.6 * done / total, 1.0, text)))
             undetermined = [v.name for v in fit.values if not v.determined]
             free = [v.name for v in fit.values if v.determined]
             remarks += [f'{name}: not identified, as in the model file' for name in undetermined]
@@ -115,7 +112,6 @@ def adapt(recordings: Sequence[UniformRecording], model: DriveModel,
     def tuning_at(share: float) -> None:
         """Report the `share` of the tuning that is done."""
         report(0.6 + 0.35 * share, 1.0, 'tune')
-
     tuning = tune(adapted, parameters, samples, speeds=False, progress=tuning_at)
     values = dict(tuning['parameters'])
     if not {'K', 'b'} <= {v.name for v in fit.values}:

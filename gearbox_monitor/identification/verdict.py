@@ -3,7 +3,7 @@
 
 """The verdict of a diagnosis with its evidence: findings, what remains, figures."""
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from itertools import chain
 import math
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.errors import Undecided
-from gearbox_monitor.identification import closed_model, localisation, window_states
+from gearbox_monitor.identification import closed_model, localisation
 from gearbox_monitor.identification.bursts import Burst
 from gearbox_monitor.identification.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
@@ -22,6 +22,7 @@ from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.isolability import Separations
 from gearbox_monitor.identification.judge import Decision
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.window_states import solve_states
 from gearbox_monitor.identification.windows import misfit_of, WindowRuns
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, weight_of
@@ -42,7 +43,7 @@ class Explained:
     """
     A decision with all that a verdict states about it.
 
-    quantum [2] rad of the encoders. published, none, runs, closed_runs: free runs of the nominal
+    published, none, runs, closed_runs: free runs of the nominal
     model, of the fit without effects, of the effects, of the closed model. errors {id: {parameter:
     standard error}}, condition: of their normal matrix. gains {effects: gain over none in BIC};
     likelihoods {id: 2 log likelihood that it gains}; separations, rivals, matrix: see isolability.
@@ -50,7 +51,6 @@ class Explained:
     """
 
     decision: Decision
-    quantum: Array
     published: tuple[WindowRuns, ...]
     none: tuple[WindowRuns, ...]
     runs: tuple[WindowRuns, ...]
@@ -187,26 +187,22 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
         effects = [*effects, *basis.lattices[:2 if not effects else 1]]
     kind = kind_of(bool(effects), decision.remains)
     places, remaining = localisation.NOWHERE, None
-    if decision.remains:
-        places_left = (localisation.places(basis.runs) if candidate.ids else
-                       decision.alone or localisation.places(basis.none))
-        remaining = localisation.tied(places_left, basis.dependence)[0]
-    if kind == UNKNOWN:
-        places = places_left
-    elif kind != NONE:  # an effect names the place; what free signals explain illustrates it
-        places = decision.alone or localisation.places(basis.none, illustrates=True)
     locations = [location_of(i) for i in effects]
-    if kind == UNKNOWN:
-        locations = [str(remaining)]
-        places = {**places, 'location': remaining}
+    if effects:  # they name the place; what free signals explain illustrates it
+        places = localisation.places(basis.none, illustrates=True)
+    if decision.remains:
+        places_left = localisation.places(basis.runs)
+        remaining = localisation.tied(places_left, basis.dependence)[0]
+        if kind == UNKNOWN:
+            locations, places = [remaining], {**places_left, 'location': remaining}
     nuisances, _ = closed.candidate.values(closed.z)
-    model = closed.candidate.model(closed.z)
+    model = closed.model
     params: dict[str, dict[str, float]] = {
         name: {k: float(v) for k, v in values.items()}
-        for name, values in zip(candidate.ids, candidate.values(z)[1]) if name != TORQUE_MAP.id}
+        for name, values in decision.values.items() if name != DISTURBANCE.id}
     for i, name in enumerate(LATTICES):
         if name in effects:
-            params[name] = {'q': float(basis.quantum[i])}
+            params[name] = {'q': float(decision.evidence.quantum[i])}
             model = with_effects(model, [*model.effects, {'id': name, **params[name]}])
     errors = {name: dict(values) for name, values in basis.errors.items()
               if name in candidate.ids}
@@ -279,8 +275,7 @@ def _finding(basis: Explained, name: str, values: Mapping[str, float],
         deviations = dict.fromkeys(values, 0.0)
         channel = basis.recordings[0].readings[LATTICES.index(name)]
     if name == DISTURBANCE.id:
-        largest = basis.bursts[0]
-        values = {'t0': largest.t0, 'duration': largest.duration, 'amplitude': largest.amplitude}
+        values = basis.decision.values[name]
         deviations = dict.fromkeys(values)
     return Finding(name, location_of(name), values, deviations, basis.likelihoods.get(name), share,
                    channel, confusable=tuple(basis.rivals.get(name, ())))
@@ -299,14 +294,14 @@ def explained_shares(basis: Explained) -> list[tuple[str, str, float | None]]:
     share: of the squared misfit beyond noise that returns without the effect, the states of the
     windows fitted again; None where nothing is beyond noise.
     """
-    total = sum(float(run.chi2.sum()) - run.point.residual.size for run in basis.none)
+    total = sum(float(run.chi2.sum()) - run.residual.size for run in basis.none)
     out, ids = [], basis.decision.fit.candidate.ids
-    for number, name in enumerate(ids):
+    for name in ids:
         if name == TORQUE_MAP.id:
             continue
         losses = np.zeros(2)
         for none, run in zip(basis.none, basis.runs):
-            without = none.residual if len(ids) == 1 else _without(run, number)
+            without = none.residual if len(ids) == 1 else _without(run, basis.model, name)
             change = (without ** 2).sum(axis=(0, 1)) - (run.residual ** 2).sum(axis=(0, 1))
             losses[run.data.channels] += change
         out.append((name, basis.recordings[0].readings[int(np.argmax(losses))],
@@ -314,17 +309,13 @@ def explained_shares(basis: Explained) -> list[tuple[str, str, float | None]]:
     return out
 
 
-def _without(run: WindowRuns, number: int) -> Array:
-    """Return the residual [W, L, C] of free runs without the effect `number`."""
-    name = run.candidate.ids[number]
-    model = run.model
-    bare = with_effects(model, [e for e in run.candidate.nominal.effects if e['id'] == name])
-    if not any(e['id'] == name for e in run.candidate.nominal.effects):
-        bare = DriveModel.with_(bare, effects=tuple(e for e in bare.effects if e['id'] != name))
-    point, data = run.point, run.data
-    states, _ = window_states.solve_states(data, bare, point.states, point.memory,
-                                           np.arange(len(data.windows)))
-    return data.parted(data.residual(bare, states, point.memory)[0])
+def _without(run: WindowRuns, nominal: DriveModel, name: str) -> Array:
+    """Return the residual [W, L, C] of free runs without the effect `name` beyond the nominal."""
+    bare = replace(run.model, effects=(
+        *(e for e in run.model.effects if e['id'] != name),
+        *(e for e in nominal.effects if e['id'] == name)))
+    states, _ = solve_states(run.data, bare, run.states, run.memory)
+    return run.data.residual(bare, states, run.memory)
 
 
 def remainder(basis: Explained, place: str, torque_map: Mapping[str, Any] | None

@@ -9,102 +9,24 @@ sticks and slips forgets nothing, so that its best initial state is not found fr
 of the model moves here; the misfit of these runs is what a simulator user sees.
 """
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 import math
 
 import numpy as np
 
-from gearbox_monitor.identification import window_data, window_states
-from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovations import InnovationLikelihood
-from gearbox_monitor.identification.shooting import shooting_windows, ShootingWindows
-from gearbox_monitor.identification.torque_domain import simulator
-from gearbox_monitor.identification.window_data import FitPoint, WindowData
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.identification.shooting import ShootingWindows
+from gearbox_monitor.identification.window_data import SECONDS, WindowData
+from gearbox_monitor.identification.window_states import SHARES, solve_states, StateProblems
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import MAX_SETPOINT_DELAY
 from gearbox_monitor.quality.recording import UniformRecording
 
-SECONDS = 1.0  # of a window
-# s, after which what was commanded before a recording has acted: dead times of up to half of it,
-# lags of a tenth of it down to 5e-5
-SETTLING = 2.0 * MAX_SETPOINT_DELAY
-BEGINNING = 0.1  # s, whose median is where a recording begins
-MOVED = 6.0      # deviations of noise: one reading in 5e8 of a drive at rest
 LESS_CERTAIN = 5.0  # times their deviation: states in which a filter begins
-HELD_OUT = 0.3  # share of the windows of each recording, its last ones
-
-
-@dataclass(frozen=True, eq=False)
-class Segment:
-    """
-    One recording, cut into windows: what is evidence, what is held out.
-
-    data: its windows; span: samples that are evidence; unseen: first sample that is held out.
-    """
-
-    data: WindowData
-    span: slice
-    unseen: int
-
-    @property
-    def recording(self) -> UniformRecording:
-        """The recording."""
-        return self.data.recording
-
-    @property
-    def training(self) -> slice:
-        """Samples before those that are held out."""
-        return slice(self.span.start, self.unseen)
-
-    @property
-    def held_out(self) -> slice:
-        """Samples that are held out."""
-        return slice(self.unseen, self.span.stop)
-
-
-def seconds_at_rest(recording: UniformRecording, sigma: Array) -> float:
-    """
-    Return how long it takes until a reading has moved beyond noise, s; 0 if none ever does.
-
-    Args:
-        recording: of one drive.
-        sigma: noise of the encoders [2], rad.
-    """
-    channels = list(recording.channels)
-    y = recording.y[:, channels]
-    begin = np.median(y[:max(round(BEGINNING / recording.dt), 1)], axis=0)
-    moved = (np.abs(y - begin) > MOVED * sigma[channels]).any(axis=1)
-    return float(moved.argmax() * recording.dt) if moved.any() else 0.0
-
-
-def segment_of(recording: UniformRecording, model: DriveModel, sigma: Array,
-               colour: Array | None = None, settling: float = SETTLING,
-               finer: int = 1, seconds: float = SECONDS) -> Segment:
-    """
-    Return a recording as a Segment.
-
-    Args:
-        recording: of one drive.
-        model: its nominal model.
-        sigma: noise of the encoders [2], rad.
-        colour: correlation of neighbouring readings of each encoder [2], None: white.
-        settling: s at the beginning that no window reads.
-        finer: how many times as many steps the model takes as the nominal drive asks for.
-        seconds: length of the windows, s; of longer ones than SECONDS, which free states would fit
-            by many deviations, they are fixed.
-    """
-    windows = shooting_windows(recording, min(seconds, recording.duration), settling)
-    train = np.ones(len(windows), bool)
-    held_out = round(HELD_OUT * len(windows))
-    stop = len(recording.u)
-    unseen = stop
-    if held_out:
-        train[-held_out:] = False
-        unseen = int(windows.first[-held_out])
-    data = WindowData(recording, simulator(recording, model, finer), windows,
-                      np.asarray(sigma, float), train, colour, seconds > SECONDS)
-    return Segment(data, slice(int(windows.begin[0]), stop), unseen)
+FASTER = (-1.5, 0.0, 1.5)  # rad/s by which an arm may be faster than its motor, in the gap
+FLANKS = (-1.0, 0.0, 1.0)
+LEAST_GAP = 0.01    # rad, half of the gap in which a hidden side may be at least
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,111 +34,131 @@ class WindowRuns:
     """
     Free runs of one model over the windows of one recording.
 
-    data: the windows; candidate: the model, at the coordinates of point; smooth [N, N_STATE]:
-    smoothed states of the filter in which windows began, None where there is no filter.
+    data: the windows; states, memory [W, 4]: where they begin; residual: readings less runs
+    [W, L, C], in standard deviations.
     """
 
     data: WindowData
-    candidate: CandidateModel
-    point: FitPoint
-    smooth: Array | None = None
-
-    @property
-    def model(self) -> DriveModel:
-        """The model of the runs."""
-        return self.candidate.model(self.point.z)
+    model: DriveModel
+    states: Array
+    memory: Array
+    residual: Array
 
     @property
     def recording(self) -> UniformRecording:
         """The recording."""
         return self.data.recording
 
-    @property
+    @cached_property
     def chi2(self) -> Array:
         """chi2 [W] of the windows."""
-        return self.point.chi2
+        return np.einsum('wlc,wlc->w', self.residual, self.residual)
 
     @property
-    def residual(self) -> Array:
-        """Readings less runs [W, L, C], in standard deviations."""
-        return self.data.parted(self.point.residual)
+    def positions(self) -> Array:
+        """Positions of motor and arm [N, 2], rad: as measured, else as the model has them."""
+        data, recording = self.data, self.recording
+        positions = recording.positions.copy()
+        hidden = [i for i in (0, 1) if i not in data.channels]
+        if hidden and recording.motor is None:
+            y, _ = data.simulator.run(data.windows, self.model, self.states, self.memory)
+            for first, rows in zip(data.windows.first, y):
+                positions[first:first + len(rows), hidden] = rows[:, hidden]
+        return positions
+
+    def take(self, index: Integers) -> 'WindowRuns':
+        """Return the runs of the windows `index` alone."""
+        data = replace(self.data, windows=self.data.windows.take(index),
+                       held_out=self.data.held_out[index])
+        return replace(self, data=data, states=self.states[index], memory=self.memory[index],
+                       residual=self.residual[index])
 
 
-def free_runs(segment: Segment, candidate: CandidateModel, z: Array,
-              smooth: Array) -> WindowRuns:
+def runs_from(data: WindowData, model: DriveModel, states: Array, memory: Array) -> WindowRuns:
     """
-    Return free runs of a model over the windows of one recording.
-
-    The states where they begin are fitted on the beginnings of the windows first, which get
-    longer.
+    Return the free runs of a model from given states.
 
     Args:
-        segment: windows of the recording.
-        candidate: model with its coordinates.
-        z: coordinates [P].
-        smooth: smoothed states [N, N_STATE].
+        data: windows of the recording.
+        model: model of the drive.
+        states: states of the drive where the windows start [W, 4].
+        memory: memories of the effects there [W, 4].
     """
-    return WindowRuns(segment.data, candidate,
-                      smoothed_point(segment.data, candidate, z, smooth), smooth)
+    return WindowRuns(data, model, states, memory, data.residual(model, states, memory))
 
 
-def smoothed_point(data: WindowData, candidate: CandidateModel, z: Array,
-                   smooth: Array) -> FitPoint:
+def free_runs(data: WindowData, model: DriveModel, smooth: Array) -> WindowRuns:
     """
-    Return the evaluated FitPoint whose window states are fitted from smoothed ones.
-
-    On the beginnings of the windows first, which get longer.
+    Return free runs of a model over the windows of one recording, from fitted states.
 
     Args:
-        data: windows of readings and how residuals are weighted.
-        candidate: model with its coordinates.
-        z: coordinates [P].
+        data: windows of the recording.
+        model: model of the drive.
         smooth: smoothed states [N, N_STATE].
     """
     begun, memory = np.split(smooth[data.windows.begin], [4], axis=1)
-    states, model, index = begun, candidate.model(z), np.arange(len(data.windows))
-    for share in window_states.SHARES:
-        states, chi2 = window_states.solve_states(
-            window_data.shortened(data, share), model, states, memory, index)
+    return runs_from(data, model, _grown(data, model, begun, memory)[0], memory)
+
+
+def _grown(data: WindowData, model: DriveModel, begun: Array,
+           memory: Array) -> tuple[Array, Array]:
+    """Return (states [W, 4], chi2 [W]), fitted on beginnings of the windows, which get longer."""
+    states = begun
+    for share in SHARES:
+        length = round(share * data.windows.length)
+        states, chi2 = solve_states(replace(data, windows=replace(
+            data.windows, length=max(length, min(8, data.windows.length)))), model, states, memory)
     if len(data.channels) == 1:
         # The beginning of a window says little of a side that no encoder reads.
-        whole, at_once = window_states.solve_states(data, model, begun, memory, index)
+        whole, at_once = solve_states(data, model, begun, memory)
         states = np.where((at_once < chi2)[:, None], whole, states)
-    return data.evaluate(candidate, FitPoint(z, states, memory))
+        chi2 = np.minimum(at_once, chi2)
+    return states, chi2
 
 
-def hidden_begins(likelihood: InnovationLikelihood, candidate: CandidateModel, z: Array,
+def hidden_begins(likelihood: InnovationLikelihood, model: DriveModel,
                   sigma: Array) -> InnovationLikelihood:
     """
     Return a likelihood whose parts begin in the states that fit their first second best.
 
     With one encoder, the beginning says little of the other side: a filter that begins on the
-    wrong flank of the gap does not return without torque noise. Free runs tell the flank. As these
-    readings count again in the filter, the states are taken as less certain than they are.
+    wrong flank of the gap does not return without torque noise. Free runs tell the flank: they
+    begin on either one and between them, faster and slower. As these readings count again in the
+    filter, the states are taken as less certain than they are.
 
     Args:
         likelihood: of a recording with one encoder.
-        candidate: model with its coordinates.
-        z: coordinates [P].
+        model: of the drive.
         sigma: noise of the encoders [2], rad.
     """
-    recording, model = likelihood.recording, candidate.model(z)
+    recording = likelihood.recording
     length = min(round(SECONDS / recording.dt), int((likelihood.end - likelihood.begin).min()) - 1)
-    begin = likelihood.begin
-    data = WindowData(recording, likelihood.simulator, ShootingWindows(
-        begin, length, begin, begin + length), sigma, np.ones(len(begin), bool))
     smooth = likelihood.smoothed(likelihood.run(model, likelihood.first_noise))
-    point = smoothed_point(data, candidate, z, smooth)
-    point = window_states.rescue(data, candidate, point,
-                                 max(model.transmission.half_gap, 0.01))
-    J = window_data.state_sensitivity(data, model, point.states, point.memory, point.residual)
-    A = np.einsum('wli,wlj->wij', J, J)
+    begun, memory = np.split(smooth[likelihood.begin], [4], axis=1)
+    starts, read = [begun], recording.channels[0]
+    for flank in FLANKS:
+        for faster in FASTER:
+            moved = begun.copy()
+            moved[:, 1 - read] = begun[:, read] + flank * max(
+                model.transmission.half_gap, LEAST_GAP)
+            moved[:, 3 - read] = begun[:, 2 + read] + faster
+            starts.append(moved)
+    first = np.tile(likelihood.begin, len(starts))
+    data = WindowData(recording, likelihood.simulator, ShootingWindows(first, length, first),
+                      sigma, np.zeros(len(first), bool))
+    memory = np.tile(memory, (len(starts), 1))
+    tried, chi2 = _grown(data, model, np.concatenate(starts), memory)
+    parts = np.arange(len(begun))
+    likeliest = chi2.reshape(-1, len(begun)).argmin(axis=0) * len(begun) + parts
+    problems = StateProblems(data, model, memory)
+    residual, chi2 = problems.evaluated(tried[likeliest], likeliest)
+    A, _ = problems.linearised(tried[likeliest], residual, likeliest)
     # What nothing tells stays as uncertain as it was.
     A[:, range(4), range(4)] += 1.0 / np.maximum(likelihood.begin_variance, 1e-300)
     # A model that misses the readings knows as much less of the states.
-    misfit = np.maximum(point.chi2 / data.size, 1.0)
+    misfit = np.maximum(chi2 / data.size, 1.0)
     variance = (misfit[:, None] * np.diagonal(np.linalg.inv(A), axis1=1, axis2=2)).max(axis=0)
-    return likelihood.begun(point.states, LESS_CERTAIN * np.sqrt(variance))
+    return likelihood.begun(tried[likeliest], LESS_CERTAIN * np.sqrt(variance))
 
 
 def misfit_of(runs: Sequence[WindowRuns], held_out: bool = False) -> float:
@@ -227,10 +169,10 @@ def misfit_of(runs: Sequence[WindowRuns], held_out: bool = False) -> float:
         runs: of each recording.
         held_out: whether only windows that are held out count; all where none is.
     """
-    held_out = held_out and any((~run.data.train).any() for run in runs)
+    held_out = held_out and any(run.data.held_out.any() for run in runs)
     chi2, readings = 0.0, 0
     for run in runs:
-        use = ~run.data.train if held_out else np.ones_like(run.data.train)
+        use = run.data.held_out | (not held_out)
         chi2 += float(run.chi2[use].sum())
         readings += int(use.sum()) * run.data.size
     return math.sqrt(chi2 / max(readings, 1))

@@ -71,14 +71,13 @@ class DiagnosisEvidence:
     placed: bool
 
 
-def gather(verdict: Verdict, model: DriveModel, jobs: int = 1) -> DiagnosisEvidence:
+def gather(verdict: Verdict, model: DriveModel) -> DiagnosisEvidence:
     """
     Return the evidence behind a verdict, of the recording with the largest gap.
 
     Args:
         verdict: with what the search found.
         model: the nominal model.
-        jobs: threads.
 
     Returns:
         Arrays that the page and the pictures show.
@@ -98,7 +97,7 @@ def gather(verdict: Verdict, model: DriveModel, jobs: int = 1) -> DiagnosisEvide
             for name, value in motion.items()}
     missing = None
     if data['verdict'] != 'none':
-        missing = missing_signal(none, data['where']['place'], jobs)
+        missing = missing_signal(none, data['where']['place'])
     return DiagnosisEvidence(
         model.axis, {name: on_axis(_label(name, recording), model.axis) for name in motion}, laid,
         notable_windows(laid), maps, _planes(motion, residuals), missing,
@@ -133,9 +132,8 @@ def _label(quantity: str, recording: UniformRecording) -> str:
 def _motion(recording: UniformRecording, model: DriveModel, windows: ShootingWindows
             ) -> dict[str, Array]:
     """Return {quantity: [W, L]} of a recording; the twist only where it exists and is measured."""
-    index = windows.first[:, None] + np.arange(windows.length)
     twist = measures_twist(recording, model)
-    return {name: value[index] for name, value in basis_functions.motion(
+    return {name: value[windows.samples] for name, value in basis_functions.motion(
         recording.positions, recording.dt).items() if name != 'twist' or twist}
 
 
@@ -167,20 +165,19 @@ def notable_windows(laid: Overlay, held_out: bool = True) -> tuple[tuple[str, in
     return ('typical window', typical), ('worst window', highest)
 
 
-def missing_signal(none: WindowRuns, place: str, jobs: int = 1) -> MissingSignal:
+def missing_signal(none: WindowRuns, place: str) -> MissingSignal:
     """
     Return the signal that the model without effect misses at one place.
 
     Args:
         none: free runs without effects over the windows of a recording.
         place: where a free signal is put.
-        jobs: threads.
 
     Returns:
         The signal as a function of each quantity.
 
     """
-    free = localisation.free_forms(none, jobs, (place,))[place]
+    free = localisation.free_forms(none, (place,))[place]
     moved = _motion(none.recording, none.model, none.data.windows)
     unit = 'N m' if place in input_estimation.TORQUES else 'rad'
     return MissingSignal(place, on_axis(unit, none.model.axis),

@@ -39,7 +39,7 @@ def test_a_law_foretells_a_burst_from_the_others(follows):
 def test_a_burst_is_the_interval_of_the_largest_likelihood_ratio():
     signal = 0.3 * np.random.default_rng(0).standard_normal((WINDOWS, VALUES))
     signal[5, 10:13] -= 8.0
-    free = InputEstimate('arm_side', signal, PRECISION, *np.zeros((4, WINDOWS)))
+    free = InputEstimate(signal, PRECISION, *np.zeros((2, WINDOWS)))
     bursts, covered = rectangles(free, 20.0, np.ones(WINDOWS, bool))
     assert [*np.argwhere(covered).tolist()] == [[5, 10], [5, 11], [5, 12]]
     begin, duration, amplitude = bursts[0]

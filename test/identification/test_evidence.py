@@ -25,7 +25,7 @@ def recording(size=1.0, quantum=0.0, seed=0):
 
 
 def evidence(*recordings, model=MODEL, ids=('gravity',)):
-    return evidence_of(recordings, model, ids)[0]
+    return evidence_of(recordings, model, ids)
 
 
 def test_scales_are_those_of_all_recordings_together():

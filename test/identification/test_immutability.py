@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor import identification
-from gearbox_monitor.identification.window_data import FitPoint
+from gearbox_monitor.identification.windows import WindowRuns
 
 MODULES = sorted(Path(identification.__file__).parent.glob('*.py'))
 
@@ -53,7 +53,7 @@ def test_a_module_writes_into_no_object_of_another(path):
 
 
 @pytest.mark.parametrize('statement', [
-    'fit.score = 0.0', 'search.long.train[:] = True', 'a, search.smooth = 1, 2',
+    'fit.score = 0.0', 'search.long.held_out[:] = True', 'a, search.smooth = 1, 2',
     'point.chi2[0] += 1.0', 'setattr(point, "z", 0)'])
 def test_such_a_write_is_seen(statement):
     assert foreign_writes(f'def f():\n    {statement}') == [
@@ -61,7 +61,8 @@ def test_such_a_write_is_seen(statement):
 
 
 def test_where_a_fit_stands_stays_as_it_is():
-    point = FitPoint(np.zeros(1), np.zeros((2, 4)), np.zeros((2, 4)))
+    runs = WindowRuns(None, None, np.zeros((2, 4)), np.zeros((2, 4)), np.zeros((2, 5, 1)))
     with pytest.raises(FrozenInstanceError):
-        point.z = np.ones(1)
-    assert (replace(point, z=np.ones(1)).z == 1.0).all() and (point.z == 0.0).all()
+        runs.states = np.ones((2, 4))
+    moved = replace(runs, states=np.ones((2, 4)))
+    assert (moved.states == 1.0).all() and (runs.states == 0.0).all()

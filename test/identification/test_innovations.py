@@ -12,7 +12,8 @@ from scipy.linalg import expm
 
 from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.effect_scan import joined, scan
-from gearbox_monitor.identification.innovation_fit import annealed, evaluated, fitted
+from gearbox_monitor.identification.innovation_fit import (
+    annealed, evaluated, fitted, InnovationFit)
 from gearbox_monitor.identification.innovations import InnovationLikelihood, schedule
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import DriveModel, Transmission
@@ -210,7 +211,7 @@ def test_no_other_torque_noise_of_either_side_is_likelier(start):
     recording = replace(recording, y=recording.y + np.cumsum(np.cumsum(stray, 0), 0) * 0.02)
     likelihood = likelihood_of(recording, BLUNT)
     none = Starts(BLUNT, [recording]).none()
-    fit = evaluated(likelihood, none, none.start(), np.array(start))
+    fit = evaluated(likelihood, InnovationFit(none, none.start(), np.array(start)))
     torque = annealed(likelihood, fit)
     lowest = likelihood.with_noise(fit.run, torque)[0]
     assert (likelihood.least_noise < torque).all() and (torque < likelihood.most_noise).all()
@@ -237,20 +238,20 @@ def test_the_true_effect_is_proposed_and_fitted_from_nothing_and_the_noise_vanis
     likelihood = likelihood_of(recording, BLUNT, [slice(0, 4000)])
     starts = Starts(BLUNT, [recording])
     none = starts.none()
-    without = fitted(likelihood, evaluated(likelihood, none, none.start(), np.full(2, 0.1)))
+    without = fitted(likelihood, InnovationFit(none, none.start(), np.full(2, 0.1)))
     proposals = scan(likelihood, starts, without, [truth['id'], 'arm_coulomb', 'gravity',
                                                    'torque_gain', 'cogging'])
     assert proposals[0].name == truth['id']
     candidate = joined(starts, none, without.z, proposals[0])
     z = candidate.start_from(none, without.z)
-    fit = fitted(likelihood, evaluated(likelihood, candidate, z, without.torque), 20)
+    fit = fitted(likelihood, InnovationFit(candidate, z, without.torque), 20)
     _, (values,) = candidate.values(fit.z)
     assert values['Th'] == pytest.approx(truth['Th'], rel=0.05)
     assert values['dh'] == pytest.approx(truth['dh'], rel=0.2)
     assert fit.deviance < without.deviance - 100.0
     assert fit.torque[0] < 0.02 < without.torque.max()
     # What is left is noise: as many squares as readings, within three standard deviations.
-    run = likelihood.run(candidate.model(fit.z), fit.torque)
+    run = likelihood.run(fit.model, fit.torque)
     assert run.residual[run.trace.slope != 0.0].var() == pytest.approx(
         1.0, abs=3.0 * np.sqrt(2.0 / likelihood.readings))
 
@@ -260,7 +261,7 @@ def test_noise_that_is_not_free_stays_below_all_bounds_while_values_move():
     likelihood = likelihood_of(recording, BLUNT)
     candidate = Starts(BLUNT, [recording]).candidates('motor_viscous')[0]
     torque = 1e-3 * likelihood.least_noise
-    fit = fitted(likelihood, evaluated(likelihood, candidate, candidate.start(), torque),
+    fit = fitted(likelihood, InnovationFit(candidate, candidate.start(), torque),
                  free_noise=False)
     np.testing.assert_array_equal(fit.torque, torque)
     assert candidate.values(fit.z)[1][0]['Cv'] == pytest.approx(0.15, rel=0.02)

@@ -183,7 +183,7 @@ def test_balances_decide_between_search_and_regression(tmp_path):
     model = model_from_dict(SERVO, 'test')
     recording = driven(
         UniformRecording(t, u, np.column_stack([motor, arm]), DT, arm_torque=load), model)
-    evidence, _ = evidence_of([recording], model, ())
+    evidence = evidence_of([recording], model, ())
     candidate = nominal._free_candidate(evidence.starts, model, model, ['Cc', 'zero'])
     regression = torque_regression([recording], candidate)
 

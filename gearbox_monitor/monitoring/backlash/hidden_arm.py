@@ -149,10 +149,11 @@ class HiddenArm:
         for factor in SCAN:
             moved = z.copy()
             moved[i] += math.log(factor)
-            starts.append(evaluated(likelihood, candidate, candidate.bounded(moved), noise))
+            starts.append(evaluated(likelihood, InnovationFit(
+                candidate, candidate.bounded(moved), noise)))
         start = min(starts, key=lambda fit: fit.deviance).alone()
         fit: InnovationFit = fitted(likelihood, start, FIRST if first else LATER)
-        return evaluated(likelihood, candidate, fit.z, fit.torque)
+        return evaluated(likelihood, fit)
 
 
 def _rms(values: Array) -> float:
