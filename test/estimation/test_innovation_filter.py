@@ -45,8 +45,8 @@ class Case:
     @property
     def drive(self):
         late = [{'id': f'{side}_encoder_delay', 'T': T} for side, T in zip(SIDES, self.late) if T]
-        off = [{'id': f'{side}_encoder_eccentricity', 'A': abs(A), 'phi': 0.0 if A > 0.0 else math.pi}
-               for side, A in zip(SIDES, self.scale) if A]
+        off = [{'id': f'{side}_encoder_eccentricity', 'A': abs(A),
+                'phi': 0.0 if A > 0.0 else math.pi} for side, A in zip(SIDES, self.scale) if A]
         return replace(self.model, process_torque_time=self.lasts, effects=(*late, *off))
 
     @property
@@ -57,7 +57,8 @@ class Case:
 CASES = {
     'loose': Case(), 'one encoder': Case(channels=(1,)), 'rigid': Case(RIGID),
     'late motor': Case(late=(3.4e-3, 0.0), dt=2e-3), 'late arm': Case(late=(0.0, 1.3e-3)),
-    'both late': Case(late=(0.7e-3, 2.4e-3), every=3), 'rigid and late': Case(RIGID, late=(0, 4e-4)),
+    'both late': Case(late=(0.7e-3, 2.4e-3), every=3),
+    'rigid and late': Case(RIGID, late=(0.0, 4e-4)),
     'lasting': Case(lasts=0.02, every=2), 'lasting and late': Case(late=(6e-4, 0.0), lasts=0.02),
     'rigid, lasting and late': Case(RIGID, late=(0.0, 2.3e-3), lasts=0.02),
     'off centre': Case(late=(7e-4, 0.0), scale=(0.5, -0.3), size=1e-4)}
@@ -77,8 +78,9 @@ def likelihood_of(case):
     states = 0.05 * case.size * random.standard_normal((len(SPANS), 4))
     if case.model is RIGID:
         states = states[:, [0, 0, 2, 2]]
-    return InnovationLikelihood(recording, case.drive, case.sigma, SPANS, finer=8).begun(
-        states, case.size * (BEGIN if case.model is LOOSE else BEGIN[[0, 0, 2, 2]])).thinned(case.every)
+    likelihood = InnovationLikelihood(recording, case.drive, case.sigma, SPANS, finer=8)
+    begin = BEGIN if case.model is LOOSE else BEGIN[[0, 0, 2, 2]]
+    return likelihood.begun(states, case.size * begin).thinned(case.every)
 
 
 @cache
@@ -170,9 +172,9 @@ def dense(case, likelihood, part, torque, offset=(0.0, 0.0), load=(0.0, 0.0)):
     S = C @ covariance @ C.T + np.diag(variance)
     deviance = (-2.0 * multivariate_normal(expected, S).logpdf(y)
                 - np.sum(1.0 + np.log(2.0 * math.pi * variance)))
-    gain = np.linalg.solve(S, y - expected)
-    return Dense(deviance, order, solve_triangular(np.linalg.cholesky(S), y - expected, lower=True),
-                 np.array([m + l @ covariance @ C.T @ gain for m, l in begun]))
+    white = solve_triangular(np.linalg.cholesky(S), y - expected, lower=True)
+    pull = covariance @ C.T @ np.linalg.solve(S, y - expected)
+    return Dense(deviance, order, white, np.array([mean + L @ pull for mean, L in begun]))
 
 
 @pytest.mark.parametrize('name', CASES)
@@ -213,7 +215,8 @@ def test_inputs_and_offsets_change_innovations_as_in_the_joint_gaussian(name):
     residual = run.residual + likelihood.change(run, model) / np.sqrt(run.variance)
     for part in range(len(SPANS)):
         moved = dense(case, likelihood, part, noise, (0.0, 0.01), (0.1, -0.2))
-        np.testing.assert_allclose(residual[tuple(np.array(moved.order).T)], moved.white, atol=2e-5)
+        np.testing.assert_allclose(residual[tuple(np.array(moved.order).T)], moved.white,
+                                   atol=2e-5)
 
 
 @pytest.mark.parametrize('begin, follows', [

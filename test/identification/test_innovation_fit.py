@@ -85,7 +85,7 @@ def readings(z, torque, noise=1.0):
 
 
 def fisher_step(likelihood, candidate, z, torque, free):
-    """Return the damped Fisher step [P + 2] on `free` ones: gradient by differences of -2 log L."""
+    """Return the damped Fisher step [P + 2] on `free` ones, the gradient by differences."""
     def half(point):
         return 0.5 * (likelihood.run(point[:-2], np.exp(point[-2:])).deviance
                       + candidate.penalty(point[:-2]))
