@@ -8,17 +8,16 @@ from pathlib import Path
 import sys
 import time
 
-from rclpy.duration import Duration
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from gearbox_monitor.bag.read import BagReader, open_bag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
+from gearbox_monitor.ros.convert import to_time
 from gearbox_monitor.ros.message_definition import import_message
 from gearbox_monitor.ros.qos import advertise
-from gearbox_monitor.ros.runtime import spin_node, steady_timer
+from gearbox_monitor.ros.runtime import finish, spin_node, steady_timer
 
 SECOND = 1_000_000_000
 BLOCK_TIME = 0.02      # s between two checks for signals and services
@@ -142,32 +141,20 @@ class PlayNode(Node):
         if self.loop:
             self._begin()
         else:
-            self._finish()
+            finish(self._timer, self._outputs.values())
 
     def _sleep_until(self, deadline: int) -> None:
         """Sleep until `deadline` (monotonic, ns), publishing /clock on the way."""
         while True:
             time_ns = time.monotonic_ns()
             if self._clock_out and time_ns >= self._clock_due:
-                self._publish_clock(self._first + int((time_ns - self._start) * self.rate))
+                self._clock_out.publish(ClockMessage(clock=to_time(
+                    self._first + int((time_ns - self._start) * self.rate))))
                 self._clock_due = time_ns + int(CLOCK_PERIOD * SECOND)
             if time_ns >= deadline:
                 return
             wake = min(deadline, self._clock_due) if self._clock_out else deadline
             time.sleep(max(0, wake - time_ns) / SECOND)
-
-    def _publish_clock(self, ns: int) -> None:
-        assert self._clock_out is not None
-        message = ClockMessage()
-        message.clock.sec, message.clock.nanosec = divmod(ns, SECOND)
-        self._clock_out.publish(message)
-
-    def _finish(self) -> None:
-        """End, after all messages have arrived."""
-        self._timer.cancel()
-        for publisher in self._outputs.values():
-            publisher.wait_for_all_acked(Duration(seconds=2))
-        raise ExternalShutdownException
 
     def close(self) -> None:
         """Report how many messages were published."""

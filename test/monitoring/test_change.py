@@ -163,7 +163,7 @@ def test_a_cold_start_is_not_wear():
 
     first = day(150)
     assert not alarmed(first) and 'learning the baseline' in first[0]['backlash'].message
-    assert not alarmed(day(150)) and len(gearbox.tracker.points) > 5
+    assert not alarmed(day(150)) and len(gearbox.tracker.data.points) > 5
     # Colder than ever: the gap is as large as the coefficient says.
     cold = gearbox.go(2, 0.04, temperature=-5.0)
     assert not alarmed(cold)
