@@ -64,7 +64,8 @@ ROOMS = MappingProxyType({
                                          'monitoring/test_alert_limits.py'),
         'monitoring/checks/passivity.py': ('monitoring/test_row_checks.py',
                                            'monitoring/test_alert_limits.py'),
-        'monitoring/backlash/wear.py': ('monitoring/test_change.py', 'monitoring/test_drift.py'),
+        'monitoring/backlash/wear.py': ('monitoring/test_wear.py', 'monitoring/test_change.py',
+                                        'monitoring/test_drift.py'),
         'monitoring/backlash/change_tests.py': ('monitoring/test_change.py',
                                                 'monitoring/test_drift.py')}})
 # Of two numbers that are hardly ever equal, < and <= are one.
