@@ -38,7 +38,7 @@ class PacedNode(TableNode):
         self.overruns = 0        # samples published more than one period late
         self.max_delay = 0.0     # s
         self._reported, self._report_at = 0, 0.0
-        self._start: int | None = None
+        self._start = 0  # ns of a steady clock, 0: not yet
 
     def set_pace(self, rate: float, duration: float, subscribers: int, speed: float = 1.0) -> None:
         """
@@ -97,7 +97,7 @@ class PacedNode(TableNode):
 
     def _work(self) -> None:
         """Simulate and publish one block of samples, each at its time."""
-        if self._start is None:
+        if not self._start:
             if sum(out.get_subscription_count() for out in self._outputs) < self._awaited:
                 return
             self._start = time.monotonic_ns()
@@ -123,7 +123,6 @@ class PacedNode(TableNode):
         """Sleep until the time of the next sample, counted from the start: no drift."""
         if self._speed == 0:
             return
-        assert self._start is not None
         deadline = self._start + int(self.count * self.dt_ns / self._speed)
         wait = (deadline - time.monotonic_ns()) / SECOND
         if wait > 0:

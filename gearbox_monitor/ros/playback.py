@@ -3,7 +3,7 @@
 
 """Publish a bag's messages, as they are, with their recorded spacing and /clock."""
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 import sys
 import time
@@ -89,7 +89,6 @@ class PlayNode(Node):
                                  'installed here; choose others with --topics') from None
             self._outputs[topic] = advertise(self, message, topic, QUEUE)
         self._clock_out = advertise(self, ClockMessage, '/clock', 10) if clock else None
-        self._messages: Iterator[tuple[str, int, int, bytes]] | None = None
         self._next: tuple[str, int, int, bytes] | None = None
         self._created = time.monotonic()
         self._matched: float | None = None
@@ -120,12 +119,11 @@ class PlayNode(Node):
 
     def _work(self) -> None:
         """Publish for one block of time, each message when it is due."""
-        if self._messages is None:
+        if self._next is None:
             if not self._may_begin():
                 time.sleep(BLOCK_TIME)
                 return
             self._begin()
-        assert self._messages is not None
         end = time.monotonic_ns() + int(BLOCK_TIME * SECOND)
         while self._next is not None:
             topic, log_ns, _, raw = self._next
