@@ -33,7 +33,6 @@ from gearbox_monitor.plant.transmission import RIGID
 # Parts of a recording that are filtered side by side where the lanes suffice: each needs one for
 # the estimate, and a moved one for each state.
 GROUPS = 2
-MOST_STATES = LANES - 1
 FARTHEST = 1e6               # rad, beyond which a filter has diverged
 NO_ERROR = (0.0, 0.0, 0.0)
 LASTING = N_STATE            # place of the torque on the motor that lasts

@@ -141,7 +141,7 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
         'noise_from': _noise_source(motion, noise), 'rest_seconds': motion.standstill_seconds,
         'seconds': motion.seconds, 'evaluations': result.evaluations,
         'diverged_evaluations': result.failed, 'smoother': smoother, 'starts': result.starts,
-        'starts_met': result.agreeing_starts, 'spread': result.spread, 'notes': []}
+        'starts_met': result.agreeing_starts, 'spread': result.spread, 'notes': _notes(result)}
     if reference is not None:
         data.update(_fit_reference(model, parameters, tuned_values, samples, reference))
     else:
@@ -157,7 +157,6 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
         estimator.run(samples)
         raise InputError(f'with the best parameters found {estimator.divergence_notes()[0]}, '
                          'expected a filter that runs through')
-    data['notes'] = _notes(result)
     data['kept'] = unchanged
     data['kept_by'] = start - most_likely if unchanged else 0.0
     if unchanged:
@@ -384,19 +383,17 @@ def _rounded(values: Mapping[str, float]) -> dict[str, Any]:
     return {name: float(f'{value:.6g}') for name, value in _clipped(values).items()}
 
 
-def _errors(estimates: Estimates, reference: ReferenceTorque) -> tuple[Array, Array, Array]:
-    """Return (estimate, reference, variance) after the burn-in where both are known."""
+def _reference_of(estimates: Estimates, reference: ReferenceTorque) -> tuple[Array, Flags]:
+    """Return the torque [M] of the reference, and where [M] it is known after the burn-in."""
     torque, valid = reference_at(estimates.stamp_ns, *reference)
-    keep = valid & settled(estimates.stamp_ns)
-    return estimates.tau_k[keep], torque[keep], estimates.tau_k_std[keep] ** 2
+    return torque, valid & settled(estimates.stamp_ns)
 
 
 def _reference_trial(model: DriveModel, parameters: EstimatorParameters, samples: Samples,
                      reference: ReferenceTorque) -> Trial:
     """Return the criterion; its features are estimates of tau_K where the reference is known."""
     estimates, diverged = run_unsmoothed(model.exact(), parameters, samples)
-    torque, valid = reference_at(estimates.stamp_ns, *reference)
-    keep = valid & settled(estimates.stamp_ns)
+    torque, keep = _reference_of(estimates, reference)
     error = np.where(keep, estimates.tau_k - torque, np.nan)
     square = float(np.nanmean(error ** 2)) if keep.any() else math.nan
     criterion = noise_search.DIVERGED if not keep.any() else (
@@ -413,15 +410,15 @@ def _fit_reference(model: DriveModel, parameters: EstimatorParameters,
     tuned_values['tau_k_model_std'] = 0.0
     errors_at_start = torque_errors(run_unsmoothed(model, parameters, samples)[0], *reference)
     estimates, _ = run_unsmoothed(model, parameters.replace(**tuned_values), samples)
-    tau_k, torque, variance = _errors(estimates, reference)
+    torque, keep = _reference_of(estimates, reference)
+    tau_k, variance = estimates.tau_k[keep], estimates.tau_k_std[keep] ** 2
     tuned_values['tau_k_model_std'] = float(
-        f'{noise_search.widened(tau_k - torque, variance):.6g}')
-    gain, offset = np.polyfit(tau_k, torque, 1) if np.ptp(tau_k) > 0.0 else (np.nan, np.nan)
+        f'{noise_search.widened(tau_k - torque[keep], variance):.6g}')
+    gain, offset = (np.polyfit(tau_k, torque[keep], 1) if np.ptp(tau_k) > 0.0
+                    else (np.nan, np.nan))
     tuned_run, _ = run_unsmoothed(model, parameters.replace(**tuned_values), samples)
     errors = torque_errors(tuned_run, *reference)
-    at, valid = reference_at(tuned_run.stamp_ns, *reference)
-    valid &= settled(tuned_run.stamp_ns)
-    off = (static_torque(model, tuned_run) - at)[valid]
+    off = (static_torque(model, estimates) - torque)[keep]
     off = off[np.isfinite(off)]
     return {'static_rmse': float(np.sqrt(np.mean(off ** 2))) if len(off) else None,
             'reference_before': errors_at_start, 'reference_after': errors,

@@ -19,7 +19,7 @@ import numpy as np
 
 from gearbox_monitor.estimation import innovation_filter as kernels
 from gearbox_monitor.estimation.innovation_filter import (
-    FilterInput, FilterStart, FilterTrace, LASTING, MOST_STATES, N_FILTER, SampleSchedule)
+    FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER, SampleSchedule)
 from gearbox_monitor.identification.shooting import Simulator
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.batch import LANES, N_LANE_STATE
@@ -199,7 +199,7 @@ class InnovationLikelihood:
             delay = servo.delay + (1.0 / servo.rate if servo.rate else 0.0)
             sizes.update({4 + place: self._torque for place, value in (
                 (INTEGRAL, servo.ki), (LATE_A, delay), (LATE_B, delay), (LATE_C, delay)) if value})
-        for place, size in list(sizes.items())[:MOST_STATES - 4]:  # no lane for more
+        for place, size in sizes.items():
             places.append(place)
             moves.append(MEMORY_MOVE * size)
             variance.append(size * size)

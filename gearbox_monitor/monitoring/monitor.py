@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
 import json
-from typing import Any, Protocol
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
@@ -37,6 +37,9 @@ from gearbox_monitor.monitoring.history import COLUMNS, Recent, RowHistory
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.robot.description import RobotDescription
+
+if TYPE_CHECKING:  # it brings the diagnosis with it
+    from gearbox_monitor.monitoring.backlash.hidden_arm import HiddenArm
 
 SECOND = sample_loop.SECOND
 COMPONENTS = ('observability', 'prediction error', 'covariance', 'model', 'backlash', 'friction',
@@ -69,20 +72,6 @@ ROWS_KEPT = round(max(check.window for check in ROW_CHECKS) * SECOND)  # ns
 ESTIMATES_KEPT = round(LIMITS.error_window * SECOND)
 
 Outcomes = dict[str, Outcome]  # by component
-
-
-class WindowFit(Protocol):
-    """What measures the backlash of a window without arm encoder, see hidden_arm.HiddenArm."""
-
-    def columns(self, rows: Array) -> Array:
-        """Return the columns [N, 2] of estimate `rows` [N, N_ESTIMATE] that the fit takes."""
-
-    def fit(self, stamps: Integers, rows: Array, stamp_ns: int
-            ) -> features.Backlash | features.NotExcited:
-        """Return the features of `rows` at `stamps` (ns) up to stamp_ns; see HiddenArm.fit."""
-
-    def to_list(self) -> list[float] | None:
-        """Return what the next fit begins with, for a snapshot."""
 
 
 def _common_of(snapshot: Values) -> PooledFeatures:
@@ -194,11 +183,10 @@ class Monitor:
         self._row_counts = np.zeros((len(ROW_CHECKS), 2), np.int64)
         self._last_counts = self.counts.copy()
 
-    def _hidden_arm_of(self, snapshot: Values) -> 'WindowFit | None':
+    def _hidden_arm_of(self, snapshot: Values) -> 'HiddenArm | None':
         """Return what fits windows without arm encoder, as a `snapshot` left it; else None."""
         if self.parameters.arm_joint:
             return None
-        # Only here: it brings the diagnosis with it.
         from gearbox_monitor.monitoring.backlash.hidden_arm import HiddenArm
         return HiddenArm(self.model, json.loads(snapshot.get('hidden_arm', 'null')))
 

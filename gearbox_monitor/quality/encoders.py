@@ -20,11 +20,16 @@ TURN = 2.0 * np.pi
 Noises: TypeAlias = Sequence[tuple[float, float] | None]
 
 
+def constant_runs(x: Array) -> tuple[Integers, Integers]:
+    """Return (starts, lengths) of the runs of one value in x [N]."""
+    starts = np.append(0, np.flatnonzero(np.diff(x)) + 1)
+    return starts, np.diff(np.append(starts, len(x)))
+
+
 def noise_of(y: Array) -> tuple[float, float]:
     """Return (noise, step of the lattice or 0) of readings y [N] (rad), NaN: not measured."""
     readings = y[np.isfinite(y)]
-    starts = np.append(0, np.flatnonzero(np.diff(readings)) + 1)
-    lengths = np.diff(np.append(starts, len(readings)))
+    starts, lengths = constant_runs(readings)
     if len(starts) > 4 and lengths.max() > 0.5 * len(readings):  # most of it has stuck
         k = int(lengths.argmax())
         parts = readings[:starts[k]], readings[starts[k] + lengths[k]:]
@@ -177,8 +182,7 @@ def free_travel(part: EvenStretch, noises: Noises, i: int, model: DriveModel | N
 
 def live_rows(y: Array, dt: float) -> Flags:
     """Return which of the readings y [N] (`dt` s apart) are no part of a long run of one value."""
-    starts = np.append(0, np.flatnonzero(np.diff(y)) + 1)
-    lengths = np.diff(np.append(starts, len(y)))
+    lengths = constant_runs(y)[1]
     lives: Flags = np.repeat(lengths < max(LIMITS.stuck_samples, LIMITS.stuck_seconds / dt),
                              lengths)
     return lives
@@ -218,8 +222,7 @@ def sticks(name: str, y: Array, i: int, play: float, begin: float, dt: float) ->
         dt: sample time, s.
     """
     own, opposite = y[:, i], y[:, 1 - i]
-    starts = np.append(0, np.flatnonzero(np.diff(own)) + 1)
-    lengths = np.diff(np.append(starts, len(own)))
+    starts, lengths = constant_runs(own)
     runs = [slice(starts[k], starts[k] + lengths[k])
             for k in np.flatnonzero(lengths >= max(LIMITS.stuck_samples,
                                                    LIMITS.stuck_seconds / dt))]

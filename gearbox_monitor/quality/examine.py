@@ -183,12 +183,9 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
     if model is None:
         return [DataFinding('model', 'model file', 'none', 'use --model to check signs, units '
                             'and motion against it', hurts(OK, OK, WARN))]
-    if model.transmission.kind == 'rigid':
-        rigid = [DataFinding('model', 'model file', 'transmission.kind is rigid',
-                             'for estimation use the model of a drive with two encoders',
-                             hurts(BAD, BAD))]
-    else:
-        rigid = []
+    rigid = [DataFinding('model', 'model file', 'transmission.kind is rigid',
+                         'for estimation use the model of a drive with two encoders',
+                         hurts(BAD, BAD))] if model.transmission.kind == 'rigid' else []
     rows, values, repeats = merged(samples.stamp_ns, np.column_stack([samples.u, samples.y]),
                                    REPEATED[0])
     load = values[:, 1] if model.arm_load == 'measured' else None

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.quality.encoders import NAMES, Noises
+from gearbox_monitor.quality.encoders import constant_runs, NAMES, Noises
 from gearbox_monitor.quality.excitation_checks import (
     low_pass, LowPassedMotion, motion, sign, swing)
 from gearbox_monitor.quality.finding import BAD, DataFinding, everything, hurts, OK, WARN
@@ -64,8 +64,7 @@ def lines(u: Array, part: EvenStretch, has_setpoint: bool = False) -> list[DataF
 def limits(u: Array) -> list[DataFinding]:
     """Return the finding about a torque command u [N] that stands on its limits, if it does."""
     high, low = u.max(), u.min()
-    starts = np.append(0, np.flatnonzero(np.diff(u)) + 1)
-    lengths = np.diff(np.append(starts, len(u)))
+    starts, lengths = constant_runs(u)
     at_limit = (lengths >= LIMITS.limit_samples) & np.isin(u[starts], (high, low))
     share = float(lengths[at_limit].sum() / len(u))
     rests = float(lengths[lengths >= LIMITS.limit_samples].sum() / len(u)) - share
@@ -98,10 +97,10 @@ def stuck(u: Array, y: Array, seconds: Array, noises: Noises) -> list[DataFindin
     if noise is None or valid.sum() < 10 or np.ptp(u[valid]) == 0.0:
         return []
     u, p, t = u[valid], y[valid, i], seconds[valid]
-    starts = np.append(0, np.flatnonzero(np.diff(u)) + 1)
-    ends = np.append(starts[1:], len(u))
+    starts, lengths = constant_runs(u)
+    ends = starts + lengths
     long = np.flatnonzero(t[ends - 1] - t[starts] >= LIMITS.still)
-    elsewhere = len(u) - int((ends[long] - starts[long]).sum())
+    elsewhere = len(u) - int(lengths[long].sum())
     if not len(long) or len(starts) - len(long) < LIMITS.lively * max(elsewhere, 1):
         return []
     runs = [slice(starts[k], ends[k]) for k in long

@@ -27,8 +27,8 @@ class BlackBox:
     The recording of one gearbox that the estimator `node` holds in memory.
 
     monitor: whose alerts are watched; parameters: of the gearbox; topic: where the samples come
-    from; service: full name of the one that keeps the recording. Raises InputError for a
-    keep_after_error that is impossible.
+    from; service: full name of the one that keeps the recording. buffer: the rows in memory, None
+    if none are kept. Raises InputError for a keep_after_error that is impossible.
     """
 
     def __init__(self, node: Node, monitor: Monitor, parameters: EstimatorParameters,
@@ -37,7 +37,7 @@ class BlackBox:
         self._service = service
         span = 60.0 * parameters.keep_minutes
         self._refusal = '' if span else 'nothing is kept: keep_minutes is 0, expected more'
-        self._buffer = RecordingBuffer(span) if span else None
+        self.buffer = RecordingBuffer(span) if span else None
         self._writer: Thread | None = None  # while it writes what the buffer holds
         self._schedule: RecordingSchedule | None = None
         self._quota = RecordingQuota(parameters.keep_per_hour)
@@ -48,11 +48,6 @@ class BlackBox:
                 raise InputError(f'keep_after_error: {seconds:g} s, expected no more than '
                                  f'keep_minutes: {span:g} s')
             self._schedule = RecordingSchedule(seconds, span, self._wrong())
-
-    @property
-    def buffer(self) -> RecordingBuffer | None:
-        """The rows in memory, None if none are kept."""
-        return self._buffer
 
     def add(self, stamp_ns: int, good: bool,
             values: tuple[float, float, float, float]) -> None:
@@ -65,12 +60,12 @@ class BlackBox:
             values: see RecordingBuffer.add().
 
         """
-        if self._buffer is not None:
-            self._buffer.add(stamp_ns, good, values)
+        if self.buffer is not None:
+            self.buffer.add(stamp_ns, good, values)
 
     def command(self) -> str:
         """Return the shell command that keeps the recording, or why it would not."""
-        if self._buffer is None:
+        if self.buffer is None:
             return 'nothing is kept: set keep_minutes'
         return f'ros2 service call {self._service} std_srvs/srv/Trigger'
 
@@ -82,7 +77,7 @@ class BlackBox:
         """
         if self._schedule is None:
             return {}
-        busy = self._writer is not None or not self._buffer or self._wait() > 0.0
+        busy = self._writer is not None or not self.buffer or self._wait() > 0.0
         components = self._schedule.look(self._wrong(), time_s, busy)
         if components:
             self._schedule.tell(components, 'being written')
@@ -95,8 +90,8 @@ class BlackBox:
         if self._writer is not None:
             self._writer.join()
         components = self._schedule.waiting() if self._schedule else []
-        if components and self._buffer:
-            _, text = self._export(self._buffer.rows(), self._context(components))
+        if components and self.buffer:
+            _, text = self._export(self.buffer.rows(), self._context(components))
             # The node's own logger wants /rosout, which is gone by now.
             get_logger('estimator_end').warning(f'{", ".join(components)}: {text}')
 
@@ -114,11 +109,11 @@ class BlackBox:
 
     def _start(self, components: Sequence[str] = ()) -> Future:
         """Write the rows in memory, in a thread; return the Future of (success, message)."""
-        assert self._buffer is not None
+        assert self.buffer is not None
         self._quota.take(time.monotonic())
         future = Future()
         self._writer = Thread(target=self._write, args=(
-            self._buffer.rows(), self._context(components), future))
+            self.buffer.rows(), self._context(components), future))
         self._writer.start()
         return future
 
@@ -167,7 +162,7 @@ class BlackBox:
         if wait := self._wait():
             return False, (f'keep_per_hour: {self._monitor.parameters.keep_per_hour} '
                            f'recordings were kept, the next may follow in {wait:.0f} s')
-        if not self._buffer:
+        if not self.buffer:
             return False, f'no samples yet on {self._topic}'
         success, message = await self._start()
         self._written(success)

@@ -97,11 +97,9 @@ class SampleReader:
         """
         if message.name != self._names:
             self._names = names = list(message.name)
-            self._motor, self._arm = (
+            self._motor, self._arm, *self._robot = (
                 names.index(joint) if joint in names else -1
-                for joint in (self.motor_joint, self.arm_joint))
-            self._robot = [names.index(joint) if joint in names else -1
-                           for joint in self._robot_joints]
+                for joint in (self.motor_joint, self.arm_joint, *self._robot_joints))
         motor, arm = self._motor, self._arm
         if motor < 0 and arm < 0:
             return None

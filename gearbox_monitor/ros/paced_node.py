@@ -9,14 +9,13 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
-from rclpy.executors import ExternalShutdownException
 from rclpy.logging import get_logger
 from sensor_msgs.msg import JointState
 
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.ros.node_parameters import TableNode
 from gearbox_monitor.ros.qos import advertise
-from gearbox_monitor.ros.runtime import steady_timer
+from gearbox_monitor.ros.runtime import finish, steady_timer
 
 SECOND = 1_000_000_000
 BLOCK_TIME = 0.01     # s between two checks for services: the wait for a changed parameter
@@ -39,7 +38,7 @@ class PacedNode(TableNode):
         self.overruns = 0        # samples published more than one period late
         self.max_delay = 0.0     # s
         self._reported, self._report_at = 0, 0.0
-        self._start: int | None = None
+        self._start = 0  # ns of a steady clock, 0: not yet
 
     def set_pace(self, rate: float, duration: float, subscribers: int, speed: float = 1.0) -> None:
         """
@@ -98,8 +97,8 @@ class PacedNode(TableNode):
 
     def _work(self) -> None:
         """Simulate and publish one block of samples, each at its time."""
-        if self._start is None:
-            if self._subscribers() < self._awaited:
+        if not self._start:
+            if sum(out.get_subscription_count() for out in self._outputs) < self._awaited:
                 return
             self._start = time.monotonic_ns()
             self.t0_ns = time.time_ns()
@@ -118,13 +117,12 @@ class PacedNode(TableNode):
             remaining -= n
         self._report()
         if 0 < end <= self.count:
-            self._finish()
+            finish(self._timer, self._outputs)
 
     def wait(self) -> None:
         """Sleep until the time of the next sample, counted from the start: no drift."""
         if self._speed == 0:
             return
-        assert self._start is not None
         deadline = self._start + int(self.count * self.dt_ns / self._speed)
         wait = (deadline - time.monotonic_ns()) / SECOND
         if wait > 0:
@@ -139,9 +137,6 @@ class PacedNode(TableNode):
             publisher.wait_for_all_acked(ACKNOWLEDGED)
         self._start = time.monotonic_ns()
 
-    def _subscribers(self) -> int:
-        return sum(publisher.get_subscription_count() for publisher in self._outputs)
-
     def _report(self) -> None:
         time_s = time.monotonic()
         if self.overruns > self._reported and time_s > self._report_at:
@@ -151,13 +146,6 @@ class PacedNode(TableNode):
     def _overrun_text(self) -> str:
         return (f'{self.overruns} of {self.count} samples were more than a period late, at worst '
                 f'{1e3 * self.max_delay:.1f} ms (stamps are not affected)')
-
-    def _finish(self) -> None:
-        """End the process, after all messages have arrived."""
-        self._timer.cancel()
-        for publisher in self._outputs:
-            publisher.wait_for_all_acked(Duration(seconds=2))
-        raise ExternalShutdownException
 
     def close(self) -> None:
         """Report how many samples were published."""

@@ -78,11 +78,11 @@ class PayloadNode(TableNode):
         """Take a message with all joints; count others."""
         where = {name: i for i, name in enumerate(message.name)}
         at = [where.get(joint, -1) for joint in self._joints]
-        if any(not 0 <= i < min(len(message.position), len(message.effort)) for i in at):
+        count = min(len(message.position), len(message.effort))
+        lacking = [joint for joint, i in zip(self._joints, at) if not 0 <= i < count]
+        if lacking:
             self._incomplete += 1
-            self._lacking = ', '.join(
-                joint for joint, i in zip(self._joints, at)
-                if not 0 <= i < min(len(message.position), len(message.effort)))
+            self._lacking = ', '.join(lacking)
             return
         self._taken += 1
         stamp = stamp_of(message)

@@ -26,7 +26,7 @@ from gearbox_monitor.interfaces.signals import TRANSMISSION
 from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL, PlantParameters
 from gearbox_monitor.plant.drive import (
-    DriveModel, expect_integrable, expect_torque_input, model_from_dict)
+    expect_integrable, expect_torque_input, model_from_dict)
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant, JOINTS
@@ -59,7 +59,7 @@ class PlantNode(PacedNode):
         self.drive = load_model(path)
         expect_torque_input(self.drive, str(path))
         values |= declare(self, [
-            replace(row, default=_value(self.drive, row.name)) for row in PLANT
+            replace(row, default=self.drive.value(row.name)) for row in PLANT
             if row.name in PLANT_MODEL])
         self.values = PlantParameters.from_mapping(values)
         v = self.values
@@ -214,10 +214,6 @@ def _effect(text: str) -> dict[str, str | float]:
             raise InputError(f'plant: effects: {text!r}: {key} occurs twice, expected once')
         effect[key] = number
     return effect
-
-
-def _value(model: DriveModel, name: str) -> Any:
-    return getattr(model, name) if hasattr(model, name) else getattr(model.transmission, name)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -3,22 +3,21 @@
 
 """Publish a bag's messages, as they are, with their recorded spacing and /clock."""
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 import sys
 import time
 
-from rclpy.duration import Duration
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from gearbox_monitor.bag.read import BagReader, open_bag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
+from gearbox_monitor.ros.convert import to_time
 from gearbox_monitor.ros.message_definition import import_message
 from gearbox_monitor.ros.qos import advertise
-from gearbox_monitor.ros.runtime import spin_node, steady_timer
+from gearbox_monitor.ros.runtime import finish, spin_node, steady_timer
 
 SECOND = 1_000_000_000
 BLOCK_TIME = 0.02      # s between two checks for signals and services
@@ -90,7 +89,6 @@ class PlayNode(Node):
                                  'installed here; choose others with --topics') from None
             self._outputs[topic] = advertise(self, message, topic, QUEUE)
         self._clock_out = advertise(self, ClockMessage, '/clock', 10) if clock else None
-        self._messages: Iterator[tuple[str, int, int, bytes]] | None = None
         self._next: tuple[str, int, int, bytes] | None = None
         self._created = time.monotonic()
         self._matched: float | None = None
@@ -121,12 +119,11 @@ class PlayNode(Node):
 
     def _work(self) -> None:
         """Publish for one block of time, each message when it is due."""
-        if self._messages is None:
+        if self._next is None:
             if not self._may_begin():
                 time.sleep(BLOCK_TIME)
                 return
             self._begin()
-        assert self._messages is not None
         end = time.monotonic_ns() + int(BLOCK_TIME * SECOND)
         while self._next is not None:
             topic, log_ns, _, raw = self._next
@@ -142,32 +139,20 @@ class PlayNode(Node):
         if self.loop:
             self._begin()
         else:
-            self._finish()
+            finish(self._timer, self._outputs.values())
 
     def _sleep_until(self, deadline: int) -> None:
         """Sleep until `deadline` (monotonic, ns), publishing /clock on the way."""
         while True:
             time_ns = time.monotonic_ns()
             if self._clock_out and time_ns >= self._clock_due:
-                self._publish_clock(self._first + int((time_ns - self._start) * self.rate))
+                self._clock_out.publish(ClockMessage(clock=to_time(
+                    self._first + int((time_ns - self._start) * self.rate))))
                 self._clock_due = time_ns + int(CLOCK_PERIOD * SECOND)
             if time_ns >= deadline:
                 return
             wake = min(deadline, self._clock_due) if self._clock_out else deadline
             time.sleep(max(0, wake - time_ns) / SECOND)
-
-    def _publish_clock(self, ns: int) -> None:
-        assert self._clock_out is not None
-        message = ClockMessage()
-        message.clock.sec, message.clock.nanosec = divmod(ns, SECOND)
-        self._clock_out.publish(message)
-
-    def _finish(self) -> None:
-        """End, after all messages have arrived."""
-        self._timer.cancel()
-        for publisher in self._outputs.values():
-            publisher.wait_for_all_acked(Duration(seconds=2))
-        raise ExternalShutdownException
 
     def close(self) -> None:
         """Report how many messages were published."""

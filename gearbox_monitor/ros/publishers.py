@@ -100,14 +100,6 @@ class Publishers:
         if not number:
             return True
         now_ns = self._time(now_ns)
-        followed = self._followed
-        if (followed is not None and len(self._sources) == 1
-                and self._stamps_tell(now_ns, stamp_ns)
-                and followed.misses(number, stamp_ns) <= 1.0):
-            # Nobody else: nothing to decide.
-            followed.add_stamp(stamp_ns, number - followed.last)
-            followed.last, followed.heard = number, now_ns
-            return True
         source = self._by_stamp(number, now_ns, stamp_ns)
         if source is None:
             source = self._source_of(number, now_ns, stamp_ns)
@@ -175,11 +167,6 @@ class Publishers:
         self.disputes += self._disputed is None
         self._followed, self._disputed = None, time_ns
 
-    def _stamps_tell(self, time_ns: int, stamp_ns: int) -> bool:
-        """Return whether the followed one's stamps are known, and `stamp_ns` is one."""
-        return (self._followed is not None and self.policy == FOLLOW_FIRST and stamp_ns != 0
-                and self._followed.messages >= STEADY and time_ns - self._since >= FIRST)
-
     def _by_stamp(self, number: int, time_ns: int, stamp_ns: int) -> HeardPublisher | None:
         """
         Return the publisher of message `number` by its stamp, where the followed one is known.
@@ -187,7 +174,8 @@ class Publishers:
         Numbers alone do not decide then. None: it is not known well enough yet.
         """
         followed = self._followed
-        if followed is None or not self._stamps_tell(time_ns, stamp_ns):
+        if (followed is None or self.policy != FOLLOW_FIRST or stamp_ns == 0
+                or followed.messages < STEADY or time_ns - self._since < FIRST):
             return None
         candidates = [source for source in self._sources if source is not followed]
         exact = [source for source in candidates if source.last == number - 1]

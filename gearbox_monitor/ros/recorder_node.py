@@ -90,7 +90,6 @@ class Recorder(TableNode):
 
     def __init__(self) -> None:
         super().__init__('recorder')
-        self._writer: BagWriter | None = None
         parameters = self._declare()
         names = dict.fromkeys(self._resolve(name) for name in parameters.topics)
         output = time.strftime(parameters.output)
@@ -122,8 +121,6 @@ class Recorder(TableNode):
 
     def close(self) -> None:
         """Take the messages that still wait and close the bag."""
-        if self._writer is None:
-            return
         self._poll()
         for topic in self._topics.values():
             topic.confirm(topic.publishers)
@@ -143,15 +140,12 @@ class Recorder(TableNode):
 
     def _declare(self) -> RecorderParameters:
         """Declare and return the parameters."""
-        values = RecorderParameters.from_mapping(declare(self, RECORDER))
+        self._values = values = RecorderParameters.from_mapping(declare(self, RECORDER))
         for name in ('output', 'gearbox_serial'):
             if not getattr(values, name):
                 raise InputError(f"parameter {name}: '' is empty, expected a text")
         if not values.topics:
             raise InputError('parameter topics: the list is empty, expected topic names')
-        self._depth = values.queue_depth
-        self._low_space = values.low_space
-        self._gearbox_serial = values.gearbox_serial
         return values
 
     def _resolve(self, name: str) -> Any:
@@ -170,7 +164,7 @@ class Recorder(TableNode):
             self.destroy_subscription(topic.subscription)
             topic.subscription = None
         profile = QoSProfile(
-            depth=self._depth,
+            depth=self._values.queue_depth,
             reliability=(ReliabilityPolicy.RELIABLE if reliable
                          else ReliabilityPolicy.BEST_EFFORT),
             durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched
@@ -219,14 +213,12 @@ class Recorder(TableNode):
 
     def _poll(self) -> None:
         """Write all messages that wait."""
-        assert self._writer is not None
         for topic in self._topics.values():
             if topic.subscription is not None:
                 self._take(topic)
         self._record(self._writer.flush_if_due)
 
     def _take(self, topic: RecordedTopic) -> None:
-        assert self._writer is not None
         write, name = self._writer.write, topic.name
         for raw, info in drain(topic.subscription):
             if not topic.in_bag:
@@ -246,7 +238,7 @@ class Recorder(TableNode):
             infos = self.get_publishers_info_by_topic(topic.name)
         except RCLError:  # a signal has ended the context: this is the first message, and the last
             infos = []
-        assert self._writer is not None and topic.subscription is not None
+        assert topic.subscription is not None
         offers = [info.qos_profile for info in infos] or [topic.subscription.qos_profile]
         self._writer.add_topic(topic.name, topic.msgtype, [_as_bag_qos(o) for o in offers],
                                message_definition(topic.msgtype))
@@ -264,7 +256,6 @@ class Recorder(TableNode):
     def _diagnose(self) -> None:
         """Publish the state of the recording."""
         writer = self._writer
-        assert writer is not None
         losses = {topic.name: topic.loss for topic in self._topics.values()}
         try:
             free = shutil.disk_usage(writer.path).free
@@ -276,7 +267,7 @@ class Recorder(TableNode):
             level, message = DiagnosticStatus.WARN, 'messages were lost'
         if problems:
             level, message = DiagnosticStatus.WARN, problems[0]
-        low = free < self._low_space * MEGABYTE
+        low = free < self._values.low_space * MEGABYTE
         if low:
             level, message = DiagnosticStatus.WARN, 'free disk space is low'
             if not self._warned_space:
@@ -297,13 +288,14 @@ class Recorder(TableNode):
             'topics': len(self._topics), 'lost': sum(losses.values()),
             'not_written': writer.dropped,
             'since_last_flush_s': f'{time.monotonic() - writer.last_flush:.3f}',
-            'free_disk_space_mb': free // MEGABYTE, 'low_space_threshold_mb': self._low_space,
+            'free_disk_space_mb': free // MEGABYTE,
+            'low_space_threshold_mb': self._values.low_space,
             'lost_by_topic': ', '.join(f'{name}: {count}' for name, count in losses.items()),
         }
         status = DiagnosticStatus(
             level=level, message=message,
             name=f'{self.get_fully_qualified_name().lstrip("/")}: recording',
-            hardware_id=self._gearbox_serial,
+            hardware_id=self._values.gearbox_serial,
             values=key_values('recording', values))
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()

@@ -41,7 +41,7 @@ class RecordingBuffer:
         # Full blocks: (packed rows, newest good stamp when it was full).
         self._full: deque[tuple[bytes, int]] = deque()
         self._rows, self._n = np.empty(block, DTYPE), 0
-        self._newest = 0
+        self.newest_ns = 0  # stamp of the newest good row, 0 before the first
         self.first_ns = 0  # stamp of the first good row since the clock was set back
 
     def add(self, stamp_ns: int, good: bool, values: tuple[float, float, float, float]) -> None:
@@ -59,14 +59,14 @@ class RecordingBuffer:
         self._rows[self._n] = (stamp_ns, good, values)
         self._n += 1
         if good:
-            if stamp_ns < self._newest or not self.first_ns:
+            if stamp_ns < self.newest_ns or not self.first_ns:
                 self.first_ns = stamp_ns
-            self._newest = stamp_ns
+            self.newest_ns = stamp_ns
 
     def _next_block(self) -> None:
-        self._full.append((packed(self._rows), self._newest))
+        self._full.append((packed(self._rows), self.newest_ns))
         # Rows stamped later than the newest one, too: they are from before a clock was set back.
-        while self._full and not 0 <= self._newest - self._full[0][1] <= self.span:
+        while self._full and not 0 <= self.newest_ns - self._full[0][1] <= self.span:
             self._full.popleft()
         while len(self._full) >= self._max_blocks:
             self._full.popleft()
@@ -81,21 +81,16 @@ class RecordingBuffer:
 
         Without rows stamped later than the newest one: they are from before a clock was set back.
         """
-        first = self._newest - round(seconds * SECOND)
-        full = [block for block, newest in self._full if first < newest <= self._newest]
+        first = self.newest_ns - round(seconds * SECOND)
+        full = [block for block, newest in self._full if first < newest <= self.newest_ns]
         rows = self._rows[:self._n]
-        newest_rows = rows[rows['stamp_ns'] <= self._newest]
+        newest_rows = rows[rows['stamp_ns'] <= self.newest_ns]
         return lambda: [*full, packed(newest_rows)] if len(newest_rows) else full
-
-    @property
-    def newest_ns(self) -> int:
-        """Stamp of the newest good row, 0 before the first."""
-        return self._newest
 
     def rows(self) -> Callable[[], Rows]:
         """Return a function that gives the present rows [N], oldest first, from any thread."""
         blocks, newest = [block for block, _ in self._full], self._rows[:self._n].copy()
-        first, span = self._newest - self.span, self.span
+        first, span = self.newest_ns - self.span, self.span
 
         def joined() -> Rows:
             rows = np.concatenate([*map(unpacked, blocks), newest])

@@ -3,7 +3,7 @@
 
 """Clean start and stop of a node's process, and polled subscriptions."""
 import argparse
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 import contextlib
 import ctypes
 import gc
@@ -12,16 +12,18 @@ from pathlib import Path
 import signal
 import sys
 import time
-from typing import Any
+from typing import Any, NoReturn
 
 import rclpy
 from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
@@ -132,6 +134,14 @@ class Arrivals:
             self._wait_set.wait(round(1e9 * seconds))
             return self._context.ok() and bool(
                 self._wait_set.get_ready_entities('subscription'))
+
+
+def finish(timer: Timer, publishers: Iterable[Publisher]) -> NoReturn:
+    """End the process, after all messages of `publishers` have arrived; `timer` called it."""
+    timer.cancel()
+    for publisher in publishers:
+        publisher.wait_for_all_acked(Duration(seconds=2))
+    raise ExternalShutdownException
 
 
 def alone(node: Node) -> bool:

@@ -9,14 +9,12 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 
 from gearbox_monitor.interfaces.signals import (
     DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, PLANT_TRANSMISSION_STATE, SNAPSHOT)
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
-
-LATCHED = QoSProfile(depth=16, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+from gearbox_monitor.ros.qos import latched
 
 
 class Watcher:
@@ -47,10 +45,10 @@ class Watcher:
         self._executor.add_node(self._node)
         subscribe = self._node.create_subscription
         subscribe(DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, 20)
-        subscribe(DiagnosticArray, DRIFT_ALERTS, self._on_alert, LATCHED)
+        subscribe(DiagnosticArray, DRIFT_ALERTS, self._on_alert, latched())
         for gearbox in gearboxes:
             subscribe(DiagnosticArray, f'estimator/{gearbox}/{SNAPSHOT}'.replace('//', '/'),
-                      self._on_snapshot, LATCHED)
+                      self._on_snapshot, latched())
 
     def spin(self, seconds: float) -> None:
         """Receive messages for `seconds`."""

@@ -14,10 +14,13 @@ from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.effect_scan import joined, scan
 from gearbox_monitor.identification.innovation_fit import (
     annealed, evaluated, fitted, InnovationFit)
-from gearbox_monitor.identification.innovations import InnovationLikelihood, schedule
+from gearbox_monitor.identification.innovations import (
+    BEGIN, FIRST_NOISE, halves, InnovationLikelihood, JointLikelihood, MEMORY_MOVE, MOST, schedule,
+    SPEED_ERROR, STRAY)
 from gearbox_monitor.plant import effects
-from gearbox_monitor.plant.drive import DriveModel, Transmission
-from gearbox_monitor.plant.simulate import advance, PackedDrive, Plant, ProcessNoise
+from gearbox_monitor.plant.drive import Controller, DriveModel, Transmission
+from gearbox_monitor.plant.effects.registry import INTEGRAL, MEMORIES
+from gearbox_monitor.plant.simulate import advance, N_STATE, PackedDrive, Plant, ProcessNoise
 from gearbox_monitor.quality.recording import UniformRecording
 
 DT, SIGMA = 1e-3, np.array([1e-3, 2e-3])
@@ -151,6 +154,168 @@ def test_parts_of_a_recording_know_nothing_of_each_other():
                                    rtol=0.0, atol=1e-12)
 
 
+def parabolas(dt, count, off=0.0):
+    """Return readings [count, 2]: parabolas, and `off` them a wave to which none is a bit like."""
+    t = np.arange(count) * dt
+    wave = off * np.tile([1.0, -3.0, 3.0, -1.0], count // 4 + 1)[:count]
+    return np.column_stack([0.3 - 2.0 * t + 40.0 * t ** 2 + wave,
+                            0.1 + 1.5 * t - 30.0 * t ** 2 - 0.5 * wave])
+
+
+def test_parts_begin_where_the_parabola_of_their_first_readings_does():
+    """As uncertain as the worst of them; four readings at least, none of the next part."""
+    dt, spans = 0.02, [slice(5, 9), slice(20, 40)]
+    y = np.full((40, 2), 9.0)
+    y[5:9], y[20:24] = parabolas(dt, 4), 2.0 * parabolas(dt, 4, 5e-3)
+    recording = UniformRecording(np.arange(40) * dt, np.arange(40) % 3 - 1.0, y, dt)
+    likelihood = likelihood_of(recording, BLUNT, spans)
+    states = likelihood.run(BLUNT, np.full(2, 0.1)).start.states
+    at = [0.3, 0.1, -2.0, 1.5]
+    assert states[0, :4] == pytest.approx(at)
+    wave = 2.0 * np.array([5e-3, -2.5e-3])
+    assert states[1, :4] == pytest.approx(2.0 * np.array(at))
+    variance = np.maximum(SIGMA ** 2, 5.0 * wave ** 2)
+    expected = [*(4.0 * variance + 1e-10),
+                *(SPEED_ERROR ** 2 + variance / (0.25 * BEGIN) ** 2)]
+    assert likelihood.begin_variance == pytest.approx(expected)
+    assert likelihood_of(recording, BLUNT, spans[:1]).begin_variance[:2] == pytest.approx(
+        4.0 * SIGMA ** 2 + 1e-10)
+    y = np.concatenate([parabolas(DT, 40), np.full((50, 2), 9.0)])
+    many = likelihood_of(UniformRecording(np.arange(90) * DT, np.arange(90) % 3 - 1.0, y, DT),
+                         BLUNT)
+    assert many.begin_variance[:2] == pytest.approx(4.0 * SIGMA ** 2 + 1e-10)
+    for rigid, columns in (((0, 1), [0, 1]), ((1,), [1])):
+        one = InnovationLikelihood(replace(recording, channels=rigid), BLUNT.with_(kind='rigid'),
+                                   SIGMA, spans)
+        states = one.run(one.nominal, np.full(2, 0.1)).start.states
+        mean = np.array(at).reshape(2, 2)[:, columns].mean(axis=1)
+        assert states[0, :4] == pytest.approx(np.repeat(mean, 2))
+        worst = np.array(expected).reshape(2, 2)[:, columns].max(axis=1)
+        assert one.begin_variance == pytest.approx(np.repeat(worst, 2))
+
+
+@pytest.mark.parametrize('channel', [0, 1])
+def test_a_hidden_side_may_be_a_twist_and_its_whole_speed_off(channel):
+    dt = 0.02
+    y = parabolas(dt, 40)[:, [channel, channel]]
+    u = 3.0 * (np.arange(40) % 2)
+    recording = UniformRecording(np.arange(40) * dt, u, y, dt, channels=(channel,))
+    likelihood = likelihood_of(recording, BLUNT)
+    extra = likelihood.begin_variance - likelihood_of(
+        replace(recording, channels=(0, 1)), BLUNT).begin_variance
+    gear = BLUNT.transmission
+    expected = np.zeros(4)
+    expected[[1 - channel, 3 - channel]] = [
+        (gear.half_gap + 1.5 / gear.stiffness) ** 2, np.var(np.gradient(y[:, 0], dt))]
+    assert extra == pytest.approx(expected, abs=1e-12)
+
+
+def test_torque_noise_is_of_the_size_of_torque_and_inertia():
+    """The least moves an inertia in 1 s by a share of the encoders' noise, as its double sum."""
+    recording = recorded(BLUNT, 0.5)
+    likelihood = likelihood_of(recording, BLUNT)
+    torque = np.std(recording.u)
+    assert likelihood.first_noise == pytest.approx([FIRST_NOISE * torque] * 2)
+    assert likelihood.most_noise == pytest.approx(MOST * torque)
+    idle = likelihood_of(replace(recording, u=0.0 * recording.u), BLUNT)
+    assert idle.first_noise == pytest.approx([FIRST_NOISE * 1e-3] * 2)
+    assert idle.most_noise == pytest.approx(MOST * 1e-3)
+    count = round(1.0 / DT)
+    moves = DT * DT * np.sqrt(np.sum(np.arange(count) ** 2.0))  # rad, of 1 N m on 1 kg m^2
+    inertia = np.array([BLUNT.motor_inertia, BLUNT.arm_inertia])
+    assert likelihood.least_noise * moves / inertia == pytest.approx(STRAY * SIGMA[0], rel=2e-3)
+    arm = InnovationLikelihood(replace(recording, channels=(1,)), BLUNT, SIGMA, [slice(0, 500)])
+    assert arm.least_noise * moves / inertia == pytest.approx(STRAY * SIGMA[1], rel=2e-3)
+    rigid = likelihood_of(recording, BLUNT.with_(kind='rigid'))
+    assert rigid.least_noise * moves / inertia.sum() == pytest.approx(STRAY * SIGMA[0], rel=2e-3)
+
+
+@pytest.mark.parametrize('dt, every', [(1e-3, 20), (8e-3, 2), (0.05, 1)])
+def test_beside_torque_that_lasts_readings_are_some_20_ms_apart(dt, every):
+    recording = replace(recorded(BLUNT, 0.2), dt=dt)
+    likelihood = likelihood_of(recording, replace(BLUNT, process_torque_time=0.3),
+                               [slice(0, 101), slice(101, 150)])
+    assert likelihood.every == every and likelihood.fade == pytest.approx(np.exp(-dt / 0.3))
+    assert likelihood.readings == 2 * (148 // every)
+    one = replace(recording, channels=(1,))
+    assert likelihood_of(one, BLUNT, [slice(0, 101), slice(101, 150)]).readings == 148
+    assert likelihood_of(one, BLUNT).thinned(3).readings == 199 // 3
+    assert likelihood_of(one, BLUNT).fade == 0.0
+
+
+def test_each_memory_of_the_drive_is_estimated_on_its_own_scale():
+    recording = recorded(BLUNT, 0.1)
+    torque = np.std(recording.u)
+
+    def begun(model):
+        """Return {place: standard deviation} of the memories."""
+        start = likelihood_of(recording, model).run(model, np.full(2, 0.1)).start
+        sizes = np.sqrt(np.diag(start.covariance))[4:]
+        assert start.places[:4].tolist() == [0, 1, 2, 3]
+        assert start.moves[4:] == pytest.approx(MEMORY_MOVE * sizes)
+        return dict(zip(start.places[4:].tolist(), sizes))
+    assert begun(BLUNT) == {}
+    lugre = {'id': 'lugre', 'Cs': 0.1, 'vs': 0.5, 'sigma0': 90.0, 'sigma1': 0.5}
+    loop = {'id': 'hysteresis_bouc_wen', 'Th': 0.2, 'dh': 0.02}
+    lasting = replace(BLUNT, effects=(lugre, loop), process_torque_time=0.3)
+    assert begun(lasting) == pytest.approx({
+        N_STATE: torque, 4 + MEMORIES['lugre']: BLUNT.coulomb_friction / 90.0,
+        4 + MEMORIES['hysteresis_bouc_wen']: 1.0})
+    for changes, memories in (({'ki': 2.0}, [0]), ({'delay': 2e-3}, [1, 2, 3]),
+                              ({'rate': 200.0}, [1, 2, 3]), ({}, [])):
+        servo = replace(BLUNT, controller=Controller(kp=2.0, kd=0.1, **changes))
+        assert begun(servo) == pytest.approx({4 + INTEGRAL + i: torque for i in memories})
+
+
+def test_the_motion_of_a_run_is_that_of_its_parts():
+    recording = recorded(LINEAR, 0.2)
+    likelihood = likelihood_of(recording, LINEAR, [slice(20, 90), slice(110, 200)])
+    run = likelihood.run(LINEAR, np.full(2, 0.1))
+    motion = likelihood.motion(run)
+    index = np.r_[20:89, 110:199]
+    assert motion['time'] == pytest.approx(index * DT)
+    np.testing.assert_array_equal(motion['torque'], recording.u[index])
+    np.testing.assert_array_equal(motion['speed of the motor'], run.trace.begin[index, 0, 2])
+    assert np.abs(motion['angle of the motor'] - recording.y[index, 0]).max() < 6e-3
+    assert np.abs(motion['angle of the arm'] - recording.y[index, 1]).max() < 12e-3
+    np.testing.assert_array_equal(
+        motion['twist'], motion['angle of the motor'] - motion['angle of the arm'])
+    np.testing.assert_array_equal(motion['speed of the arm'], run.trace.begin[index, 0, 3])
+
+
+def test_parts_are_halved_in_the_middle_of_each():
+    assert halves([slice(3, 10), slice(20, 30)]) == [
+        slice(3, 6), slice(6, 10), slice(20, 25), slice(25, 30)]
+
+
+def test_recordings_of_one_drive_count_together_each_with_its_own_encoders():
+    first, second = recorded(LINEAR, 0.2), recorded(LINEAR, 0.3, seed=5)
+    second = replace(second, u=2.0 * second.u[::2], y=second.y[::2], dt=2.0 * DT, channels=(1,))
+    parts = [InnovationLikelihood(first, LINEAR, SIGMA, [slice(0, 120), slice(120, 200)]),
+             InnovationLikelihood(second, LINEAR, 0.3 * SIGMA, [slice(10, 150)])]
+    both, noise = JointLikelihood(parts), np.array([0.3, 0.1])
+    assert both.readings == 2 * 198 + 139
+    assert both.most_noise == parts[1].most_noise > parts[0].most_noise
+    assert both.first_noise.tolist() == parts[1].first_noise.tolist()
+    assert both.least_noise.tolist() == parts[1].least_noise.tolist()
+    assert (parts[0].least_noise > parts[1].least_noise).all()
+    run, runs = both.run(LINEAR, noise), [part.run(LINEAR, noise) for part in parts]
+    assert run.deviance == pytest.approx(sum(own.deviance for own in runs), rel=1e-12)
+    for name in ('innovation', 'variance', 'read', 'residual'):
+        np.testing.assert_array_equal(
+            getattr(run, name), np.concatenate([getattr(own, name) for own in runs]))
+    moved = LINEAR.with_(viscous_friction=0.11)
+    np.testing.assert_array_equal(both.change(run, moved), np.concatenate(
+        [part.change(own, moved) for part, own in zip(parts, runs)]))
+    other = both.with_noise(run, 2.0 * noise)
+    others = [part.with_noise(own, 2.0 * noise) for part, own in zip(parts, runs)]
+    assert other[0] == pytest.approx(sum(row[0] for row in others), rel=1e-12)
+    for i in (1, 2):
+        np.testing.assert_array_equal(other[i], np.concatenate([row[i] for row in others]))
+    for own, part, alone in zip(both.smoothed(run), parts, runs):
+        np.testing.assert_array_equal(own, part.smoothed(alone))
+
+
 @pytest.mark.parametrize('kind, size', [('play', 0.02 * BLUNT.transmission.stiffness),
                                         ('passive_play', 0.02), ('dead_zone', None)])
 def test_where_in_its_hysteresis_a_drive_begins_is_open(kind, size):
@@ -166,31 +331,38 @@ def test_where_in_its_hysteresis_a_drive_begins_is_open(kind, size):
     ({'id': 'stribeck', 'Cs': 0.1, 'vs': 0.5}, 'vs', 0.02),
     ({'id': 'hysteresis_bouc_wen', 'Th': 0.2, 'dh': 0.02}, 'dh', 0.02),
     ({'id': 'arm_encoder_eccentricity', 'A': 0.05, 'phi': 0.4}, 'phi', 0.02),
+    ({'id': 'motor_encoder_eccentricity', 'A': 0.3, 'phi': 0.4}, 'phi', 0.02),
+    ({'id': 'viscous_drift', 'r': 4.0, 'T': 0.01}, 'T', 1e-3),
     ({'id': 'actuator_lag', 'T': 0.004}, 'T', 0.02),
     # Corrections move in time as well, which is left out: they are white.
-    ({'id': 'motor_encoder_delay', 'T': 0.0034}, 'T', 0.2)])
+    ({'id': 'motor_encoder_delay', 'T': 0.0034}, 'T', 0.2),
+    ({'id': 'arm_encoder_delay', 'T': 0.0034}, 'T', 0.2)])
 def test_sensitivities_are_those_of_a_filter_with_frozen_gains(effect, name, tolerance):
-    model = replace(BLUNT, effects=(effect,))
+    late = {'id': 'motor_encoder_delay', 'T': 4e-4}  # that friction drifts shows within a sample
+    others = [late] if name == 'T' and effect['id'] == 'viscous_drift' else []
+    model, side = replace(BLUNT, effects=(effect, *others)), effect['id'].startswith('arm')
     recording = recorded(model, 0.3)
     likelihood = likelihood_of(recording, model)
     run = likelihood.run(model, [0.05, 0.05])
 
     def innovations(value):
-        """Return the innovations [K, 2] of a first half that is run with the gains of `run`."""
-        drive = PackedDrive(model.pack(), effects.pack([{**effect, name: value}]), np.zeros(0))
+        """Return the innovations [K, 2] that the gains of `run` lead to."""
+        drive = PackedDrive(model.pack(), effects.pack([{**effect, name: value}, *others]),
+                            np.zeros(0))
         u = likelihood.simulator.acting(drive.e)
         n, parts = u.shape[1], schedule(drive.e, DT, u.shape[1], (0, 1))
         none = ProcessNoise(np.zeros((1, 4)), np.zeros(4))
-        x, out = run.start.states[0].copy(), np.zeros((140, 2))
-        for k in range(140):
+        x, out = run.start.states[0].copy(), np.zeros((300, 2))
+        for k in range(299):
             at, m = 0.0, 0
             for h, part, end in zip(parts.length, parts.part, parts.ends):
                 advance(x, k * DT + at, h, u[k, part:part + 1], (0.0, 0.0, 0.0), none, drive, 0.0)
                 at += h
                 for i in (0, 1) if end >= 0 else ():
-                    if not parts.reads[m, i]:
+                    if not parts.reads[m, i] or k + 1 + parts.shift[i] >= 300:
                         continue
-                    error = (0.05 * np.sin(x[1] + value) if i and name == 'phi' else 0.0)
+                    error = (effect['A'] * np.sin(x[i] + value) if name == 'phi' and i == side
+                             else 0.0)
                     out[k, i] = recording.y[k + 1 + parts.shift[i], i] - x[i] - error
                     x[run.start.places] += run.trace.gain[k, i] * out[k, i]
                 m += end >= 0
@@ -198,9 +370,9 @@ def test_sensitivities_are_those_of_a_filter_with_frozen_gains(effect, name, tol
         return out
     step = 1e-5 * effect[name]
     difference = (innovations(effect[name] + step) - innovations(effect[name] - step)) / 2.0
-    moved = replace(model, effects=({**effect, name: effect[name] + step},))
-    change = likelihood.change(run, moved)[:140]
-    assert innovations(effect[name]) == pytest.approx(run.trace.innovation[:140], abs=1e-9)
+    moved = replace(model, effects=({**effect, name: effect[name] + step}, *others))
+    change = likelihood.change(run, moved)
+    assert innovations(effect[name]) == pytest.approx(run.trace.innovation, abs=1e-9)
     assert np.abs(change - difference).max() < tolerance * np.abs(difference).max()
 
 
@@ -230,6 +402,35 @@ def test_late_encoders_are_read_at_their_own_time_within_a_sample():
     assert line.reads.tolist() == [[1, 0], [0, 1]]
     whole = schedule(effects.pack([{'id': 'arm_encoder_delay', 'T': 0.002}]), DT, 1, (0, 1))
     assert whole.shift.tolist() == [0, 2] and whole.reads.tolist() == [[1, 1]]
+
+
+@pytest.mark.parametrize('late, parts, channels, segments, edges, part, ends, reads, shift', [
+    ((0.0, 0.0), 3, (0, 1), [1.0], [1 / 3, 2 / 3, 1.0], [0, 1, 2], [-1, -1, 0], [[1, 1]], [0, 0]),
+    ((3.4, 1.7), 2, (0, 1), [0.3, 0.6, 1.0], [0.3, 0.5, 0.6, 1.0], [0, 0, 1, 1], [0, -1, 1, 2],
+     [[0, 1], [1, 0], [0, 0]], [3, 1]),
+    ((0.4, 2.4), 1, (0, 1), [0.6, 1.0], [0.6, 1.0], [0, 0], [0, 1], [[1, 1], [0, 0]], [0, 2]),
+    ((0.4, 0.2), 1, (1,), [0.8, 1.0], [0.8, 1.0], [0, 0], [0, 1], [[0, 1], [0, 0]], [0, 0]),
+    # As good as together: an edge of a part with a reading, both encoders, a whole sample.
+    ((1 / 3, 0.0), 3, (0, 1), [2 / 3, 1.0], [1 / 3, 2 / 3, 1.0], [0, 1, 2], [-1, 0, 1],
+     [[1, 0], [0, 1]], [0, 0]),
+    ((0.5 - 5e-7, 0.5 + 3e-7), 2, (0, 1), [0.5, 1.0], [0.5, 1.0], [0, 1], [0, 1],
+     [[1, 1], [0, 0]], [0, 0]),
+    ((0.5 - 5e-6, 0.5), 1, (0, 1), [0.5, 0.5 + 5e-6, 1.0], [0.5, 0.5 + 5e-6, 1.0], [0, 0, 0],
+     [0, 1, 2], [[0, 1], [1, 0], [0, 0]], [0, 0]),
+    ((2.0 - 5e-7, 1.0 + 5e-7), 1, (0, 1), [1.0], [1.0], [0], [0], [[1, 1]], [2, 1]),
+    ((2.0 - 5e-6, 1.0 + 5e-6), 1, (0, 1), [5e-6, 1.0 - 5e-6, 1.0], [5e-6, 1.0 - 5e-6, 1.0],
+     [0, 0, 0], [0, 1, 2], [[1, 0], [0, 1], [0, 0]], [1, 1])])
+def test_steps_of_a_sample_end_where_torque_changes_and_encoders_read(
+        late, parts, channels, segments, edges, part, ends, reads, shift):
+    """All in samples."""
+    dt = 2e-3
+    e = effects.pack([{'id': f'{side}_encoder_delay', 'T': T * dt}
+                      for side, T in zip(('motor', 'arm'), late) if T])
+    line = schedule(e, dt, parts, channels)
+    assert line.span / dt == pytest.approx(np.diff([0.0, *segments]), abs=9e-7)
+    assert line.length / dt == pytest.approx(np.diff([0.0, *edges]), abs=9e-7)
+    assert line.part.tolist() == part and line.ends.tolist() == ends
+    assert line.reads.tolist() == reads and line.shift.tolist() == shift
 
 
 def test_the_true_effect_is_proposed_and_fitted_from_nothing_and_the_noise_vanishes():

@@ -18,7 +18,7 @@ from gearbox_monitor.files.baselines import (
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash import forecast, scan
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
-from gearbox_monitor.monitoring.backlash.change_tests import GAP
+from gearbox_monitor.monitoring.backlash.change_tests import CONDITIONS, GAP, SHARP, TESTS
 from gearbox_monitor.monitoring.backlash.drift_words import outcomes
 from gearbox_monitor.monitoring.backlash.features import (
     Backlash, Friction, lost_motion_of, NotExcited)
@@ -164,7 +164,7 @@ def test_a_cold_start_is_not_wear():
 
     first = day(150)
     assert not alarmed(first) and 'learning the baseline' in first[0]['backlash'].message
-    assert not alarmed(day(150)) and len(gearbox.tracker.points) > 5
+    assert not alarmed(day(150)) and len(gearbox.tracker.data.points) > 5
     # Colder than ever: the gap is as large as the coefficient says.
     cold = gearbox.go(2, 0.04, temperature=-5.0)
     assert not alarmed(cold)
@@ -443,3 +443,24 @@ def test_history_stays_small_and_keeps_the_slope():
     assert trend.found and trend.slope == pytest.approx(1e-7, abs=4 * trend.slope_std)
     assert trend.growth == pytest.approx(0.02, abs=4 * trend.growth_std)
     assert history.trend(19998 * WINDOW) is None
+
+
+def test_the_tests_share_all_false_alarms_one_for_each_direction_of_a_feature():
+    assert sum(test.share for test in TESTS) == pytest.approx(1.0)
+    directions = {(test.column, test.sign) for test in TESTS}
+    assert len(directions) == len(TESTS)
+    assert directions == {(column, sign) for column in range(SHARP + 1) for sign in (-1, 1)}
+
+
+def test_conditions_of_wear_name_the_figures_they_compare():
+    """A score with its threshold where a change is found; then its size with a limit."""
+    found = [c for c in CONDITIONS if 'significant' in c.when]
+    assert len(found) == len({test.column for test in TESTS} - {SHARP}) * 2
+    for condition in found:
+        assert condition.threshold == tuple(f'{value}_threshold' for value in condition.value)
+        assert all(value.endswith('_score') for value in condition.value)
+    sizes = [c for c in CONDITIONS if c.value and c not in found]
+    assert len(sizes) == 2 * len(found)
+    for condition in sizes:
+        (value,), (limit,) = condition.value, condition.threshold
+        assert limit == f'{value}_{"error" if "_error" in condition.when else "warn"}'

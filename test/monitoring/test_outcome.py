@@ -7,7 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
-from gearbox_monitor.monitoring.checks.outcome import Alarm, Condition, Level, Outcome, outcome_of
+from gearbox_monitor.monitoring.checks.outcome import (
+    Alarm, Condition, joined, Level, Outcome, outcome_of)
 
 SECOND = 1_000_000_000
 DEBOUNCES = [(3, 5), (2, 2), (1, 1), (4, 1), (1, 2)]
@@ -138,3 +139,11 @@ def test_findings_are_made_of_conditions():
     assert outcome_of([], 'fine', {}) == Outcome(Level.OK, 'fine', {})
     assert outcome_of([warn, error, again], 'fine', {'x': 2}) == Outcome(
         Level.ERROR, 'odd, bad, strange: look; mend', {'x': 2})
+
+
+@pytest.mark.parametrize('levels, level, message', [
+    ((0, 0, 0), 0, 'a'), ((1, 0, 0), 1, 'a'), ((0, 1, 0), 1, 'b'), ((0, 1, 2), 2, 'b; c'),
+    ((1, 0, 2), 2, 'c; a'), ((2, 1, 1), 2, 'b; c; a')])
+def test_joined_outcomes_say_what_is_wrong_and_the_first_last(levels, level, message):
+    outcomes = [Outcome(Level(n), text, {text: n}) for n, text in zip(levels, 'abc')]
+    assert joined(outcomes) == Outcome(Level(level), message, {'a': levels[0]})

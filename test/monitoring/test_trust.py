@@ -215,6 +215,19 @@ def check(white, recent=500):
         np.where(measured, 1.0, np.nan), recent, 2 * recent)
 
 
+@pytest.mark.parametrize('count', [150, 1000])
+def test_correlations_of_white_errors_are_allowed_for(count):
+    """LAGS squared ones sum to LAGS / N."""
+    shares = []
+    for seed in range(40):
+        white = np.random.default_rng(seed).standard_normal((count, 2))
+        values = check(white).values
+        shares.append(values['predictable_share'])
+    limit = values['predictable_share_threshold']
+    assert limit == pytest.approx(LIMITS.predictable + LAGS / count)
+    assert np.mean(shares) == pytest.approx(LAGS / count, rel=0.5)
+
+
 def test_thresholds_have_the_stated_odds():
     """Against scipy.stats, and by drawing: the shape of each test at odds that can be drawn."""
     alpha = LIMITS.error_significance

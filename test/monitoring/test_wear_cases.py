@@ -266,7 +266,7 @@ def test_points_without_end():
     gearbox = Gearbox(11, speed_bin=1.2)
     for k in range(240):
         gearbox.go(1, speed=20.0 * 1.25 ** (k % 80))
-    assert len(gearbox.tracker.points) == 80 and not gearbox.tracker.changes
+    assert len(gearbox.tracker.data.points) == 80 and not gearbox.tracker.changes
     found = [gearbox.go(1, 0.2, speed=20.0 * 1.25 ** (k % 80))[0] for k in range(10)]
     size(gearbox, 'gap', 0.2)
     assert found[-1]['backlash'].level == Level.WARN
@@ -284,7 +284,7 @@ def test_a_lifting_axis_does_not_come_round():
         gearbox.tracker = tracker
         gearbox.go(1, angle=0.1)
         gearbox.go(1, angle=6.4)
-        points[turns] = len(tracker.points)
+        points[turns] = len(tracker.data.points)
     assert points == {True: 1, False: 2}
 
 

@@ -6,8 +6,9 @@ Mutants: one wrong operator or number at a time, which the tests of its module s
 
 A copy of the checkout gets one change: < for >=, + for -, * for /, and for or, a condition turned
 round, a number twice as large or one more. The tests of the module run on it; a mutant that they
-pass survives, and is printed with its line. Fields of a class stay as they are: another limit is
-another decision, no error.
+pass survives, and is printed with its line. Fields of a class stay as they are, and constants of a
+module that are numbers alone: another limit, start or step of a search is another decision, no
+error.
 
 usage examples:
   python test/system/mutants.py --n 4
@@ -44,12 +45,15 @@ ROOMS = MappingProxyType({
         'estimation/rts_smoother.py': ('estimation/test_smoother.py', 'estimation/test_filter.py',
                                        'estimation/test_consider.py')},
     'likelihood': {
-        'estimation/innovation_filter.py': ('identification/test_innovations.py',),
+        'estimation/innovation_filter.py': ('estimation/test_innovation_filter.py',
+                                            'identification/test_innovations.py'),
         'identification/innovations.py': ('identification/test_innovations.py',
+                                          'estimation/test_innovation_filter.py',
                                           'identification/test_setpoint.py'),
         'identification/evidence.py': ('identification/test_evidence.py',
                                        'identification/test_judge.py'),
-        'identification/innovation_fit.py': ('identification/test_innovations.py',
+        'identification/innovation_fit.py': ('identification/test_innovation_fit.py',
+                                             'identification/test_innovations.py',
                                              'identification/test_fit_nominal.py')},
     'alerts': {
         'monitoring/checks/innovation.py': ('monitoring/test_alert_limits.py',
@@ -60,7 +64,8 @@ ROOMS = MappingProxyType({
                                          'monitoring/test_alert_limits.py'),
         'monitoring/checks/passivity.py': ('monitoring/test_row_checks.py',
                                            'monitoring/test_alert_limits.py'),
-        'monitoring/backlash/wear.py': ('monitoring/test_change.py', 'monitoring/test_drift.py'),
+        'monitoring/backlash/wear.py': ('monitoring/test_wear.py', 'monitoring/test_change.py',
+                                        'monitoring/test_drift.py'),
         'monitoring/backlash/change_tests.py': ('monitoring/test_change.py',
                                                 'monitoring/test_drift.py')}})
 # Of two numbers that are hardly ever equal, < and <= are one.
@@ -78,6 +83,19 @@ def add_arguments(parser):
     parser.add_argument('--seed', metavar='S', type=int, default=0, help='of the draw')
 
 
+def is_setting(statement: ast.stmt) -> bool:
+    """Return whether `statement` gives names numbers that are written out, or a call of them."""
+    if not isinstance(statement, ast.Assign):
+        return False
+    value = statement.value
+    parts = ([*value.args, *(part.value for part in value.keywords)]
+             if isinstance(value, ast.Call) else [value])
+    try:
+        return all(ast.literal_eval(part) is not None for part in parts)
+    except ValueError:
+        return False
+
+
 class Mutator(ast.NodeTransformer):
     """Counts the places of a module that can be changed, and changes number `at` of them."""
 
@@ -91,6 +109,12 @@ class Mutator(ast.NodeTransformer):
             return False
         self.line = node.lineno
         return True
+
+    def visit_Module(self, node):  # noqa: N802
+        """Leave settings as they are."""
+        node.body = [statement if is_setting(statement) else self.visit(statement)
+                     for statement in node.body]
+        return node
 
     def visit_FunctionDef(self, node):  # noqa: N802
         """Leave decorators, types and defaults as they are."""

@@ -5,7 +5,12 @@
 import mutants
 import pytest
 
-SOURCE = '''def limited(a: float, b: float = 2.0) -> float:
+SOURCE = '''FIRST, STEPS = 0.5, (-1e-3, 7)
+RULE = Damping(1e-4, 20.0, attempts=5)
+BOTH = 2 * STEPS
+
+
+def limited(a: float, b: float = 2.0) -> float:
     """Return a number."""
     if a < b and not b == 0:
         return a * 2.0 - b
@@ -21,9 +26,9 @@ def test_each_mutant_is_one_change():
     assert {line.strip() for line in changed} == {
         'if a >= b and (not b == 0):', 'if a < b and (not b != 0):', 'if a < b and (not b == 1):',
         'if a < b or not b == 0:', 'if not (a < b and (not b == 0)):', 'return a * 4.0 - b',
-        'return a / 2.0 - b', 'return a * 2.0 + b'}
-    assert sorted(line for _, line in lines) == [3] * 5 + [4] * 3
-    assert plain.startswith('def limited(a: float, b: float=2.0)')
+        'return a / 2.0 - b', 'return a * 2.0 + b', 'BOTH = 3 * STEPS', 'BOTH = 2 / STEPS'}
+    assert sorted(line for _, line in lines) == [3] * 2 + [8] * 5 + [9] * 3
+    assert 'def limited(a: float, b: float=2.0)' in plain
 
 
 @pytest.mark.parametrize('room', mutants.ROOMS)

@@ -172,7 +172,7 @@ class History:
         """Return the wear of the feature `name` at a `window` since the baseline."""
         if name not in ('friction', 'viscous_share'):
             return (1.0 + self.size(name, window)) / (1.0 + self.size(name, self.zero)) - 1.0
-        speed = self.monitor.tracker.points[self.monitor.tracker.point].speed
+        speed = self.monitor.tracker.data.points[self.monitor.tracker.point].speed
         (viscous, coulomb), (viscous_0, coulomb_0) = self.law(window), self.law(self.zero)
         whole, whole_0 = viscous * speed + coulomb, viscous_0 * speed + coulomb_0
         if name == 'friction':
@@ -387,8 +387,8 @@ def run_healthy(args):
         life.live()
         lives.append((life.alerts, life.names, life.windows, life.moved, life.compared))
         print(f'seed {seed}: {life.alerts} alerts, {life.names} names, '
-              f'{len(life.monitor.tracker.points)} operating points, {len(life.events)} events',
-              flush=True)
+              f'{len(life.monitor.tracker.data.points)} operating points, '
+              f'{len(life.events)} events', flush=True)
     alerts, names, windows, moved, compared = np.sum(lives, axis=0).tolist()
     print(f'{alerts} alerts and {names} names in {windows} windows, {moved} of them in motion, '
           f'{compared} compared; {time.process_time() - begin:.0f} s of CPU')

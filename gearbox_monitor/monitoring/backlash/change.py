@@ -21,7 +21,8 @@ from gearbox_monitor.monitoring.backlash.change_tests import (
     SHARP, STIFFNESS, TESTS, VISCOUS_SHARE)
 from gearbox_monitor.monitoring.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.monitoring.backlash.forecast import Trend
-from gearbox_monitor.monitoring.backlash.operating_point import Bins, OperatingPoint
+from gearbox_monitor.monitoring.backlash.operating_point import (
+    Bins, find_point, OperatingPoint)
 from gearbox_monitor.monitoring.backlash.wear_data import excess, OTHERS, TRUSTED, WearData
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -189,7 +190,7 @@ class Tracker:
     def _take(self, features: Backlash | Friction, trust: int) -> None:
         data, settings = self.data, self.settings
         count = len(data.points)
-        point = data.points.find(features, self.temperature, settings.bins)
+        point = find_point(data.points, features, self.temperature, settings.bins)
         place = data.points[point]
         values, variances = self._measure(features, place)
         usual = variances / excess(trust)
@@ -302,7 +303,7 @@ class Tracker:
 
     def _prior(self, column: int, columns: int, points: int) -> Array:
         """Return the variances of `columns` columns of a design, see wear.Observations."""
-        prior = PRIORS[min(column, len(PRIORS) - 1) if column != SHARP else GAP]
+        prior = PRIORS[_own(column)]
         spread = self.data.spread[column]
         offset = prior.offset ** 2 if not math.isfinite(spread) else spread
         common = (LIMITS.level_std ** 2, prior.temperature ** 2, prior.coulomb ** 2,
@@ -312,7 +313,7 @@ class Tracker:
             larger, prior.distrust ** 2)])
 
     def _course(self, column: int) -> wear.Course:
-        feature = self.wear[GAP if column == SHARP else column]
+        feature = self.wear[_own(column)]
         length = self.settings.window * 1e9
         return wear.Course(*(tuple(wear.ages(stamps, self.stamp_ns, length).tolist())
                              for stamps in (feature.steps, feature.pending)))
@@ -351,8 +352,8 @@ class Tracker:
 
     def _widened(self, column: int, o: wear.Observations) -> wear.Observations:
         """Return `o` with the noise that a smaller feature has: it does not shrink with it."""
-        feature = self.wear[GAP if column == SHARP else column]
-        if not (feature.steps and PRIORS[GAP if column == SHARP else column].logarithmic
+        feature = self.wear[_own(column)]
+        if not (feature.steps and PRIORS[_own(column)].logarithmic
                 and feature.value < 0.0):
             return o
         since = wear.ages(feature.steps[:1], self.stamp_ns, self.settings.window * 1e9)[0]
@@ -382,8 +383,8 @@ class Tracker:
         data.slopes[column] = fit.mean[wear.TEMPERATURES] @ share
         variance = np.diag(fit.covariance)
         offsets = slice(first, first + len(points))
-        stated = PRIORS[GAP if column == SHARP else column].offset ** 2
-        feature = self.wear[GAP if column == SHARP else column]
+        stated = PRIORS[_own(column)].offset ** 2
+        feature = self.wear[_own(column)]
         if len(points) > 1 and not feature.steps and not feature.pending:
             squares = fit.mean[offsets] ** 2 + variance[offsets]
             data.spread[column] = (LIMITS.offset_windows * stated + float(squares.sum())) / (
@@ -415,7 +416,7 @@ class Tracker:
         detected: list[tuple[float, int]] = []
         for test in TESTS:
             source = test.column
-            if (GAP if source == SHARP else source) != column or source not in scores:
+            if _own(source) != column or source not in scores:
                 continue
             score = scores[source][0 if test.sign > 0 else 1]
             k = int(np.argmax(score))
@@ -769,11 +770,6 @@ class Tracker:
             self._counted = (self.stamp_ns, self.point), count
         return self._counted[1]
 
-    @property
-    def points(self) -> list[OperatingPoint]:
-        """The operating points."""
-        return list(self.data.points)
-
     def stages(self) -> dict[str, dict[str, int]]:
         """Return {component: {test: stage}}; an alert is given when that changes."""
         return {component: {t.key: self.changes[t.key].stage for t in TESTS
@@ -867,11 +863,6 @@ class Tracker:
                 'stamp_ns': self.pause.stamp_ns, 'reason': self.pause.reason,
                 'friction': self.pause.friction and asdict(self.pause.friction)}}
 
-    @classmethod
-    def from_dict(cls, settings: TrackerSettings, state: Any) -> Self:
-        """Return the Tracker with `settings` that continues `state` (to_dict, baseline_points)."""
-        return cls(settings, state)
-
     def _load(self, state: Any) -> None:
         if isinstance(state, list):  # baselines alone
             old_state.load_baselines(self.data, state)
@@ -906,3 +897,8 @@ class Tracker:
         self.stamp_ns = int(state['stamp_ns'])
         if state.get('converted') and self.data.stamps:
             self._judge()
+
+
+def _own(column: int) -> int:
+    """Return the feature that a `column` tells: SHARP tells the gap."""
+    return GAP if column == SHARP else column

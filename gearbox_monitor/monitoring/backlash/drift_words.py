@@ -133,7 +133,7 @@ def _measured(tracker: Tracker, component: str, window: Backlash | Friction) -> 
         for name, change in zip(('viscous', 'coulomb'), tracker.coefficients() or ()):
             values[f'{name}_growth'], values[f'{name}_growth_std'] = change
     if tracker.point >= 0:
-        values['operating_point'] = tracker.points[tracker.point].text()
+        values['operating_point'] = tracker.data.points[tracker.point].text()
     values['baseline_windows'] = tracker.point_windows()
     for test in TESTS:
         if test.component == component:

@@ -31,7 +31,8 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_OFFSET
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
 from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
-from gearbox_monitor.quality.recording import prepare, RecordingKind, UniformRecording
+from gearbox_monitor.quality.recording import (
+    prepare, RecordingKind, rms_of, UniformRecording)
 
 STEP = 2e-3         # s between the readings of a fit: resonances lie below 100 Hz
 LONGEST = 20.0      # s of a window that are fitted, its last ones
@@ -135,8 +136,8 @@ class HiddenArm:
             viscous_std=viscous * deviation.get('Cv', nan),
             coulomb=coulomb * change['Cc'] if 'Cc' in change else nan,
             coulomb_std=coulomb * deviation.get('Cc', nan),
-            angle=float(recording.y[:, 0].mean()), speed=_rms(states[:, 2]),
-            load=_rms(stiffness * np.maximum(np.abs(twist) - half_gap, 0.0)))
+            angle=float(recording.y[:, 0].mean()), speed=rms_of(states[:, 2]),
+            load=rms_of(stiffness * np.maximum(np.abs(twist) - half_gap, 0.0)))
 
     def _fit(self, likelihood: InnovationLikelihood, candidate: CandidateModel,
              torque: float) -> FilteredFit:
@@ -154,10 +155,6 @@ class HiddenArm:
         start = min(starts, key=lambda fit: fit.deviance).alone()
         fit: InnovationFit = fitted(likelihood, start, FIRST if first else LATER)
         return evaluated(likelihood, fit)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values ** 2)))
 
 
 def _recording(stamps: Integers, rows: Array) -> UniformRecording:

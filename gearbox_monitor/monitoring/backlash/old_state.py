@@ -63,7 +63,7 @@ def _add(data: WearData, block: WearBlock, point: OperatingPoint, count: Array, 
         stated: mean of the variances stated [F].
 
     """
-    data.points.points.append(point)
+    data.points.append(point)
     units, levels = np.ones(len(FEATURES)), np.full(len(FEATURES), np.nan)
     for i in range(len(FEATURES)):
         if not math.isfinite(mean[i]):

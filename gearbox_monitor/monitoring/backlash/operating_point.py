@@ -8,7 +8,7 @@ A window belongs to the known point whose centre is nearest, if it lies within h
 every coordinate; otherwise it founds a new point with itself as the centre. So a drive that works
 around one point has one point, not two halves of neighbouring bins.
 """
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 import math
 from typing import Any, Self
@@ -156,45 +156,28 @@ class Bins:
     turns: bool = True
 
 
-class OperatingPoints:
-    """All operating points seen, in the order in which they were."""
+def find_point(points: list[OperatingPoint], window: Backlash | Friction,
+               temperature: float | None, bins: Bins) -> int:
+    """
+    Return the index of the operating point of a window; add one if none is near.
 
-    def __init__(self) -> None:
-        self.points: list[OperatingPoint] = []
+    Args:
+        points: seen so far.
+        window: its features.
+        temperature: of the gearbox (deg C), None if unknown.
+        bins: widths.
 
-    def __getitem__(self, index: int) -> OperatingPoint:
-        return self.points[index]
+    Returns:
+        The index.
 
-    def __len__(self) -> int:
-        return len(self.points)
-
-    def __iter__(self) -> Iterator[OperatingPoint]:
-        return iter(self.points)
-
-    def find(self, window: Backlash | Friction, temperature: float | None, bins: Bins) -> int:
-        """
-        Return the index of the operating point of a window; add one if none is near.
-
-        Args:
-            window: its features.
-            temperature: of the gearbox (deg C), None if unknown.
-            bins: widths.
-
-        Returns:
-            The index.
-
-        """
-        nearest_index, nearest = -1, 0.5 + TINY
-        for index, point in enumerate(self.points):
-            offset = distance(point, window, temperature, bins)
-            if offset < nearest:
-                nearest_index, nearest = index, offset
-        if nearest_index < 0:
-            self.points.append(OperatingPoint(
-                _number(window.angle), _number(window.speed), _number(window.load), temperature,
-                max(_number(window.load), TINY)))
-            nearest_index = len(self.points) - 1
-        return nearest_index
+    """
+    offsets = [distance(point, window, temperature, bins) for point in points]
+    if min(offsets, default=math.inf) < 0.5 + TINY:
+        return offsets.index(min(offsets))
+    points.append(OperatingPoint(
+        _number(window.angle), _number(window.speed), _number(window.load), temperature,
+        max(_number(window.load), TINY)))
+    return len(points) - 1
 
 
 def distance(point: OperatingPoint, window: Backlash | Friction, temperature: float | None,

@@ -20,7 +20,7 @@ from gearbox_monitor.monitoring.backlash import wear
 from gearbox_monitor.monitoring.backlash.change_tests import (
     FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, SHARP, STIFFNESS, VISCOUS_SHARE)
 from gearbox_monitor.monitoring.backlash.operating_point import (
-    N_COLUMNS, numbers, OperatingPoint, OperatingPoints)
+    N_COLUMNS, numbers, OperatingPoint)
 
 OTHERS = (STIFFNESS, HYSTERESIS, FRICTION, GAIN)  # what comes out of the fit beside the gap
 PER_SIZE = 16      # blocks of one size, before the two oldest of them become one
@@ -72,7 +72,7 @@ class WearData:
     def __init__(self, viscous: float = 0.0, coulomb: float = 0.0) -> None:
         n = len(FEATURES)
         self.viscous, self.coulomb = viscous, coulomb
-        self.points = OperatingPoints()
+        self.points: list[OperatingPoint] = []
         self.blocks: list[WearBlock] = []
         self.stamps: list[int] = []
         self.where: list[int] = []
@@ -378,7 +378,7 @@ class WearData:
     def load(self, state: Values) -> None:
         """Take over what to_dict gave. Raises KeyError, TypeError or ValueError."""
         n = len(FEATURES)
-        self.points.points = [OperatingPoint.from_dict(row) for row in state['points']]
+        self.points = [OperatingPoint.from_dict(row) for row in state['points']]
         for begin, end, windows, rows in state['blocks']:
             block = WearBlock(int(begin), int(end), int(windows))
             for row in rows:

@@ -47,11 +47,10 @@ def check(values: Mapping[str, float], drive: DriveModel,
     if not values or values.get(f'probability_{LEARNED}', 1.0) < LIMITS.learned_probability:
         return []
     shape, broken = drive.transmission, []
-    for condition, key, model, tolerance in (
-            (STIFFNESS, 'learned_stiffness', shape.stiffness, parameters.stiffness_error),
-            (GAP, 'learned_gap_rad', 2.0 * shape.half_gap, parameters.gap_error)):
-        value, std = values[key], values[key.replace('_rad', '') + (
-            '_std_rad' if key.endswith('_rad') else '_std')]
+    for condition, key, unit, model, tolerance in (
+            (STIFFNESS, 'learned_stiffness', '', shape.stiffness, parameters.stiffness_error),
+            (GAP, 'learned_gap', '_rad', 2.0 * shape.half_gap, parameters.gap_error)):
+        value, std = values[key + unit], values[f'{key}_std{unit}']
         beyond = max(value - model * (1.0 + tolerance), model / (1.0 + tolerance) - value)
         if (std < LIMITS.learned_std * value and beyond > LIMITS.learned_deviations * std
                 and model > 0.0):
