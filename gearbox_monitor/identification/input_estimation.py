@@ -20,9 +20,10 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 
 SPACING = 0.04      # s between the peaks of the triangles
-ITERATIONS = 4
-LEAST_GAIN = 1e-3   # of the cost of a window, for another iteration
-RULE = Damping(1e-6, 30.0, 1e-4, attempts=4, absolute=1e-9)
+ITERATIONS = 10
+LEAST_GAIN = 1e-4   # of the cost of a window, for another iteration
+# Many attempts: a contact of the gap that is lost makes long steps useless.
+RULE = Damping(1e-6, 30.0, 1e-4, attempts=8, absolute=1e-9)
 TORQUES = ('motor_side', 'arm_side', 'transmission')   # in the order of Simulator.run's extra
 SENSORS = ('motor_sensor', 'arm_sensor')
 PLACES = (*TORQUES, *SENSORS)
