@@ -232,7 +232,7 @@ def read_text(path: str | Path, mapping: ImportMapping, places: Places) -> RawCo
 
 def _by_numpy(path: str | Path, text: TextFormat, numbers: Mapping[str, int],
               lines: 'array[int]') -> dict[str, AnyArray] | None:
-    """Return {name: column of `numbers`}, None where some cell is no number; fill `lines`."""
+    """Return {name: column of `numbers`}, None where a cell holds none; fill `lines`."""
     _, rows = sample_rows(path, text)
     first = next(rows, None)
     if first is None:
