@@ -628,7 +628,7 @@ def _on_sites(m: Any, joint: int) -> Iterator[Refusal]:
 
 
 def ends_of(m: Any, equality: int) -> tuple[int, int]:
-    """Return the two bodies that an `equality` of bodies or of their sites holds together."""
+    """Return the two bodies that an `equality` in `m`, of bodies or their sites, ties."""
     ends = int(m.eq_obj1id[equality]), int(m.eq_obj2id[equality])
     if m.eq_objtype[equality] == mujoco_module().mjtObj.mjOBJ_SITE:
         return int(m.site_bodyid[ends[0]]), int(m.site_bodyid[ends[1]])
