@@ -125,7 +125,7 @@ def _friction(effect: Effect) -> Loop:
         if e[place] != 0.0:
             c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
             for i in range(len(s) // PARTS):
-                s[FRICTION + i] += equation(c, s[row + i], s[T + i] + elapsed, s[Y3 + i], base)
+                s[FRICTION + i] += equation(c, s[T + i] + elapsed, s[Y3 + i], s[row + i], base)
     return jit_part(term)
 
 
@@ -137,7 +137,7 @@ def _arm_torque(effect: Effect) -> Loop:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
-                s[LOAD + i] += equation(c, s[row + i], s[T + i] + elapsed, s[Y2 + i], s[Y4 + i])
+                s[LOAD + i] += equation(c, s[T + i] + elapsed, s[Y2 + i], s[Y4 + i], s[row + i])
     return jit_part(term)
 
 
@@ -149,7 +149,7 @@ def _twist(effect: Effect) -> Loop:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
-                s[TWIST + i] += equation(c, s[row + i], s[Y1 + i], s[Y2 + i])
+                s[TWIST + i] += equation(c, s[Y1 + i], s[Y2 + i], s[row + i])
     return jit_part(term)
 
 
@@ -161,7 +161,7 @@ def _elastic(effect: Effect) -> Loop:
         if e[place] != 0.0:
             c = read(e)
             for i in range(len(s) // PARTS):
-                s[TAU_K + i] += equation(c, s[row + i], s[TWIST + i], p[HALF_GAP])
+                s[TAU_K + i] += equation(c, s[TWIST + i], s[row + i], p[HALF_GAP])
     return jit_part(term)
 
 

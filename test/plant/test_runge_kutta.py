@@ -40,7 +40,7 @@ def test_half_the_step_leaves_a_sixteenth_of_the_error(side_by_side, effects):
                                  np.zeros((SAMPLES, 2)), DT)
     count = batch.FEWEST if side_by_side else 1
     zeros = np.zeros(count, int)
-    windows = ShootingWindows(zeros, SAMPLES, zeros, zeros + SAMPLES)
+    windows = ShootingWindows(zeros, SAMPLES, zeros)
     assert batch.suited(windows, model.pack(), None) == side_by_side
     expected = exact(model, COGGING['A'] if effects else 0.0)
     errors = []

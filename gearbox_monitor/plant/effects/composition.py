@@ -101,14 +101,15 @@ def chained(terms: Sequence[Kernel]) -> Kernel:
     return reduce(_joined, terms) if terms else jit_part(_unchanged)
 
 
-def _added(slot: str) -> Callable[[Effect], Kernel]:
-    """Return what makes terms of a `slot` whose equations add to a value."""
+def _added(slot: str, motion: int) -> Callable[[Effect], Kernel]:
+    """Return what makes terms of a `slot` whose equations add to a value: f(c, motion, z, ..)."""
     def _of(effect: Effect) -> Kernel:
         equation, read, place, memory = term_of(effect, slot)
 
         def _term(value: float, e: Array, m: Any, *arguments: Any) -> float:
             if e[place] != 0.0:
-                value += equation(read(e), m[memory], *arguments)
+                value += equation(read(e), *(arguments[:motion] + (m[memory],)
+                                             + arguments[motion:]))
             return value
         return jit_part(_term)
     return _of
@@ -191,7 +192,8 @@ def _chain(slot: str, term: Callable[[Effect], Kernel]) -> Kernel:
 # (value, e, ...) -> value, see the terms above; m: the memories, a tuple of N_MEMORY numbers, of
 # which the first is that of the transmission.
 friction_effects, arm_effects, twist_effects, elastic_effects = (
-    _chain(slot, _added(slot)) for slot in ('friction', 'arm_torque', 'twist', 'elastic'))
+    _chain(slot, _added(slot, motion)) for slot, motion in (
+        ('friction', 2), ('arm_torque', 3), ('twist', 2), ('elastic', 1)))
 torque_effects = _chain('motor_torque', _motor_torque)
 motor_gain = _chain('motor_gain', _motor_gain)
 command_effects = _chain('command', _command)

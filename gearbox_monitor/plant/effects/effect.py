@@ -138,10 +138,10 @@ class Effect:
         problem(effect): what is wrong with its parameters together, '' for nothing.
 
     Its equation, a function with @jit_part in one of these slots:
-        friction(c, z, t, x3, base): torque (N m) added to tau_f. base: MotorFriction.
-        arm_torque(c, z, t, x2, x4): torque (N m) added to tau_arm.
-        twist(c, z, x1, x2): angle (rad) added to the twist that acts.
-        elastic(c, z, twist, half_gap): torque (N m) added to tau_K.
+        friction(c, t, x3, z, base): torque (N m) added to tau_f. base: MotorFriction.
+        arm_torque(c, t, x2, x4, z): torque (N m) added to tau_arm.
+        twist(c, x1, x2, z): angle (rad) added to the twist that acts.
+        elastic(c, twist, z, half_gap): torque (N m) added to tau_K.
         motor_torque(c, x1, x3, u): torque (N m) that acts on the motor in place of u;
             motor_gain(c, x1): its derivative with respect to u, where that is not 1.
         command(c, u): torque (N m) that the actuator makes of the command u.

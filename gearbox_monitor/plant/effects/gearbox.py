@@ -64,14 +64,14 @@ STIFFNESS = Effect(
 
 
 @jit_part
-def hardening_torque(c: Coefficients, z: float, twist: float, half_gap: float) -> float:
+def hardening_torque(c: Coefficients, twist: float, z: float, half_gap: float) -> float:
     """
     Return the torque (N m) that hardening adds.
 
     Args:
         c: parameter K3.
-        z: not used.
         twist: that acts, rad.
+        z: not used.
         half_gap: of the backlash, rad.
 
     Returns:
@@ -90,14 +90,14 @@ HARDENING = Effect(
 
 
 @jit_part
-def bouc_wen_torque(c: Coefficients, z: float, twist: float, half_gap: float) -> float:
+def bouc_wen_torque(c: Coefficients, twist: float, z: float, half_gap: float) -> float:
     """
     Return the torque (N m) that the Bouc-Wen hysteresis adds.
 
     Args:
         c: parameters Th, dh.
-        z: memory, from -1 to 1.
         twist: not used.
+        z: memory, from -1 to 1.
         half_gap: not used.
 
     Returns:
@@ -147,15 +147,15 @@ BOUC_WEN = Effect(
 
 
 @jit_part
-def branch_twist(c: Coefficients, z: float, x1: float, x2: float) -> float:
+def branch_twist(c: Coefficients, x1: float, x2: float, z: float) -> float:
     """
     Return the twist (rad) by which the branch of a loop is shifted.
 
     Args:
         c: parameters h, ds.
-        z: memory, from -1 to 1.
         x1: not used.
         x2: not used.
+        z: memory, from -1 to 1.
 
     Returns:
         -h z.
@@ -188,15 +188,15 @@ TRANSMISSION_DAMPING = Effect(
 
 
 @jit_part
-def mesh_twist(c: Coefficients, z: float, x1: float, x2: float) -> float:
+def mesh_twist(c: Coefficients, x1: float, x2: float, z: float) -> float:
     """
     Return the twist (rad) that the error of mesh adds.
 
     Args:
         c: parameters A, N, phi.
-        z: not used.
         x1: position of the motor, rad.
         x2: not used.
+        z: not used.
 
     Returns:
         A sin(N x1 + phi).

@@ -80,15 +80,15 @@ MOTOR_COULOMB = Effect(
 
 
 @jit_part
-def stribeck_torque(c: Coefficients, z: float, t: float, x3: float, base: MotorFriction) -> float:
+def stribeck_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
     """
     Return the torque (N m) that Stribeck friction adds.
 
     Args:
         c: parameters Cs, vs.
-        z: not used.
         t: time, s; not used.
         x3: speed of the motor, rad/s.
+        z: not used.
         base: friction of the model.
 
     Returns:
@@ -138,15 +138,15 @@ def lugre_level(c: Coefficients, x3: float, base: MotorFriction) -> float:
 
 
 @jit_part
-def lugre_torque(c: Coefficients, z: float, t: float, x3: float, base: MotorFriction) -> float:
+def lugre_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
     """
     Return what the LuGre model (Canudas de Wit et al., 1995) adds to Coulomb friction.
 
     Args:
         c: parameters sigma0, sigma1, Cs, vs.
-        z: deflection of the bristles, rad.
         t: time, s; not used.
         x3: speed of the motor, rad/s.
+        z: deflection of the bristles, rad.
         base: friction of the model.
 
     Returns:
@@ -205,16 +205,16 @@ LUGRE = Effect(
 
 
 @jit_part
-def asymmetry_torque(c: Coefficients, z: float, t: float, x3: float,
+def asymmetry_torque(c: Coefficients, t: float, x3: float, z: float,
                      base: MotorFriction) -> float:
     """
     Return the torque (N m) by which friction differs between the directions.
 
     Args:
         c: parameter Ca.
-        z: not used.
         t: time, s; not used.
         x3: speed of the motor, rad/s.
+        z: not used.
         base: friction of the model.
 
     Returns:
@@ -235,16 +235,16 @@ COULOMB_ASYMMETRY = Effect(
 
 
 @jit_part
-def viscous_asymmetry_torque(c: Coefficients, z: float, t: float, x3: float,
+def viscous_asymmetry_torque(c: Coefficients, t: float, x3: float, z: float,
                              base: MotorFriction) -> float:
     """
     Return the torque (N m) by which viscous friction differs between the directions.
 
     Args:
         c: parameter Cva.
-        z: not used.
         t: time, s; not used.
         x3: speed of the motor, rad/s.
+        z: not used.
         base: not used.
 
     Returns:
@@ -292,15 +292,15 @@ MOTOR_INERTIA = Effect(
 
 
 @jit_part
-def drift_torque(c: Coefficients, z: float, t: float, x3: float, base: MotorFriction) -> float:
+def drift_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
     """
     Return the torque (N m) that a drift of viscous friction adds.
 
     Args:
         c: parameters r, T.
-        z: not used.
         t: time from the start of the recording, s.
         x3: speed of the motor, rad/s.
+        z: not used.
         base: friction of the model.
 
     Returns:

@@ -53,15 +53,15 @@ def interpolated(e: Array, k: int, x: float) -> float:
 
 
 @jit_part
-def map_friction(c: Coefficients, z: float, t: float, x3: float, base: MotorFriction) -> float:
+def map_friction(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
     """
     Return what a map of the motor's speed or of time takes from the motor's torque.
 
     Args:
         c: packed effects, and where in them the map begins.
-        z: not used.
         t: time from the start of the recording, s.
         x3: speed of the motor, rad/s.
+        z: not used.
         base: not used.
 
     Returns:
@@ -98,16 +98,16 @@ def with_map(c: Coefficients, x1: float, x3: float, u: float) -> float:
 
 
 @jit_part
-def map_on_arm(c: Coefficients, z: float, t: float, x2: float, x4: float) -> float:
+def map_on_arm(c: Coefficients, t: float, x2: float, x4: float, z: float) -> float:
     """
     Return what a map of the arm's motion or of time takes from the arm's torque.
 
     Args:
         c: packed effects, and where in them the map begins.
-        z: not used.
         t: time from the start of the recording, s.
         x2: position of the arm, rad.
         x4: its speed, rad/s.
+        z: not used.
 
     Returns:
         Torque, N m.
@@ -123,14 +123,14 @@ def map_on_arm(c: Coefficients, z: float, t: float, x2: float, x4: float) -> flo
 
 
 @jit_part
-def map_of_twist(c: Coefficients, z: float, twist: float, half_gap: float) -> float:
+def map_of_twist(c: Coefficients, twist: float, z: float, half_gap: float) -> float:
     """
     Return what a map of the twist adds to the torque of the transmission.
 
     Args:
         c: packed effects, and where in them the map begins.
-        z: not used.
         twist: that acts, rad.
+        z: not used.
         half_gap: not used.
 
     Returns:
