@@ -169,7 +169,7 @@ def test_files_equal_those_of_the_mcap_package(tmp_path, monkeypatch, compressio
         schemas, channels = {}, {}
         for topic, kind in zip(topics, ('ros2msg', 'unheard_of', 'ros2msg', 'unheard_of')):
             ours.add_topic(BagTopic(topic, kind, [], '', b'definition',
-                                                 {'of': topic}, kind, 'json'))
+                                    {'of': topic}, kind, 'json'))
             if kind not in schemas:
                 schemas[kind] = peer.register_schema(kind, kind, b'definition')
             channels[topic] = peer.register_channel(topic, 'json', schemas[kind], {'of': topic})

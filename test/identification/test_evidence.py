@@ -49,17 +49,17 @@ def test_the_noise_of_an_encoder_is_the_largest_of_the_recordings_that_read_it()
     for recordings, expected in (((quiet, loud), [17.0, 25.0]), ((loud, quiet), [17.0, 25.0]),
                                  ((quiet, arm), [1.0, 25.0]), ((arm, quiet), [1.0, 25.0]),
                                  ((arm,), [17.0, 25.0])):
-        judged, quantum = evidence_of(recordings, MODEL, ())
+        judged = evidence_of(recordings, MODEL, ())
         assert (judged.sigma / SIGMA[0]) ** 2 == pytest.approx(expected, rel=0.25)
         coarse = any(own is quiet for own in recordings)
-        assert quantum == pytest.approx([1e-4 if coarse else 0.0, 0.0])
+        assert judged.quantum == pytest.approx([1e-4 if coarse else 0.0, 0.0])
     assert judged.jobs == 1 and judged.progress is silent
 
 
 def test_windows_at_the_end_are_held_out_unless_all_train():
     long, short = recording(count=4500), recording(seed=2, count=1500)
     judged = evidence(long, short)
-    assert [part.held_out for part in judged.segments] == [slice(3200, 4500), slice(1500, 1500)]
+    assert [part.unseen for part in judged.segments] == [slice(3200, 4500), slice(1500, 1500)]
     assert [part.training for part in judged.segments] == [slice(180, 3200), slice(180, 1500)]
     assert judged.fine.readings == 2 * (3200 + 1500 - 360 - 4)
     assert judged.whole.readings == 2 * (6000 - 360 - 4)
@@ -67,9 +67,9 @@ def test_windows_at_the_end_are_held_out_unless_all_train():
     assert len(judged.unseen.parts) == 1 and judged.unseen.readings == 2 * (4500 - 3200 - 2)
     assert evidence(short).unseen is None
     trained = replace(judged, all_trained=True)
-    assert all(part.data.train.all() for part in trained.segments) and trained.unseen is None
+    assert not any(part.held_out.any() for part in trained.segments) and trained.unseen is None
     assert trained.fine.readings == judged.whole.readings
-    assert not judged.segments[0].data.train.all()
+    assert judged.segments[0].held_out.any()
 
 
 def test_steps_are_as_fine_as_asked_for_and_coarse_ones_are_not():
