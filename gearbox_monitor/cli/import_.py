@@ -125,7 +125,8 @@ def run(args: Namespace) -> int:
         single = args.joint is not None or 'motor' in data['signals']
         return _say(args, data, () if single else data['signals'])
     if not args.map and not args.guess:
-        raise InputError(f'{path}: no bag, expected --guess or --map MAP')
+        raise InputError(f'{path}: no bag, expected --guess or --map MAP' if path.exists() else
+                         f'{path}: no such file, expected a bag or a log')
     if args.guess:
         _refuse_others(args, set(OPTIONS) - {'topic'}, '--guess', 'it with a bag as FILE')
     else:
