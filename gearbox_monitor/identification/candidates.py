@@ -40,6 +40,7 @@ SHARPER = 1e2  # factor by which a sharpness may be off at most
 PERIODIC = tuple(name for name, effect in EFFECTS.items() if effect.periodic)
 PHASED = tuple(name for name, effect in EFFECTS.items() if effect.phased)
 ORDERS = range(1, 41)
+LIMITED = (0.99, 0.4, 119)  # shares of the largest torque at which a limit may begin
 TWIST = (2.0, 98.0)  # percentiles between which the twist swings
 # Where the motor's motion is put in, its torque shows friction of both sides as one: what is the
 # arm's leaves the motor's.
@@ -349,12 +350,19 @@ def nuisances_of(model: DriveModel) -> dict[str, float]:
 
 
 class Starts:
-    """Where fits of each effect begin, in the scales of one drive and one recording."""
+    """
+    Where fits of each effect begin, in the scales of one drive and its recordings.
 
-    def __init__(self, model: DriveModel, recordings: Sequence[UniformRecording]) -> None:
+    training: samples of each that fits see, none: all.
+    """
+
+    def __init__(self, model: DriveModel, recordings: Sequence[UniformRecording],
+                 training: Sequence[slice] = ()) -> None:
         self.model = model
         scales = [_scales(model, recording) for recording in recordings]
-        self.scales = replace(scales[0], **{
+        seen = training or [slice(None)] * len(recordings)
+        self.scales = replace(scales[0], limits=_limits(np.concatenate(
+            [r.torque[span] for r, span in zip(recordings, seen)])), **{
             name: max(getattr(s, name) for s in scales)
             for name in ('torque', 'peak', 'friction', 'speed', 'twist', 'angle', 'reach')})
         travel = max(float(np.ptp(r.positions[:, r.channels[0]])) for r in recordings)
@@ -473,3 +481,20 @@ def _scales(model: DriveModel, recording: UniformRecording) -> Scales:
         angle=max(float(np.std(position)), 1e-6), swing=swing, values=values,
         reach=reach if len(recording.channels) == 2 or recording.motor is not None
         else math.inf)
+
+
+def _limits(torque: Array) -> tuple[float, ...]:
+    """
+    Return levels of `torque` [N], N m, each of which cuts off twice the rms of the next higher.
+
+    A limit acts on few samples or many, and whole: a fit that begins at another level makes the
+    model worse. Of these levels one cuts off what the true limit does by a factor of sqrt(2),
+    which leaves less than half of it.
+    """
+    size = np.abs(torque)
+    levels = max(float(size.max()), 1e-9) * np.linspace(*LIMITED)
+    size = size[size > levels[-1]]
+    cut = np.array([np.linalg.norm(np.maximum(size - level, 0.0)) for level in levels])
+    count = 1 + int(np.log2(max(cut[-1] / max(cut[0], 1e-3 * cut[-1], 1e-300), 1.0)))
+    wanted = cut[-1] * 0.5 ** np.arange(count)[::-1]
+    return tuple(np.interp(wanted, cut, levels).tolist())

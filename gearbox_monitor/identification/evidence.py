@@ -76,7 +76,7 @@ class Evidence:
     @cached_property
     def starts(self) -> Starts:
         """Where fits of effects begin."""
-        return Starts(self.model, self.recordings)
+        return Starts(self.model, self.recordings, [part.training for part in self.segments])
 
     def _likelihood(self, spans: Sequence[slice], coarse: bool = False) -> JointLikelihood:
         sigma = white_level(self.sigma, self.colour)

@@ -83,8 +83,8 @@ def clipped_command(c: Coefficients, u: float) -> float:
 
 def limits_below_peak(s: Scales) -> Starts:
     """Return the `starts` of a limit of the torque, in the Scales `s`."""
-    return [[FreeParameter('umax', f * s.peak, 0.1 * s.peak, 0.02 * s.peak, s.peak)]
-            for f in (0.97, 0.85, 0.65, 0.4)]
+    return [[FreeParameter('umax', level, 0.1 * s.peak, 0.02 * s.peak, s.peak)]
+            for level in s.limits]
 
 
 MOST_OVER = 30.0  # the usual command over the lowest limit that is tried

@@ -100,6 +100,7 @@ class Scales:
     angle: standard deviation of the motor's position, rad. swing: range of the measured twist
     where the motion of the motor is prescribed, else 0. values: {field: value} of DriveModel and
     Transmission. reach: largest twist from the middle of the backlash, rad; infinite if unknown.
+    limits: levels of the torque, N m, each of which cuts off twice as much as the next higher.
     """
 
     torque: float
@@ -111,6 +112,7 @@ class Scales:
     swing: float
     values: Mapping[str, float]
     reach: float = math.inf
+    limits: tuple[float, ...] = ()
 
 
 Starts: TypeAlias = list[list[FreeParameter]]  # one list per start of a fit
