@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.report.plots import BLACK, BLUE, Curve, draw_loops, GREEN, ORANGE, RED, SKY
+from gearbox_monitor.report.plots import (
+    BLACK, BLUE, Curve, draw_loops, GREEN, ORANGE, put_title, RED, SKY)
 
 ZOOM = 1.0  # s of torque over time
 COLORS = (BLUE, ORANGE, GREEN, RED, SKY, '#CC79A7', '#F0E442')
@@ -50,7 +51,7 @@ def comparison(runs: Sequence[FilterRun], truth: TrueTorque | None = None, title
     columns = min(3, len(runs))
     rows = -(-len(runs) // columns)
     figure = Figure(figsize=(14, 4.0 * rows + 6.0), layout='constrained')
-    figure.suptitle(title, fontsize=14, fontweight='bold')
+    put_title(figure, title, 14)
     grid = figure.add_gridspec(rows + 1, 1, height_ratios=[1.0] * rows + [1.5])
     first = None
     for row in range(rows):

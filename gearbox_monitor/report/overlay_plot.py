@@ -12,7 +12,7 @@ import numpy as np
 from gearbox_monitor.identification.model_overlay import Overlay
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.report.diagnosis_evidence import DiagnosisEvidence, explained_by
-from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, label_axes, RED
+from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, label_axes, put_title, RED
 from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
 from gearbox_monitor.report.summary import PLACES
 from gearbox_monitor.report.words import gain_text, unit_of
@@ -63,7 +63,7 @@ def maps_figure(evidence: DiagnosisEvidence, title: str = '') -> Figure:
     missing, labels = evidence.missing, evidence.labels
     rows = 2 if missing else 1
     figure = Figure(figsize=(15, 3.6 * rows + 0.6), layout='constrained')
-    figure.suptitle(title, fontsize=13, fontweight='bold')
+    put_title(figure, title)
     grid = figure.subplots(rows, len(labels), squeeze=False)
     for k, (name, label) in enumerate(labels.items()):
         axes = grid[0][k]
@@ -98,7 +98,7 @@ def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str) -
     """
     ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED][::-1]
     figure = Figure(figsize=(9, 0.34 * len(ranking) + 1.4), layout='constrained')
-    figure.suptitle(title, fontsize=13, fontweight='bold')
+    put_title(figure, title)
     axes = figure.subplots()
     bars = axes.barh(ranking, [max(gains[name], 0.0) for name in ranking],
                      color=[BLUE if name == effect else '#9cc4dd' for name in ranking])
@@ -113,7 +113,7 @@ def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str) -
 def _figure(laid: Overlay, columns: Sequence[Column], title: str, unit: str) -> Figure:
     figure = Figure(figsize=(7.5 * len(columns) + (3.0 if len(columns) == 1 else 0.0),
                              5.2 * len(laid.channels)), layout='constrained')
-    figure.suptitle(title, fontsize=13, fontweight='bold')
+    put_title(figure, title)
     grid = figure.subplots(2 * len(laid.channels), len(columns), squeeze=False, sharex='col',
                            height_ratios=(2, 1) * len(laid.channels))
     for c, (words, t, measured, runs) in enumerate(columns):

@@ -9,6 +9,7 @@ display. Colours of Okabe and Ito, which colour-blind people can tell apart.
 """
 from collections.abc import Sequence
 from dataclasses import dataclass
+import textwrap
 from typing import Any, TypeAlias
 
 from matplotlib.axes import Axes
@@ -91,7 +92,7 @@ class RunCurves:
 def overview(run: RunCurves) -> Figure:
     """Return the Figure of `run`: loop, backlash, torque (ZOOM s of it), innovations."""
     figure = Figure(figsize=(14, 10), layout='constrained')
-    figure.suptitle(run.title, fontsize=14, fontweight='bold')
+    put_title(figure, run.title, 14)
     if run.notes:
         figure.supxlabel('   |   '.join(run.notes), fontsize=10, color=GREY)
     grid = figure.add_gridspec(3, 2, height_ratios=(1.5, 1.0, 0.9), width_ratios=(1.0, 1.25))
@@ -255,6 +256,21 @@ def draw_innovations(axes: Axes, innovations: Innovations, k: int) -> None:
     if len(t):
         axes.set_ylim(*(np.array([-1.0, 1.0]) * max(4.0 * np.median(std), 1e-12)))
     _legend(axes, loc='upper right', fontsize=8)
+
+
+def put_title(figure: Figure, title: str, size: int = 13) -> None:
+    """
+    Write a title above a picture, in as many lines as its width needs.
+
+    Args:
+        figure: the picture.
+        title: one or more lines.
+        size: of the letters, points; a bold one takes about .65 of it.
+
+    """
+    width = int(72.0 * figure.get_figwidth() / (0.65 * size))
+    lines = [part for line in title.splitlines() for part in textwrap.wrap(line, width)]
+    figure.suptitle('\n'.join(lines), fontsize=size, fontweight='bold')
 
 
 def label_axes(axes: Axes, title: str, x: str, y: str, size: int = 11) -> None:

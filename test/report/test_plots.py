@@ -4,6 +4,7 @@
 """Pictures from arrays, also from few or none."""
 from dataclasses import replace
 
+from matplotlib.figure import Figure
 import numpy as np
 import pytest
 
@@ -57,3 +58,15 @@ def test_long_runs_are_thinned():
     run = example(100_000)
     for axes in plots.overview(run).axes:
         assert all(len(line.get_xdata()) <= 2 * plots.MAX_POINTS for line in axes.lines)
+
+
+@pytest.mark.parametrize('inches, size', [(9.0, 13), (15.0, 13), (15.0, 14)])
+def test_a_long_title_stays_inside_its_picture(inches, size):
+    figure = Figure(figsize=(inches, 4.0), layout='constrained')
+    figure.subplots()
+    words = "The gearbox's hysteresis torque is 0.0321 N m; the model has none. "
+    plots.put_title(figure, 4 * words + '\nWITH WIDE LETTERS', size)
+    figure.draw_without_rendering()
+    box = figure._suptitle.get_window_extent()
+    assert box.x0 > 0.0 and box.x1 < figure.bbox.x1 and box.y1 < figure.bbox.y1
+    assert figure.get_suptitle().endswith('\nWITH WIDE LETTERS')
