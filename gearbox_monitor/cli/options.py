@@ -110,19 +110,19 @@ def write_files(contents: 'Mapping[Path, str | Figure]', folder: str | None = No
     """
     new_folder = Path(folder) if folder and not Path(folder).exists() else None
     parts = {path: path.with_name(f'.{path.name}.{os.getpid()}.part') for path in contents}
+    target = new_folder or Path()
     try:
         if new_folder is not None:
             new_folder.mkdir()
-        for path, content in contents.items():
+        for target, content in contents.items():
             if isinstance(content, str):
-                parts[path].write_text(content, encoding='utf-8')
+                parts[target].write_text(content, encoding='utf-8')
             else:
-                content.savefig(parts[path], dpi=110, format='png')
-        for path, part in parts.items():
-            os.replace(part, path)
+                content.savefig(parts[target], dpi=110, format='png')
+        for target, part in parts.items():
+            os.replace(part, target)
     except OSError as error:
-        raise InputError(f'{error.filename}: {error.strerror}, expected a new, writable file') \
-            from None
+        raise InputError(f'{target}: {error.strerror}, expected a new, writable file') from None
     finally:
         for part in parts.values():
             part.unlink(missing_ok=True)

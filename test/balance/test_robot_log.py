@@ -152,7 +152,7 @@ def test_an_effort_without_a_direction_is_no_torque(tmp_path):
     ('t,q_a,q_b,tau_a', '0,0,0,0', 'no torque of all joints .tau_a.'),
     ('t,q_a,tau_a', '0,0,0', 'no b in the log.*stands still, its position: locked in --values'),
     ('t,q_a,q_b,setpoint_a,setpoint_b', '0,0,0,0,0', 'need position actuators'),
-    ('t,q_a,q_b,tau_a,tau_b', '0,0,x1,0,0', "line 2, column 3 .q b. value 'x1': expected"),
+    ('t,q_a,q_b,tau_a,tau_b', '0,0,x1,0,0', "line 2, column 3 .q_b. value 'x1': expected"),
     ('t,q_a,q_b,tau_a,tau_b', '0,0,1,0', 'line 2: 4 values, expected 5'),
     ('t,q_a,q_a,tau_a,tau_b', '0,0,1,0,0', "'q_a' stands 2 times")])
 def test_bad_tables_are_refused_with_their_place(tmp_path, header, row, words):

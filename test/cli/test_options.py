@@ -6,10 +6,11 @@ from argparse import ArgumentParser, Namespace
 import json
 import math
 
+from matplotlib.figure import Figure
 import pytest
 
 from gearbox_monitor.cli.drive_recordings import add_recording_arguments, written_options
-from gearbox_monitor.cli.options import show, stated
+from gearbox_monitor.cli.options import show, stated, write_files
 from gearbox_monitor.errors import InputError
 
 DATA = {'gap': math.nan, 'rows': (1, 2)}
@@ -47,3 +48,21 @@ def test_options_that_differ_from_their_defaults_have_their_own_names():
     args = options('--topic', 'joint_states', '--arm-joint', 'the arm', '--keyframe', '0')
     assert stated(args, names[1:]) == {'--recorded-arm': 'the arm', '--keyframe': '0'}
     assert written_options(args, names[1:]) == "--recorded-arm 'the arm' --keyframe 0"
+
+
+def test_all_files_are_written_or_none_and_the_one_that_fails_is_named(tmp_path):
+    out, picture = tmp_path / 'out', tmp_path / 'no folder' / 'b.png'
+    with pytest.raises(InputError, match=r'no folder/b\.png: No such file'):
+        write_files({out / 'a.json': '{}', picture: Figure()}, str(out))
+    assert list(tmp_path.iterdir()) == []
+    paths = [out / 'a.json', out / 'b.png']
+    assert write_files(dict(zip(paths, ('{}', Figure()))), str(out)) == paths
+    assert sorted(out.iterdir()) == paths and paths[1].read_bytes().startswith(b'\x89PNG')
+
+
+def test_a_full_disk_is_said_of_the_file(tmp_path, monkeypatch):
+    def full(self, text, encoding):
+        raise OSError(28, 'No space left on device')  # as the system says it: of no file
+    monkeypatch.setattr('pathlib.Path.write_text', full)
+    with pytest.raises(InputError, match=r'a\.json: No space left on device'):
+        write_files({tmp_path / 'a.json': '{}'})

@@ -210,7 +210,7 @@ def read_text(path: str | Path, mapping: ImportMapping, places: Places) -> RawCo
     def _place(row: int, name: str) -> str:
         line, column = (lines[row], numbers[name] + 1) if table is None else (
             table.numbers[numbers[name]], lines[row])
-        return f'line {line}, column {column} ({label_of(name)})'
+        return f'line {line}, column {column} ({name if (name,) in names else label_of(name)})'
     texts = {name for name, place in places.items()
              if isinstance(place, TimeMapping) and place.unit in AS_TEXT}
     values = None if table is not None or lists else _by_numpy(path, text, {
