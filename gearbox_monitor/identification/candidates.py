@@ -487,9 +487,9 @@ def _limits(torque: Array) -> tuple[float, ...]:
     """
     Return levels of `torque` [N], N m, each of which cuts off twice the rms of the next higher.
 
-    A limit acts on few samples or many, and whole: a fit that begins at another level makes the
-    model worse. Of these levels one cuts off what the true limit does by a factor of sqrt(2),
-    which leaves less than half of it.
+    A limit may act on few samples or on many, and it acts in full: a fit that begins far from the
+    true level makes the model worse than no limit does. One of these levels cuts off what the true
+    limit does to within a factor of sqrt(2), so that less than half of its effect is left.
     """
     size = np.abs(torque)
     levels = max(float(size.max()), 1e-9) * np.linspace(*LIMITED)

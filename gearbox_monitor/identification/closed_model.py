@@ -102,7 +102,8 @@ def _interval(chi2_before: Array, chi2_after: Array, noise: Array, readings: int
     """
     Return [low, high] of the closed fraction, None where it has no bounds.
 
-    It has none where the gap before may be noise (Fieller): it divides by what exceeds 1.
+    The fraction divides by what the gap before exceeds 1 by; where that may be nothing, no bound
+    holds (Fieller).
     before, after [W]: chi2 per reading.
 
     noise [W]: power of the encoders' noise in the windows. sigma is measured in them as well: what
