@@ -19,7 +19,7 @@ from gearbox_monitor.identification import noise_model
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.free_functions import Dependence, dependences
 from gearbox_monitor.identification.innovation_fit import (
-    evaluated, FilteredFit, InnovationFit)
+    evaluated, FilteredFit, fitted, InnovationFit)
 from gearbox_monitor.identification.innovations import Filtered, STRAY
 from gearbox_monitor.identification.input_estimation import torque_places
 from gearbox_monitor.identification.noise_model import prewhitened, white_level
@@ -28,6 +28,7 @@ from gearbox_monitor.identification.window_data import WindowData
 from gearbox_monitor.identification.windows import free_runs, typical_misfit, WindowRuns
 from gearbox_monitor.kernels.types import Array
 
+REFIT = 8  # iterations of a fit to all that is evidence
 BANDS = (0.0, 3.0, 8.0, 20.0, noise_model.MOTION)  # Hz
 
 
@@ -68,22 +69,48 @@ def adequacy_of(evidence: Evidence, fit: InnovationFit) -> Adequacy:
     """
     Return what a fit leaves of all that is evidence.
 
+    Free runs are those of the fit to the training parts. The other tests doubt the effects, not
+    their values: the held-out parts may determine a value far better, and where they refuse it,
+    the fit to all of them is tested.
+
     Args:
         evidence: the recordings and the likelihoods of their parts.
         fit: of the training parts.
     """
     whole = evidence.whole
-    at, model = evaluated(whole, fit), fit.model
+    at = evaluated(whole, fit)
     if evidence.balances:
         # No model of a real drive explains everything: the share that is left tells.
         left = np.sqrt(np.mean([run.left ** 2 for run in at.run.runs], axis=0))
         return Adequacy(0.0, 0.0, -math.inf, THRESHOLDS.structure, None,
                         float((left / evidence.scales).max()), THRESHOLDS.lasting_torque,
                         runs_of(evidence, at))
+    runs = runs_of(evidence, at)
+    stray = STRAY * float((fit.torque / whole.least_noise).max())
+    limit = THRESHOLDS.misfit * math.hypot(1.0, stray)
+    left = _left(evidence, at, runs, limit)
+    if left.adequate or left.vetoed or not len(fit.z):
+        return left
+    refitted = fitted(whole, at.alone(), REFIT)
+    return _left(evidence, evaluated(whole, refitted), runs, limit)
+
+
+def _left(evidence: Evidence, at: FilteredFit, runs: tuple[WindowRuns, ...],
+          misfit_limit: float) -> Adequacy:
+    """
+    Return what a fit leaves.
+
+    Args:
+        evidence: the recordings.
+        at: fit whose filter was run over all of them.
+        runs: free runs of the fit.
+        misfit_limit: what noise and the fitted torque noise explain of their misfit, in sigmas.
+    """
+    whole = evidence.whole
     allowed = np.minimum(at.torque, evidence.allowed_noise)
     noise_gain = 0.0
     if (allowed < at.torque).any():
-        noise_gain = whole.run(model, allowed).deviance - at.run.deviance
+        noise_gain = whole.run(at.model, allowed).deviance - at.run.deviance
     excess, structure, dependence = 0.0, -math.inf, None
     limit = THRESHOLDS.noisy_structure if evidence.noisy else THRESHOLDS.structure
     if not evidence.lasting:  # few readings count
@@ -96,10 +123,8 @@ def adequacy_of(evidence: Evidence, fit: InnovationFit) -> Adequacy:
             dependence = next(iter(dependences(whole, at, torque_places(evidence.model))), None)
         structure = max(spectral_excess(w, segment.recording.dt)
                         for w, segment in zip(white, evidence.segments))
-    runs = runs_of(evidence, at)
-    stray = STRAY * float((fit.torque / whole.least_noise).max())
     return Adequacy(noise_gain, excess, structure, limit, dependence,
-                    typical_misfit(runs), THRESHOLDS.misfit * math.hypot(1.0, stray), runs)
+                    typical_misfit(runs), misfit_limit, runs)
 
 
 def runs_of(evidence: Evidence, at: FilteredFit) -> tuple[WindowRuns, ...]:

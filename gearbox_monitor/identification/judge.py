@@ -126,9 +126,9 @@ class Judge:
         evidence = self.evidence
         if evidence.finer > 1 or evidence.noisy or self.adequacy(fit).adequate:
             return False
-        model, torque = fit.model, evidence.fine.least_noise
-        shorter = replace(evidence, finer=FINER).fine.run(model, torque).deviance
-        return bool(evidence.fine.run(model, torque).deviance - shorter > THRESHOLDS.noise_gain)
+        model, torque = fit.model, evidence.whole.least_noise
+        shorter = replace(evidence, finer=FINER).whole.run(model, torque).deviance
+        return bool(evidence.whole.run(model, torque).deviance - shorter > THRESHOLDS.noise_gain)
 
     def begins_show(self, fit: InnovationFit) -> bool:
         """Return whether filters that begin as another model does may be what `fit` leaves."""
