@@ -39,7 +39,8 @@ class Proposal:
 
     gain: in -2 log L of one linear step, or of the start itself; infinite for an effect that is
     not off where its fits begin, and has none. start: coordinates [P] of the effect after the
-    step, None: as they begin.
+    step, None: as they begin. change: of the coordinates [P] of the fit, which give way to the
+    effect at `start`.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Proposal:
     number: int
     gain: float
     start: Array | None = None
+    change: Array | None = None
 
 
 def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
@@ -82,11 +84,12 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
             out.append(Proposal(name, order, number, math.inf))
             continue
         columns, sizes = signature(likelihood, at, candidate)
-        gain, step = score_test(own, prior, columns, residual)
+        gain, step, yielding = score_test(own, prior, columns, residual)
         if value is not None:
             free = [replace(free[0], start=value)]  # where the fit has moved it to
-        out.append(Proposal(name, order, number, gain if math.isfinite(gain) else 0.0,
-                            _started(name, free, step * sizes)))
+        start, taken = _started(name, free, step * sizes)
+        out.append(Proposal(name, order, number, gain if math.isfinite(gain) else 0.0, start,
+                            yielding @ (taken / sizes)))
     return sorted(out, key=lambda p: -p.gain)
 
 
@@ -121,25 +124,28 @@ def signature(likelihood: Likelihood, at: FilteredFit,
     return columns, np.array(sizes)
 
 
-def _started(name: str, free: Sequence[Coordinate], step: Array) -> Array:
-    """Return the coordinates of the effect after the linear `step` of its amplitude."""
+def _started(name: str, free: Sequence[Coordinate], step: Array) -> tuple[Array, Array]:
+    """Return (coordinates of the effect after a linear `step` [C], how much of it was taken)."""
     if name in PHASED:
-        return step
+        return step, step
     values, first = [c.start for c in free], free[0]
+    taken = np.zeros(1)
     if first.start == 0.0:
         at = float(np.clip(step[0], -first.scale, first.scale))
         smallest = BEGUN * first.scale  # a memory that is off has no derivative
         at = math.copysign(max(abs(at), smallest), at)
         if not first.low <= at <= first.high:
             at = smallest if first.high > 0.0 else -smallest
-        values[0] = at
-    return np.array([math.log(v) if c.log else v for c, v in zip(free, values)])
+        values[0] = taken[0] = at
+    return np.array([math.log(v) if c.log else v for c, v in zip(free, values)]), taken
 
 
 def score_test(own: Array, prior: tuple[Array, Array], columns: Array,
-               residual: Array) -> tuple[float, Array]:
+               residual: Array) -> tuple[float, Array, Array]:
     """
-    Return (gain in -2 log L, step [C]) of one linear step along `columns`.
+    Return (gain in -2 log L, step [C], yielding [P, C]) of one linear step along `columns`.
+
+    yielding: change of the coordinates of the fit for each unit of the step.
 
     Args:
         own: derivatives [M, P] by the coordinates of the fit, which give way.
@@ -159,13 +165,13 @@ def score_test(own: Array, prior: tuple[Array, Array], columns: Array,
     S[np.diag_indices_from(S)] += RIDGE * np.diag(H)[count:] + 1e-300
     h = g[count:] - H[:count, count:].T @ B[:, -1]
     step = np.linalg.solve(S, h)
-    return float(h @ step), -step
+    return float(h @ step), -step, -B[:, :-1]
 
 
 def joined(starts: Starts, candidate: CandidateModel, z: Array,
            proposal: Proposal) -> CandidateModel:
     """
-    Return `candidate` with the effect of `proposal`, begun where they stand.
+    Return `candidate` with the effect of `proposal`, both begun where they stand.
 
     Args:
         starts: of the effects.

@@ -74,10 +74,21 @@ class EffectSearch:
         return fitted(self.likelihood, unfitted(self.likelihood, self.starts.none()))
 
     def begun(self, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
-        """Return `fit` with a further effect where its fit begins."""
-        candidate = joined(self.starts, fit.candidate, fit.z, proposal)
-        z = candidate.start_from(fit.candidate, fit.z)
-        return evaluated(self.likelihood, InnovationFit(candidate, z, fit.torque)).alone()
+        """
+        Return `fit` with a further effect where its fit begins.
+
+        What the fit imitated the effect with gives way to it, if that is likelier.
+        """
+        begins = [fit.z]
+        if proposal.change is not None and proposal.change.any():
+            begins.append(fit.candidate.bounded(fit.z + proposal.change))
+        fits = []
+        for begin in begins:
+            candidate = joined(self.starts, fit.candidate, begin, proposal)
+            z = candidate.start_from(fit.candidate, begin)
+            fits.append(evaluated(self.likelihood,
+                                  InnovationFit(candidate, z, fit.torque)).alone())
+        return min(fits, key=lambda f: f.deviance)
 
     def _halved(self, fits: Sequence[InnovationFit],
                 rounds: Sequence[tuple[int, int]]) -> list[InnovationFit]:

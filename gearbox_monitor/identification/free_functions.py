@@ -86,7 +86,7 @@ def dependences(likelihood: JointLikelihood, at: FilteredFit,
             (likelihood.change(at.run, with_effects(model, [map_of(table, size * row)]))
              * scale).ravel() / size for row in np.eye(len(knots))], axis=1)
         columns[~np.isfinite(columns)] = 0.0
-        gain, step = score_test(own, prior, columns, residual)
+        gain, step, _ = score_test(own, prior, columns, residual)
         price = float(scipy.stats.chi2.isf(THRESHOLDS.chance / len(choices), len(knots)))
         out.append(Dependence(place, WORDS[place, variable], gain if np.isfinite(gain) else 0.0,
                               price, table, step))
