@@ -609,6 +609,47 @@ def test_a_verdict_says_how_long_torque_lasts_also_beside_coloured_noise(monkeyp
     assert any(f'lasts {lasts:g} s, not 1 s' in text for text in verdict.warnings)
 
 
+@pytest.mark.parametrize('name, deviations, adequate', [
+    ('saturation', 0.0, True), ('saturation', 3.0, True), ('saturation', -3.0, True),
+    ('motor_viscous', 0.0, False)])
+def test_the_held_out_part_doubts_an_effect_and_not_its_value(name, deviations, adequate):
+    """Training hardly reaches the limit, which the rest determines ten times as well."""
+    u = record([], 8).u * np.where(np.arange(8000) < 6200, 1.0, 2.5)
+    limit = 0.995 * np.abs(u[:6000]).max()
+    evidence = evidence_of(record([{'id': 'saturation', 'umax': limit}], 8, 3, u=u), ids=[name])
+    fit = from_truth(evidence, name, {'umax': limit, 'Cv': 0.1})
+    ((error, *_),) = (errors.values() for errors in standard_errors(evidence, fit)[0].values())
+    fit = replace(fit, z=fit.z + deviations * error)
+    assert adequacy_of(evidence, fit).adequate == adequate
+
+
+def test_long_steps_show_in_the_held_out_part_alone():
+    """A drive that is stiffer at large torque needs shorter steps only where that acts."""
+    u = record([], 8).u * np.where(np.arange(8000) < 6200, 1.0, 8.0)
+    std = 0.01 * SIGMA
+    hardening = {'id': 'hardening', 'K3': 1e3}
+    evidence = replace(evidence_of(record([hardening], 8, std=std, u=u), ids=['hardening']),
+                       sigma=std)
+    fit = from_truth(evidence, 'hardening', hardening)
+    short, torque = replace(evidence, finer=4), evidence.fine.least_noise
+    assert abs(evidence.fine.run(fit.model, torque).deviance
+               - short.fine.run(fit.model, torque).deviance) < THRESHOLDS.noise_gain
+    assert Judge(evidence).steps_show(fit)
+
+
+def test_an_effect_begins_with_what_imitated_it_taken_back():
+    """All values of the model take up a torque scale, and give way to it in one step."""
+    evidence = evidence_of(record([{'id': 'torque_gain', 'g': -0.075}]),
+                           model=DriveModel().with_(tolerance=0.015), ids=['torque_gain'])
+    search = Judge(evidence).search
+    none = search.none()
+    assert np.abs(none.z).max() > 0.07
+    (proposal,) = scan(search.likelihood, search.starts, none, ['torque_gain'])
+    begun = search.begun(none, proposal)
+    assert none.deviance - begun.deviance > 0.8 * proposal.gain > 50.0
+    assert np.abs(begun.z[:-1]).max() < 0.02 and begun.z[-1] == pytest.approx(-0.075, abs=0.01)
+
+
 @pytest.mark.parametrize('name, holds', [('motor_inertia', True), ('stribeck', False)])
 def test_unseen_readings_do_not_tell_a_value_that_moved_as_far(name, holds):
     """A fit without the effect moves the value, too: its tolerance alone speaks against that."""
