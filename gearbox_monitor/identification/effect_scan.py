@@ -38,17 +38,15 @@ class Proposal:
     A further effect: id, order (of a periodic one) and number of the start of its fit.
 
     gain: in -2 log L of one linear step, or of the start itself; infinite for an effect that is
-    not off where its fits begin, and has none. start: coordinates [P] of the effect after the
-    step, None: as they begin. change: of the coordinates [P] of the fit, which give way to the
-    effect at `start`.
+    not off where its fits begin, and has none. begins: where a fit may begin, each as coordinates
+    of the effect, None: as they are, and the change [P] of those of the fit, which give way.
     """
 
     name: str
     order: int | None
     number: int
     gain: float
-    start: Array | None = None
-    change: Array | None = None
+    begins: tuple[tuple[Array | None, Array], ...]
 
 
 def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
@@ -71,6 +69,7 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
               for order in (starts.orders if name in PERIODIC else (None,))
               for number, candidate in enumerate(starts.candidates(name, order))]
     out = []
+    as_it_is = (None, np.zeros(len(fit.z)))
     for name, order, number, candidate in trials:
         free = [c for c in candidate.coordinates if c.owner == 0]
         value = replaced_value(model, name)
@@ -78,18 +77,20 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
             # All of its starts have one derivative; what they gain themselves is exact.
             trial = with_effects(model, [{'id': name, free[0].name: free[0].start}])
             gain = at.run.deviance - likelihood.run(trial, fit.torque).deviance
-            out.append(Proposal(name, order, number, gain))
+            out.append(Proposal(name, order, number, gain, (as_it_is,)))
             continue
         if value is None and name in MEMORIES and free[0].start != 0.0:
-            out.append(Proposal(name, order, number, math.inf))
+            out.append(Proposal(name, order, number, math.inf, (as_it_is,)))
             continue
         columns, sizes = signature(likelihood, at, candidate)
         gain, step, yielding = score_test(own, prior, columns, residual)
         if value is not None:
             free = [replace(free[0], start=value)]  # where the fit has moved it to
-        start, taken = _started(name, free, step * sizes)
-        out.append(Proposal(name, order, number, gain if math.isfinite(gain) else 0.0, start,
-                            yielding @ (taken / sizes)))
+        start, taken = _started(name, free, step * sizes, value is not None)
+        begins = ((start, yielding @ (taken / sizes)),
+                  (np.array([value]) if value else start, as_it_is[1]))
+        out.append(Proposal(name, order, number, gain if math.isfinite(gain) else 0.0,
+                            begins if value or begins[0][1].any() else begins[:1]))
     return sorted(out, key=lambda p: -p.gain)
 
 
@@ -124,20 +125,32 @@ def signature(likelihood: Likelihood, at: FilteredFit,
     return columns, np.array(sizes)
 
 
-def _started(name: str, free: Sequence[Coordinate], step: Array) -> tuple[Array, Array]:
-    """Return (coordinates of the effect after a linear `step` [C], how much of it was taken)."""
+def _started(name: str, free: Sequence[Coordinate], step: Array,
+             replaces: bool) -> tuple[Array, Array]:
+    """
+    Return (coordinates of the effect after a linear `step` [C], how much of it was taken).
+
+    Args:
+        name: id of the effect.
+        free: its coordinates.
+        step: of its amplitude.
+        replaces: whether its first coordinate is a value that the model has.
+    """
     if name in PHASED:
         return step, step
     values, first = [c.start for c in free], free[0]
-    taken = np.zeros(1)
+    taken = np.clip(step[:1], -first.scale, first.scale)
+    at = first.start + float(taken[0])
     if first.start == 0.0:
-        at = float(np.clip(step[0], -first.scale, first.scale))
         smallest = BEGUN * first.scale  # a memory that is off has no derivative
         at = math.copysign(max(abs(at), smallest), at)
         if not first.low <= at <= first.high:
             at = smallest if first.high > 0.0 else -smallest
-        values[0] = taken[0] = at
-    return np.array([math.log(v) if c.log else v for c, v in zip(free, values)]), taken
+    else:
+        at = min(max(at, first.low), first.high) if replaces else first.start
+    values[0] = at
+    return (np.array([math.log(v) if c.log else v for c, v in zip(free, values)]),
+            np.array([at - first.start]))
 
 
 def score_test(own: Array, prior: tuple[Array, Array], columns: Array,
@@ -168,19 +181,22 @@ def score_test(own: Array, prior: tuple[Array, Array], columns: Array,
     return float(h @ step), -step, -B[:, :-1]
 
 
-def joined(starts: Starts, candidate: CandidateModel, z: Array,
-           proposal: Proposal) -> CandidateModel:
+def joined(starts: Starts, fit: InnovationFit, proposal: Proposal) -> list[InnovationFit]:
     """
-    Return `candidate` with the effect of `proposal`, both begun where they stand.
+    Return `fit` with the effect of `proposal`, not evaluated, wherever its fit may begin.
 
     Args:
         starts: of the effects.
-        candidate: the effects so far.
-        z: its coordinates [P].
+        fit: of the effects so far.
         proposal: the further effect.
     """
     single = starts.candidates(proposal.name, proposal.order)[proposal.number]
-    begin = single.start()
-    if proposal.start is not None:
-        begin[[c.owner == 0 for c in single.coordinates]] = proposal.start
-    return starts.joint([(candidate, z), (single, begin)])
+    out = []
+    for start, change in proposal.begins:
+        own = fit.candidate.bounded(fit.z + change)
+        begin = single.start()
+        if start is not None:
+            begin[[c.owner == 0 for c in single.coordinates]] = start
+        candidate = starts.joint([(fit.candidate, own), (single, begin)])
+        out.append(InnovationFit(candidate, candidate.start_from(fit.candidate, own), fit.torque))
+    return out

@@ -38,7 +38,7 @@ class SearchEffort:
     promising: float = 12.0    # gain of a score test from which on a fit may gain enough
     confirmed: int = 3         # effects that are fitted where none is adequate and promising
     starts: int = 2            # starts or orders of each
-    rounds: tuple[tuple[int, int], ...] = ((99, 2), (8, 3), (4, 15))  # how many, iterations
+    rounds: tuple[tuple[int, int], ...] = ((99, 1), (8, 2), (4, 15))  # how many, iterations
     bases: int = 4             # single effects that pairs grow from
     grown: int = 4             # second effects of each
     growing: tuple[tuple[int, int], ...] = ((16, 1), (8, 2))  # rounds of second effects
@@ -74,21 +74,9 @@ class EffectSearch:
         return fitted(self.likelihood, unfitted(self.likelihood, self.starts.none()))
 
     def begun(self, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
-        """
-        Return `fit` with a further effect where its fit begins.
-
-        What the fit imitated the effect with gives way to it, if that is likelier.
-        """
-        begins = [fit.z]
-        if proposal.change is not None and proposal.change.any():
-            begins.append(fit.candidate.bounded(fit.z + proposal.change))
-        fits = []
-        for begin in begins:
-            candidate = joined(self.starts, fit.candidate, begin, proposal)
-            z = candidate.start_from(fit.candidate, begin)
-            fits.append(evaluated(self.likelihood,
-                                  InnovationFit(candidate, z, fit.torque)).alone())
-        return min(fits, key=lambda f: f.deviance)
+        """Return `fit` with a further effect, at the likeliest of the begins of its fit."""
+        return min((evaluated(self.likelihood, trial).alone()
+                    for trial in joined(self.starts, fit, proposal)), key=lambda f: f.deviance)
 
     def _halved(self, fits: Sequence[InnovationFit],
                 rounds: Sequence[tuple[int, int]]) -> list[InnovationFit]:

@@ -443,10 +443,9 @@ def test_the_true_effect_is_proposed_and_fitted_from_nothing_and_the_noise_vanis
     proposals = scan(likelihood, starts, without, [truth['id'], 'arm_coulomb', 'gravity',
                                                    'torque_gain', 'cogging'])
     assert proposals[0].name == truth['id']
-    candidate = joined(starts, none, without.z, proposals[0])
-    z = candidate.start_from(none, without.z)
-    fit = fitted(likelihood, InnovationFit(candidate, z, without.torque), 20)
-    _, (values,) = candidate.values(fit.z)
+    (begun,) = joined(starts, without, proposals[0])
+    fit = fitted(likelihood, begun, 20)
+    _, (values,) = fit.candidate.values(fit.z)
     assert values['Th'] == pytest.approx(truth['Th'], rel=0.05)
     assert values['dh'] == pytest.approx(truth['dh'], rel=0.2)
     assert fit.deviance < without.deviance - 100.0
