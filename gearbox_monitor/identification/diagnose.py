@@ -10,7 +10,7 @@ from itertools import count
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification import coloured_noise
+from gearbox_monitor.identification import encoder_noise
 from gearbox_monitor.identification.adequacy import adequacy_of, runs_of
 from gearbox_monitor.identification.closed_model import open_loop, with_starts_of
 from gearbox_monitor.identification.evidence import (
@@ -103,6 +103,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     if excluded and not decision.ids and not decision.remains:
         decision = replace(decision, remains=True)
         notes.append(f'readings stand on steps: {excluded[0]}, which is excluded')
+    decision = encoder_noise.with_level_of_innovations(decision)
     basis = explained(decision, tuple(n for n in lattices if n in ids))
     verdict = replace(report(basis, validate, seed, notes), not_tried=reasons)
     if excluded and verdict.verdict == 'unknown':
@@ -130,8 +131,8 @@ def decided(evidence: Evidence) -> Decision:
     if decision.remains and not evidence.balances and (
             evidence.quantum <= THRESHOLDS.lattice * evidence.sigma).all():
         # Where one effect leaves white noise, it is white.
-        for lowest in (MOTION, coloured_noise.FITTED):
-            noise = coloured_noise.measure(decision, lowest)
+        for lowest in (MOTION, encoder_noise.FITTED):
+            noise = encoder_noise.measure(decision, lowest)
             if noise is None:
                 break
             sigma, colour = noise

@@ -37,7 +37,7 @@ class WindowData:
     """
     Readings of `windows` in units of sigma [2], and how they count.
 
-    held_out [W]: windows that no fit may see; colour [2]: see coloured_noise; fixed_states:
+    held_out [W]: windows that no fit may see; colour [2]: see encoder_noise; fixed_states:
     whether the states where windows begin stay as they are.
     """
 

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import (
-    closed_model, coloured_noise, diagnose, isolability, localisation)
+    closed_model, diagnose, encoder_noise, isolability, localisation)
 from gearbox_monitor.identification.adequacy import adequacy_of
 from gearbox_monitor.identification.bursts import at_ends_of_travel, pulses_in, rectangles
 from gearbox_monitor.identification.candidates import sine_and_cosine
@@ -600,7 +600,7 @@ def test_an_effect_is_not_what_lasts_beside_the_model_without_it():
 
 def test_a_verdict_says_how_long_torque_lasts_also_beside_coloured_noise(monkeypatch):
     """What is decided again, for another reason, was decided with the time that is not stated."""
-    monkeypatch.setattr(coloured_noise, 'measure', lambda decision, lowest: (
+    monkeypatch.setattr(encoder_noise, 'measure', lambda decision, lowest: (
         (decision.evidence.sigma, np.array([0.4, 0.0])) if lowest == MOTION else None))
     verdict = diagnose.diagnose([lasting_record((), 0.4, 5.0)], REAL, only=['viscous_asymmetry'])
     assert verdict.verdict == 'unknown' and verdict.noise_time[0]

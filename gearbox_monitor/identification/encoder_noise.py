@@ -2,15 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Coloured encoder noise: first-order autoregression, r_k = phi r_(k-1) + e_k with white e.
+Noise of the encoders as a decision leaves it: its level, and its colour.
 
-Treated as white, such noise looks like motion that no effect explains. phi is estimated from the
-spectrum above the frequencies of motion; with the best effect fitted, somewhat lower frequencies
-can be used, too.
+Coloured noise is a first-order autoregression, r_k = phi r_(k-1) + e_k with white e. Treated as
+white, it looks like motion that no effect explains. phi is estimated from the spectrum above the
+frequencies of motion; with the best effect fitted, somewhat lower frequencies can be used, too.
 """
 from dataclasses import replace
+import math
 
 import numpy as np
+
+from gearbox_monitor.identification.adequacy import runs_of
+from gearbox_monitor.identification.closed_model import SIGMA_ERROR
+from gearbox_monitor.identification.innovation_fit import evaluated
 
 from gearbox_monitor.identification.judge import Decision
 from gearbox_monitor.identification.noise_model import MOTION, spectrum
@@ -21,6 +26,7 @@ from gearbox_monitor.kernels.types import Array
 FITTED = 20.0     # Hz, above which a fitted effect leaves hardly anything
 WIDTH, HIGHEST = 1.26, 490.0  # of a band; Hz
 TRIED = np.linspace(0.0, 0.98, 99)
+LIKELY = 4.0      # deviations of the level by fourth differences
 
 
 def measured(residual: Array, dt: float,
@@ -87,3 +93,35 @@ def measure(decision: Decision, lowest: float = MOTION) -> tuple[Array, Array] |
     phi[read] /= counts[read]
     sigma[read] *= size[read] / counts[read]
     return sigma, phi
+
+
+def with_level_of_innovations(decision: Decision) -> Decision:
+    """
+    Return the decision with the noise of the encoders that the innovations of its fit have.
+
+    Where a fit leaves white noise alone, its innovations tell the level from all readings; fourth
+    differences, from which it was, tell it half as well. A level that these exclude stays.
+
+    Args:
+        decision: of the judge.
+    """
+    evidence = decision.evidence
+    if (decision.remains or decision.bursts is not None or evidence.colour is not None
+            or evidence.balances or evidence.lasting or evidence.rough):
+        return decision
+    run = evaluated(evidence.whole, decision.fit).run
+    sigma = evidence.sigma.copy()
+    for channel in (0, 1):
+        residual = run.residual[run.read[:, channel], channel]
+        if len(residual):
+            level = math.sqrt(float(np.mean(residual ** 2)))
+            if abs(math.log(level)) < LIKELY * SIGMA_ERROR / math.sqrt(len(residual)):
+                sigma[channel] *= level
+    evidence = replace(evidence, sigma=sigma)
+    adequacies = []
+    for fit, adequacy in ((decision.fit, decision.adequacy),
+                          (decision.none, decision.none_adequacy)):
+        runs = runs_of(evidence, evaluated(evidence.whole, fit))
+        adequacies.append(replace(adequacy, runs=runs, misfit=typical_misfit(runs)))
+    return replace(decision, evidence=evidence, adequacy=adequacies[0],
+                   none_adequacy=adequacies[1])

@@ -1,15 +1,17 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Noise of encoders that lasts from reading to reading: measured, made white, judged by."""
+"""Noise of encoders: its level by innovations; lasting noise measured, made white, judged by."""
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from gearbox_monitor.identification.coloured_noise import measured
 from gearbox_monitor.identification.diagnose import diagnose
+from gearbox_monitor.identification.encoder_noise import measured, with_level_of_innovations
+from gearbox_monitor.identification.evidence import evidence_of
+from gearbox_monitor.identification.judge import decide
 from gearbox_monitor.identification.noise_model import prewhitened
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -80,3 +82,33 @@ def test_verdicts_as_with_white_noise(effects, tolerance):
     if effects:
         assert data['params']['arm_coulomb']['Cac'] == pytest.approx(0.05, rel=0.15)
         assert data['standard_errors']['arm_coulomb']['Cac'] < 0.01
+
+
+def decision_on(sigma, wrong=1.0, effects=()):
+    """Return (decision, standard deviations of the noise drawn) on 6 s; sigma `wrong` times off."""
+    model = DriveModel().with_(effects=effects)
+    u = Excitation(amplitudes=(1.0, 0.5)).torque(np.arange(6000) * DT)
+    clean = simulate(model, u, DT).y
+    noisy = clean + sigma * np.random.default_rng(4).standard_normal(clean.shape)
+    evidence = evidence_of([UniformRecording(np.arange(6000) * DT, u, noisy, DT)], DriveModel(),
+                           ['motor_viscous'])
+    evidence = replace(evidence, sigma=wrong * evidence.sigma)
+    return decide(evidence), (noisy - clean)[evidence.segments[0].span].std(axis=0)
+
+
+def test_the_level_of_white_noise_is_that_of_the_innovations():
+    decision, drawn = decision_on(np.array([2e-3, 3e-3]))
+    refined = with_level_of_innovations(decision)
+    np.testing.assert_allclose(refined.evidence.sigma, drawn, rtol=4e-3)
+    assert np.abs(decision.evidence.sigma / drawn - 1.0).max() > 8e-3
+    # In it a right model leaves as much, but for the states in which its runs begin.
+    assert refined.adequacy.misfit == pytest.approx(1.0, abs=8e-3)
+
+
+@pytest.mark.parametrize('wrong, effects', [
+    (1.2, ()), (1.0, ({'id': 'load_torque', 'TL': 0.1},))])
+def test_a_level_stays_that_fourth_differences_exclude_or_beside_a_remainder(wrong, effects):
+    decision, _ = decision_on(np.array([2e-3, 3e-3]), wrong, effects)
+    assert decision.remains == bool(effects)
+    np.testing.assert_array_equal(with_level_of_innovations(decision).evidence.sigma,
+                                  decision.evidence.sigma)
