@@ -165,9 +165,7 @@ class CandidateModel:
                 parameters[c.owner][c.name] = v
         for i, (name, values) in enumerate(zip(self.ids, parameters)):
             if name in PHASED:
-                sine, cosine = values.pop('As'), values.pop('Ac')
-                values.update({amplitude(name): math.hypot(sine, cosine),
-                               'phi': math.atan2(cosine, sine)})
+                values.update(size_and_phase(name, values.pop('As'), values.pop('Ac')))
                 if name in PERIODIC:
                     values['N'] = self.orders[i]
         for i, table in self.tables.items():
@@ -223,26 +221,32 @@ def amplitude(name: str) -> str:
 
 
 def probes(candidate: CandidateModel, share: float,
-           value: float | None = None) -> list[tuple[dict[str, Any], float]]:
+           at: Mapping[str, float]) -> list[tuple[dict[str, Any], float]]:
     """
     Return [(effect, size)], a little of an effect in each direction in which it is linear.
 
     Args:
         candidate: of this effect alone.
         share: of the scale of its coordinates.
-        value: of the model, which the effect replaces; None if it replaces none.
+        at: coordinates at which the effect changes nothing, see origin().
     """
     name, free = candidate.ids[0], [c for c in candidate.coordinates if c.owner == 0]
     size = share * free[0].scale
     if name in PHASED:
-        wave = {'id': name, amplitude(name): size}
-        if name in PERIODIC:
-            wave['N'] = candidate.orders[0]
-        return [({**wave, 'phi': phi}, size) for phi in (0.0, 0.5 * math.pi)]
-    if value is not None:
-        return [({'id': name, free[0].name: value + size}, size)]
-    values = {c.name: c.start if c.start else share * c.scale for c in free}
-    return [({'id': name, **values}, values[free[0].name])]
+        order = {'N': candidate.orders[0]} if name in PERIODIC else {}
+        sine, cosine = at.get('As', 0.0), at.get('Ac', 0.0)
+        return [({'id': name, **order, **size_and_phase(name, *wave)}, size)
+                for wave in ((sine + size, cosine), (sine, cosine + size))]
+    values = {c.name: at.get(c.name, c.start) or share * c.scale for c in free}
+    if free[0].name not in at:
+        return [({'id': name, **values}, values[free[0].name])]
+    values[free[0].name] = at[free[0].name] + size
+    return [({'id': name, **values}, size)]
+
+
+def size_and_phase(name: str, sine: float, cosine: float) -> dict[str, float]:
+    """Return {amplitude, phi} of the wave `name`: the inverse of sine_and_cosine()."""
+    return {amplitude(name): math.hypot(sine, cosine), 'phi': math.atan2(cosine, sine)}
 
 
 def sine_and_cosine(name: str, values: Mapping[str, Any]) -> dict[str, float]:
@@ -329,6 +333,27 @@ def replaced_value(model: DriveModel, name: str) -> float | None:
     return model.value(effect.replaces)
 
 
+def origin(model: DriveModel, name: str) -> dict[str, float]:
+    """
+    Return {coordinate: value} at which the effect `name` changes nothing of `model`.
+
+    Of an effect that replaces a value, that value; of one that the model has, its parameters
+    there, waves as sine and cosine; empty for others, which are off at 0.
+
+    Args:
+        model: model of the drive.
+        name: id of an effect.
+    """
+    value = replaced_value(model, name)
+    if value is not None:
+        return {EFFECTS[name].parameters[0].name: value}
+    present = next((e for e in model.effects if e['id'] == name), None)
+    if present is None or name in NOT_FITTED:
+        return {}
+    waves = sine_and_cosine(name, present) if name in PHASED else {}
+    return {**{k: float(v) for k, v in present.items() if isinstance(v, (int, float))}, **waves}
+
+
 def nuisances_of(model: DriveModel) -> dict[str, float]:
     """
     Return {name: standard deviation} of the values that scatter; ones that are 0 do not.
@@ -377,10 +402,18 @@ class Starts:
         """
         Return the Candidates, one per start, of the single effect `name`.
 
+        An effect that the model has, of this order, begins as it is there.
+
         Args:
             name: id of the effect.
             order: order N of a periodic effect, None for the others.
         """
+        present = next((e for e in self.model.effects if e['id'] == name), None)
+        if present is not None and (name not in PERIODIC or present['N'] == order):
+            return [self.at(name, present)]
+        return self._all_starts(name, order)
+
+    def _all_starts(self, name: str, order: int | None) -> list[CandidateModel]:
         orders = {0: order} if order is not None and name in PERIODIC else {}
         return [self._candidate((name,), [[Coordinate(0, *free) for free in start]], orders)
                 for start in library()[name].free_parameters(self.scales)]
@@ -393,7 +426,7 @@ class Starts:
             name: id of the effect.
             values: its parameters; of those that are missing, it begins where fits do.
         """
-        single = self.candidates(name, int(values.get('N', 1)))[0]
+        single = self._all_starts(name, int(values.get('N', 1)))[0]
         if name in PHASED:
             values = {**values, **sine_and_cosine(name, values)}
         return replace(single, coordinates=tuple(

@@ -15,12 +15,13 @@ import math
 import numpy as np
 
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, Coordinate, NOT_FITTED, PERIODIC, PHASED, probes, replaced_value, Starts,
+    CandidateModel, Coordinate, NOT_FITTED, origin, PERIODIC, PHASED, probes, Starts,
     with_effects)
 from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, FilteredFit, InnovationFit)
 from gearbox_monitor.identification.innovations import Likelihood
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MEMORIES
 from gearbox_monitor.plant.effects.controller import SERVO_DELAY, SERVO_INTEGRATOR
 
@@ -72,26 +73,33 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
     as_it_is = (None, np.zeros(len(fit.z)))
     for name, order, number, candidate in trials:
         free = [c for c in candidate.coordinates if c.owner == 0]
-        value = replaced_value(model, name)
-        if value is not None and number:
+        at_rest = _origin(model, name, order)
+        if at_rest and number:
             # All of its starts have one derivative; what they gain themselves is exact.
             trial = with_effects(model, [{'id': name, free[0].name: free[0].start}])
             gain = at.run.deviance - likelihood.run(trial, fit.torque).deviance
             out.append(Proposal(name, order, number, gain, (as_it_is,)))
             continue
-        if value is None and name in MEMORIES and free[0].start != 0.0:
+        if not at_rest and name in MEMORIES and free[0].start != 0.0:
             out.append(Proposal(name, order, number, math.inf, (as_it_is,)))
             continue
         columns, sizes = signature(likelihood, at, candidate)
         gain, step, yielding = score_test(own, prior, columns, residual)
-        if value is not None:
-            free = [replace(free[0], start=value)]  # where the fit has moved it to
-        start, taken = _started(name, free, step * sizes, value is not None)
-        begins = ((start, yielding @ (taken / sizes)),
-                  (np.array([value]) if value else start, as_it_is[1]))
+        # Where the fit has moved it to.
+        free = [replace(c, start=at_rest.get(c.name, c.start)) for c in free]
+        start, taken = _started(name, free, step * sizes, bool(at_rest))
+        rest = np.array([math.log(c.start) if c.log else c.start for c in free])
+        stays = any(at_rest.values())
+        begins = ((start, yielding @ (taken / sizes)), (rest if stays else start, as_it_is[1]))
         out.append(Proposal(name, order, number, gain if math.isfinite(gain) else 0.0,
-                            begins if value or begins[0][1].any() else begins[:1]))
+                            begins if stays or begins[0][1].any() else begins[:1]))
     return sorted(out, key=lambda p: -p.gain)
+
+
+def _origin(model: DriveModel, name: str, order: int | None) -> dict[str, float]:
+    """Return origin() of the effect, empty for a wave of another order than the model has."""
+    at_rest = origin(model, name)
+    return {} if at_rest.get('N', order) != order else at_rest
 
 
 def signature(likelihood: Likelihood, at: FilteredFit,
@@ -110,14 +118,14 @@ def signature(likelihood: Likelihood, at: FilteredFit,
     """
     name, model = candidate.ids[0], at.model
     free = [c for c in candidate.coordinates if c.owner == 0]
-    value, run = replaced_value(model, name), at.run
+    at_rest, run = _origin(model, name, candidate.orders.get(0)), at.run
     # A memory must be there before its tangent is.
-    if value == 0.0 and name in REMEMBERED:
+    if at_rest.get(free[0].name) == 0.0 and name in REMEMBERED:
         run = likelihood.run(with_effects(model, [
             {'id': name, free[0].name: TINY * free[0].scale}]), at.torque)
-    elif value is None and name in MEMORIES:
-        run = likelihood.run(with_effects(model, [probes(candidate, TINY)[0][0]]), at.torque)
-    effects, sizes = zip(*probes(candidate, A_LITTLE, value))
+    elif not at_rest and name in MEMORIES:
+        run = likelihood.run(with_effects(model, [probes(candidate, TINY, {})[0][0]]), at.torque)
+    effects, sizes = zip(*probes(candidate, A_LITTLE, at_rest))
     scale = 1.0 / np.sqrt(at.run.variance)
     columns = np.stack([(likelihood.change(run, with_effects(model, [effect])) * scale).ravel()
                         for effect in effects], axis=1)
@@ -137,7 +145,7 @@ def _started(name: str, free: Sequence[Coordinate], step: Array,
         replaces: whether its first coordinate is a value that the model has.
     """
     if name in PHASED:
-        return step, step
+        return np.array([c.start for c in free]) + step, step
     values, first = [c.start for c in free], free[0]
     taken = np.clip(step[:1], -first.scale, first.scale)
     at = first.start + float(taken[0])

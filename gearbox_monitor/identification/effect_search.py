@@ -38,7 +38,7 @@ class SearchEffort:
     promising: float = 12.0    # gain of a score test from which on a fit may gain enough
     confirmed: int = 3         # effects that are fitted where none is adequate and promising
     starts: int = 2            # starts or orders of each
-    rounds: tuple[tuple[int, int], ...] = ((99, 1), (8, 2), (4, 15))  # how many, iterations
+    rounds: tuple[tuple[int, int], ...] = ((99, 2), (8, 3), (4, 15))  # how many, iterations
     bases: int = 4             # single effects that pairs grow from
     grown: int = 4             # second effects of each
     growing: tuple[tuple[int, int], ...] = ((16, 1), (8, 2))  # rounds of second effects
@@ -80,18 +80,22 @@ class EffectSearch:
 
     def _halved(self, fits: Sequence[InnovationFit],
                 rounds: Sequence[tuple[int, int]]) -> list[InnovationFit]:
-        """Return `fits` of which the best went on, best first, one of each name."""
+        """
+        Return `fits` of which the best went on, best first, one of each name.
+
+        After the first round one start of each (and order) goes on: others lead to the same
+        optimum.
+        """
         done: list[InnovationFit] = []
         racing = list(fits)
-        for survivors, iterations in rounds:
+        for number, (survivors, iterations) in enumerate(rounds):
             racing = sorted(racing, key=self.score)
+            if number:
+                racing = _best_of_each(racing, by_order=True)
             done += racing[survivors:]
             racing = self._map(partial(fitted, self.likelihood, iterations=iterations),
                                racing[:survivors])
-        best: dict[tuple[str, ...], InnovationFit] = {}
-        for fit in sorted([*racing, *done], key=self.score):
-            best.setdefault(fit.candidate.key, fit)
-        return list(best.values())
+        return _best_of_each(sorted([*racing, *done], key=self.score))
 
     def singles(self, none: InnovationFit, adequate: bool = False) -> FitTable:
         """
@@ -161,3 +165,18 @@ class EffectSearch:
         """Return the effects number `kept` of `fit`, fitted alone from where it stands."""
         candidate, z = self.starts.reduced(fit.candidate, fit.z, kept)
         return fitted(self.likelihood, InnovationFit(candidate, z, fit.torque), 4)
+
+
+def _best_of_each(ranked: Sequence[InnovationFit], by_order: bool = False) -> list[InnovationFit]:
+    """
+    Return the first of `ranked` fits of each name.
+
+    Args:
+        ranked: fits, best first.
+        by_order: whether a periodic effect of another order counts as another one.
+    """
+    best: dict[object, InnovationFit] = {}
+    for fit in ranked:
+        orders = tuple(fit.candidate.orders.items()) if by_order else ()
+        best.setdefault((fit.candidate.key, orders), fit)
+    return list(best.values())

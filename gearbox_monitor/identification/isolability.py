@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.identification.candidates import (
-    CandidateModel, NOT_FITTED, PERIODIC, replaced_value, Starts)
+    CandidateModel, NOT_FITTED, origin, PERIODIC, Starts)
 from gearbox_monitor.identification.effect_scan import signature
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import (
@@ -104,7 +104,7 @@ def direction(candidate: CandidateModel, z: Array, owner: int, own: Array) -> Ar
         own: changes by each coordinate [M, P].
     """
     name = candidate.ids[owner]
-    null = replaced_value(candidate.nominal, name) or 0.0
+    at_rest = origin(candidate.nominal, name)
     total, has_coordinates = np.zeros(len(own)), False
     for k, c in enumerate(candidate.coordinates):
         if c.owner != owner:
@@ -113,7 +113,7 @@ def direction(candidate: CandidateModel, z: Array, owner: int, own: Array) -> Ar
                                    for p in EFFECTS[name].parameters):
             total -= own[:, k]
         elif not c.log:
-            total += own[:, k] * ((z[k] - null) or c.scale)
+            total += own[:, k] * ((z[k] - at_rest.get(c.name, 0.0)) or c.scale)
         has_coordinates = True
     return total[:, None] if has_coordinates else np.zeros((len(own), 0))
 
