@@ -650,6 +650,26 @@ def test_an_effect_begins_with_what_imitated_it_taken_back():
     assert np.abs(begun.z[:-1]).max() < 0.02 and begun.z[-1] == pytest.approx(-0.075, abs=0.01)
 
 
+@pytest.mark.parametrize('changed', [
+    {'id': 'gravity', 'G': 0.6, 'phi': 0.1}, {'id': 'arm_viscous', 'Cav': 0.08},
+    {'id': 'motor_viscous', 'Cv': 0.0}])
+def test_a_change_of_what_the_model_has_begins_there(changed):
+    """As gravity and friction of a simulator's file; friction may vanish."""
+    has = ({'id': 'gravity', 'G': 0.68, 'phi': 0.0}, {'id': 'arm_viscous', 'Cav': 0.05})
+    truth = [*(e for e in has if e['id'] != changed['id']), changed]
+    judge = Judge(evidence_of(record(truth), model=DriveModel().with_(effects=has),
+                              ids=['gravity', 'arm_viscous', 'motor_viscous', 'torque_gain']))
+    none = judge.search.none()
+    proposal = scan(judge.search.likelihood, judge.search.starts, none, judge.evidence.ids)[0]
+    assert proposal.name == changed['id']
+    begun = judge.search.begun(none, proposal)
+    assert none.deviance - begun.deviance > 0.8 * proposal.gain
+    fit = judge.polished(begun, 12)
+    values = fit.candidate.values(fit.z)[1][0]
+    assert values == pytest.approx({k: v for k, v in changed.items() if k != 'id'}, abs=2e-3)
+    assert judge.adequacy(fit).adequate
+
+
 @pytest.mark.parametrize('name, holds', [('motor_inertia', True), ('stribeck', False)])
 def test_unseen_readings_do_not_tell_a_value_that_moved_as_far(name, holds):
     """A fit without the effect moves the value, too: its tolerance alone speaks against that."""

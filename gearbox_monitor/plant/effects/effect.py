@@ -282,13 +282,13 @@ def replaced(parameter: Parameter, start: float, scale: float, value: float) -> 
         parameter: of the effect.
         start: where the fit begins.
         scale: size of a change that matters.
-        value: of the model; 2 % of it bound the coordinate from below.
+        value: of the model; 2 % of it bound a coordinate from below that may not be 0.
 
     Returns:
         The FreeParameter.
     """
-    return FreeParameter(parameter.name, start, scale, max(parameter.low, 0.02 * value),
-                         parameter.high)
+    low = parameter.low and max(parameter.low, 0.02 * value)
+    return FreeParameter(parameter.name, start, scale, low, parameter.high)
 
 
 def wave(size: Callable[[Scales], float]) -> Callable[[Scales], Starts]:
