@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from gearbox_monitor.identification import localisation
-from gearbox_monitor.identification.adequacy import Adequacy, adequacy_of
+from gearbox_monitor.identification.adequacy import Adequacy, adequacy_of, runs_of
 from gearbox_monitor.identification.bursts import Bursts, bursts_beside
 from gearbox_monitor.identification.candidates import (
     nuisances_of, with_free_shape, with_law, ZERO)
@@ -25,6 +25,7 @@ from gearbox_monitor.identification.free_functions import mapped
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.identification.input_estimation import torque_places
 from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.identification.windows import typical_misfit
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
@@ -142,11 +143,16 @@ class Judge:
 
     def adequacy(self, fit: InnovationFit) -> Adequacy:
         """Return what `fit` leaves, evaluated once for each fit."""
-        key = (fit.candidate.name, fit.candidate.nominal.friction_law, fit.z.tobytes(),
-               fit.torque.tobytes())
+        key = _key(fit)
         if key not in self._adequacies:
             self._adequacies[key] = adequacy_of(self.evidence, fit)
         return self._adequacies[key]
+
+    def misfit(self, fit: InnovationFit) -> float:
+        """Return how far off free runs of `fit` are, without the other tests of adequacy."""
+        if self.evidence.balances or _key(fit) in self._adequacies:
+            return self.adequacy(fit).misfit
+        return typical_misfit(runs_of(self.evidence, evaluated(self.evidence.whole, fit)))
 
     def scatters(self, name: str) -> bool:
         """Return whether the effect `name` is a value that may scatter anyway."""
@@ -188,7 +194,7 @@ class Judge:
 
     def strays(self, fit: InnovationFit, base: InnovationFit) -> bool:
         """Return whether free runs of `fit` are farther off than those of the simpler `base`."""
-        return not self.adequacy(fit).misfit <= THRESHOLDS.no_worse * self.adequacy(base).misfit
+        return not self.misfit(fit) <= THRESHOLDS.no_worse * self.misfit(base)
 
     def lacks(self, fit: InnovationFit) -> bool:
         """Return whether a further effect promises more than chance beside `fit`."""
@@ -196,6 +202,12 @@ class Judge:
                              else THRESHOLDS.effect_gain)
                    for p in scan(self.evidence.fine, self.evidence.starts, fit,
                                  self.evidence.ids) if math.isfinite(p.gain))
+
+
+def _key(fit: InnovationFit) -> tuple[object, ...]:
+    """Return what tells `fit` from all others of the same evidence."""
+    return (fit.candidate.name, fit.candidate.nominal.friction_law, fit.z.tobytes(),
+            fit.torque.tobytes())
 
 
 def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:

@@ -85,7 +85,7 @@ def test_verdicts_as_with_white_noise(effects, tolerance):
 
 
 def decision_on(sigma, wrong=1.0, effects=()):
-    """Return (decision, standard deviations of the noise drawn) on 6 s; sigma `wrong` times off."""
+    """Return (decision, deviations of the noise drawn) on 6 s; its level is `wrong` times off."""
     model = DriveModel().with_(effects=effects)
     u = Excitation(amplitudes=(1.0, 0.5)).torque(np.arange(6000) * DT)
     clean = simulate(model, u, DT).y
