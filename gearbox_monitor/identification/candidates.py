@@ -402,18 +402,18 @@ class Starts:
         """
         Return the Candidates, one per start, of the single effect `name`.
 
-        An effect that the model has, of this order, begins as it is there.
+        An effect that the model has, of this order, begins as it is there, too: first.
 
         Args:
             name: id of the effect.
             order: order N of a periodic effect, None for the others.
         """
         present = next((e for e in self.model.effects if e['id'] == name), None)
-        if present is not None and (name not in PERIODIC or present['N'] == order):
-            return [self.at(name, present)]
-        return self._all_starts(name, order)
+        own = ([self.at(name, present)] if present is not None
+               and (name not in PERIODIC or present['N'] == order) else [])
+        return [*own, *self._usual_starts(name, order)]
 
-    def _all_starts(self, name: str, order: int | None) -> list[CandidateModel]:
+    def _usual_starts(self, name: str, order: int | None) -> list[CandidateModel]:
         orders = {0: order} if order is not None and name in PERIODIC else {}
         return [self._candidate((name,), [[Coordinate(0, *free) for free in start]], orders)
                 for start in library()[name].free_parameters(self.scales)]
@@ -426,7 +426,7 @@ class Starts:
             name: id of the effect.
             values: its parameters; of those that are missing, it begins where fits do.
         """
-        single = self._all_starts(name, int(values.get('N', 1)))[0]
+        single = self._usual_starts(name, int(values.get('N', 1)))[0]
         if name in PHASED:
             values = {**values, **sine_and_cosine(name, values)}
         return replace(single, coordinates=tuple(

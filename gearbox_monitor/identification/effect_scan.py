@@ -76,7 +76,8 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
         at_rest = _origin(model, name, order)
         if at_rest and number:
             # All of its starts have one derivative; what they gain themselves is exact.
-            trial = with_effects(model, [{'id': name, free[0].name: free[0].start}])
+            (values,) = candidate.values(candidate.start())[1]
+            trial = with_effects(model, [{'id': name, **values}])
             gain = at.run.deviance - likelihood.run(trial, fit.torque).deviance
             out.append(Proposal(name, order, number, gain, (as_it_is,)))
             continue

@@ -652,13 +652,14 @@ def test_an_effect_begins_with_what_imitated_it_taken_back():
 
 @pytest.mark.parametrize('changed', [
     {'id': 'gravity', 'G': 0.6, 'phi': 0.1}, {'id': 'arm_viscous', 'Cav': 0.08},
-    {'id': 'motor_viscous', 'Cv': 0.0}])
+    {'id': 'motor_viscous', 'Cv': 0.0}, {'id': 'saturation', 'umax': 0.9}])
 def test_a_change_of_what_the_model_has_begins_there(changed):
-    """As gravity and friction of a simulator's file; friction may vanish."""
-    has = ({'id': 'gravity', 'G': 0.68, 'phi': 0.0}, {'id': 'arm_viscous', 'Cav': 0.05})
+    """As in a simulator's file; friction may vanish, a limit come from beyond all torque."""
+    has = ({'id': 'gravity', 'G': 0.68, 'phi': 0.0}, {'id': 'arm_viscous', 'Cav': 0.05},
+           {'id': 'saturation', 'umax': 20.0})
     truth = [*(e for e in has if e['id'] != changed['id']), changed]
     judge = Judge(evidence_of(record(truth), model=DriveModel().with_(effects=has),
-                              ids=['gravity', 'arm_viscous', 'motor_viscous', 'torque_gain']))
+                              ids=['gravity', 'arm_viscous', 'motor_viscous', 'saturation']))
     none = judge.search.none()
     proposal = scan(judge.search.likelihood, judge.search.starts, none, judge.evidence.ids)[0]
     assert proposal.name == changed['id']
