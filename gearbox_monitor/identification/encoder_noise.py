@@ -16,7 +16,6 @@ import numpy as np
 from gearbox_monitor.identification.adequacy import runs_of
 from gearbox_monitor.identification.closed_model import SIGMA_ERROR
 from gearbox_monitor.identification.innovation_fit import evaluated
-
 from gearbox_monitor.identification.judge import Decision
 from gearbox_monitor.identification.noise_model import MOTION, spectrum
 from gearbox_monitor.identification.thresholds import THRESHOLDS
@@ -99,8 +98,8 @@ def with_level_of_innovations(decision: Decision) -> Decision:
     """
     Return the decision with the noise of the encoders that the innovations of its fit have.
 
-    Where a fit leaves white noise alone, its innovations tell the level from all readings; fourth
-    differences, from which it was, tell it half as well. A level that these exclude stays.
+    Where a fit leaves white noise alone, the innovations of all readings tell its level; fourth
+    differences, which told it first, err by more. A level that they exclude is not taken.
 
     Args:
         decision: of the judge.
@@ -115,7 +114,8 @@ def with_level_of_innovations(decision: Decision) -> Decision:
         residual = run.residual[run.read[:, channel], channel]
         if len(residual):
             level = math.sqrt(float(np.mean(residual ** 2)))
-            if abs(math.log(level)) < LIKELY * SIGMA_ERROR / math.sqrt(len(residual)):
+            excluded = LIKELY * SIGMA_ERROR / math.sqrt(len(residual))
+            if level > 0.0 and abs(math.log(level)) < excluded:
                 sigma[channel] *= level
     evidence = replace(evidence, sigma=sigma)
     adequacies = []
