@@ -70,8 +70,8 @@ def adequacy_of(evidence: Evidence, fit: InnovationFit) -> Adequacy:
     Return what a fit leaves of all that is evidence.
 
     Free runs are those of the fit to the training parts. The other tests doubt the effects, not
-    their values: the held-out parts may determine a value far better, and where they refuse it,
-    the fit to all of them is tested.
+    their values: the held-out parts may determine a value far better. If these tests fail, they
+    are repeated with a fit to all parts.
 
     Args:
         evidence: the recordings and the likelihoods of their parts.

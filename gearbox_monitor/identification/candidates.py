@@ -333,25 +333,39 @@ def replaced_value(model: DriveModel, name: str) -> float | None:
     return model.value(effect.replaces)
 
 
-def origin(model: DriveModel, name: str) -> dict[str, float]:
+def own_effect(model: DriveModel, name: str, order: int | None = None) -> Values | None:
+    """
+    Return the effect `name` that `model` has, None if it has none.
+
+    Args:
+        model: model of the drive.
+        name: id of an effect.
+        order: of a periodic effect; one of another order is not it.
+    """
+    own = next((e for e in model.effects if e['id'] == name), None)
+    return None if own is not None and name in PERIODIC and own['N'] != order else own
+
+
+def origin(model: DriveModel, name: str, order: int | None = None) -> dict[str, float]:
     """
     Return {coordinate: value} at which the effect `name` changes nothing of `model`.
 
-    Of an effect that replaces a value, that value; of one that the model has, its parameters
+    For an effect that replaces a value, that value; for one that the model has, its parameters
     there, waves as sine and cosine; empty for others, which are off at 0.
 
     Args:
         model: model of the drive.
         name: id of an effect.
+        order: of a periodic effect.
     """
     value = replaced_value(model, name)
     if value is not None:
         return {EFFECTS[name].parameters[0].name: value}
-    present = next((e for e in model.effects if e['id'] == name), None)
-    if present is None or name in NOT_FITTED:
+    own = own_effect(model, name, order)
+    if own is None or name in NOT_FITTED:
         return {}
-    waves = sine_and_cosine(name, present) if name in PHASED else {}
-    return {**{k: float(v) for k, v in present.items() if isinstance(v, (int, float))}, **waves}
+    waves = sine_and_cosine(name, own) if name in PHASED else {}
+    return {**{k: float(v) for k, v in own.items() if isinstance(v, (int, float))}, **waves}
 
 
 def nuisances_of(model: DriveModel) -> dict[str, float]:
@@ -402,16 +416,14 @@ class Starts:
         """
         Return the Candidates, one per start, of the single effect `name`.
 
-        An effect that the model has, of this order, begins as it is there, too: first.
+        The first start of an effect that the model has is as it is there.
 
         Args:
             name: id of the effect.
             order: order N of a periodic effect, None for the others.
         """
-        present = next((e for e in self.model.effects if e['id'] == name), None)
-        own = ([self.at(name, present)] if present is not None
-               and (name not in PERIODIC or present['N'] == order) else [])
-        return [*own, *self._usual_starts(name, order)]
+        own, usual = own_effect(self.model, name, order), self._usual_starts(name, order)
+        return usual if own is None else [self.at(name, own), *usual]
 
     def _usual_starts(self, name: str, order: int | None) -> list[CandidateModel]:
         orders = {0: order} if order is not None and name in PERIODIC else {}

@@ -21,7 +21,6 @@ from gearbox_monitor.identification.innovation_fit import (
     coordinate_columns, evaluated, FilteredFit, InnovationFit)
 from gearbox_monitor.identification.innovations import Likelihood
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MEMORIES
 from gearbox_monitor.plant.effects.controller import SERVO_DELAY, SERVO_INTEGRATOR
 
@@ -39,8 +38,8 @@ class Proposal:
     A further effect: id, order (of a periodic one) and number of the start of its fit.
 
     gain: in -2 log L of one linear step, or of the start itself; infinite for an effect that is
-    not off where its fits begin, and has none. begins: where a fit may begin, each as coordinates
-    of the effect, None: as they are, and the change [P] of those of the fit, which give way.
+    not off where its fits begin, and has none. begins: where a fit may begin, as (coordinates of
+    the effect, None: those of its start; change [P] of the coordinates of the fit).
     """
 
     name: str
@@ -73,7 +72,7 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
     as_it_is = (None, np.zeros(len(fit.z)))
     for name, order, number, candidate in trials:
         free = [c for c in candidate.coordinates if c.owner == 0]
-        at_rest = _origin(model, name, order)
+        at_rest = origin(model, name, order)
         if at_rest and number:
             # All of its starts have one derivative; what they gain themselves is exact.
             (values,) = candidate.values(candidate.start())[1]
@@ -86,7 +85,7 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
             continue
         columns, sizes = signature(likelihood, at, candidate)
         gain, step, yielding = score_test(own, prior, columns, residual)
-        # Where the fit has moved it to.
+        # The fit may have moved the values that the effect replaces.
         free = [replace(c, start=at_rest.get(c.name, c.start)) for c in free]
         start, taken = _started(name, free, step * sizes, bool(at_rest))
         rest = np.array([math.log(c.start) if c.log else c.start for c in free])
@@ -95,12 +94,6 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
         out.append(Proposal(name, order, number, gain if math.isfinite(gain) else 0.0,
                             begins if stays or begins[0][1].any() else begins[:1]))
     return sorted(out, key=lambda p: -p.gain)
-
-
-def _origin(model: DriveModel, name: str, order: int | None) -> dict[str, float]:
-    """Return origin() of the effect, empty for a wave of another order than the model has."""
-    at_rest = origin(model, name)
-    return {} if at_rest.get('N', order) != order else at_rest
 
 
 def signature(likelihood: Likelihood, at: FilteredFit,
@@ -119,7 +112,7 @@ def signature(likelihood: Likelihood, at: FilteredFit,
     """
     name, model = candidate.ids[0], at.model
     free = [c for c in candidate.coordinates if c.owner == 0]
-    at_rest, run = _origin(model, name, candidate.orders.get(0)), at.run
+    at_rest, run = origin(model, name, candidate.orders.get(0)), at.run
     # A memory must be there before its tangent is.
     if at_rest.get(free[0].name) == 0.0 and name in REMEMBERED:
         run = likelihood.run(with_effects(model, [
@@ -167,7 +160,7 @@ def score_test(own: Array, prior: tuple[Array, Array], columns: Array,
     """
     Return (gain in -2 log L, step [C], yielding [P, C]) of one linear step along `columns`.
 
-    yielding: change of the coordinates of the fit for each unit of the step.
+    yielding: change of the fit's own coordinates per unit of the step.
 
     Args:
         own: derivatives [M, P] by the coordinates of the fit, which give way.

@@ -74,7 +74,7 @@ class EffectSearch:
         return fitted(self.likelihood, unfitted(self.likelihood, self.starts.none()))
 
     def begun(self, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
-        """Return `fit` with a further effect, at the likeliest of the begins of its fit."""
+        """Return `fit` with a further effect, at the likeliest point where its fit may begin."""
         return min((evaluated(self.likelihood, trial).alone()
                     for trial in joined(self.starts, fit, proposal)), key=lambda f: f.deviance)
 
@@ -83,8 +83,8 @@ class EffectSearch:
         """
         Return `fits` of which the best went on, best first, one of each name.
 
-        After the first round one start of each (and order) goes on: others lead to the same
-        optimum.
+        After the first round, one start of each effect and order goes on: other starts lead to the
+        same optimum.
         """
         done: list[InnovationFit] = []
         racing = list(fits)

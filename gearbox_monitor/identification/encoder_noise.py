@@ -25,7 +25,6 @@ from gearbox_monitor.kernels.types import Array
 FITTED = 20.0     # Hz, above which a fitted effect leaves hardly anything
 WIDTH, HIGHEST = 1.26, 490.0  # of a band; Hz
 TRIED = np.linspace(0.0, 0.98, 99)
-LIKELY = 4.0      # deviations of the level by fourth differences
 
 
 def measured(residual: Array, dt: float,
@@ -96,10 +95,10 @@ def measure(decision: Decision, lowest: float = MOTION) -> tuple[Array, Array] |
 
 def with_level_of_innovations(decision: Decision) -> Decision:
     """
-    Return the decision with the noise of the encoders that the innovations of its fit have.
+    Return the decision with the level of encoder noise that the innovations of its fit have.
 
-    Where a fit leaves white noise alone, the innovations of all readings tell its level; fourth
-    differences, which told it first, err by more. A level that they exclude is not taken.
+    If a fit leaves white noise alone, its innovations measure the level more accurately than
+    fourth differences did. A level that fourth differences exclude is not taken.
 
     Args:
         decision: of the judge.
@@ -114,7 +113,7 @@ def with_level_of_innovations(decision: Decision) -> Decision:
         residual = run.residual[run.read[:, channel], channel]
         if len(residual):
             level = math.sqrt(float(np.mean(residual ** 2)))
-            excluded = LIKELY * SIGMA_ERROR / math.sqrt(len(residual))
+            excluded = THRESHOLDS.noise_level * SIGMA_ERROR / math.sqrt(len(residual))
             if level > 0.0 and abs(math.log(level)) < excluded:
                 sigma[channel] *= level
     evidence = replace(evidence, sigma=sigma)

@@ -17,13 +17,13 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification.candidates import CandidateModel, NOT_FITTED, Starts
+from gearbox_monitor.identification.candidates import (
+    CandidateModel, NOT_FITTED, origin, Starts)
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import evaluated, InnovationFit
 from gearbox_monitor.identification.isolability import InnovationSpace, TWINS
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.quality.recording import UniformRecording
@@ -95,10 +95,11 @@ def sized(starts: Starts, name: str, values: Values | None = None) -> CandidateM
     if values:
         return starts.at(name, values)
     candidate = starts.candidates(name, 1)[0]
-    replaces = name in EFFECTS and EFFECTS[name].replaces
+    at_rest = origin(starts.model, name, 1)
     return replace(candidate, coordinates=tuple(
         replace(c, start=c.start + 0.1 * c.scale)
-        if c.owner == 0 and (replaces or not c.start) else c for c in candidate.coordinates))
+        if c.owner == 0 and not c.log and c.start == at_rest.get(c.name, 0.0) else c
+        for c in candidate.coordinates))
 
 
 def separations(model: DriveModel, effects: Mapping[str, Values | None], u: Array, sigma: Array,

@@ -104,7 +104,7 @@ def direction(candidate: CandidateModel, z: Array, owner: int, own: Array) -> Ar
         own: changes by each coordinate [M, P].
     """
     name = candidate.ids[owner]
-    at_rest = origin(candidate.nominal, name)
+    at_rest = origin(candidate.nominal, name, candidate.orders.get(owner))
     total, has_coordinates = np.zeros(len(own)), False
     for k, c in enumerate(candidate.coordinates):
         if c.owner != owner:

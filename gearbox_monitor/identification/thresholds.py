@@ -88,6 +88,9 @@ class Thresholds:
     isolable_share: float = 0.1
 
     # --- Statement
+    # Deviations by which fourth differences may miss the level of the innovations: chance goes
+    # beyond once in 16 000 recordings.
+    noise_level: float = 4.0
     # Gap from which on a closed fraction is stated: below, the error of the noise is as large.
     gap: float = 1.02
     # Logarithm of the ratio of sharpnesses from which on the verdict mentions it: a fifth.

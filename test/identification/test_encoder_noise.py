@@ -84,20 +84,24 @@ def test_verdicts_as_with_white_noise(effects, tolerance):
         assert data['standard_errors']['arm_coulomb']['Cac'] < 0.01
 
 
-def decision_on(sigma, wrong=1.0, effects=()):
-    """Return (decision, deviations of the noise drawn) on 6 s; its level is `wrong` times off."""
-    model = DriveModel().with_(effects=effects)
-    u = Excitation(amplitudes=(1.0, 0.5)).torque(np.arange(6000) * DT)
-    clean = simulate(model, u, DT).y
-    noisy = clean + sigma * np.random.default_rng(4).standard_normal(clean.shape)
-    evidence = evidence_of([UniformRecording(np.arange(6000) * DT, u, noisy, DT)], DriveModel(),
-                           ['motor_viscous'])
+def decision_on(sigma, wrong=1.0, effects=(), count=1):
+    """Return (decision, deviations of the noise drawn) on 6 s each; its level is `wrong` off."""
+    t = np.arange(6000) * DT
+    u = Excitation(amplitudes=(1.0, 0.5)).torque(t)
+    clean = simulate(DriveModel().with_(effects=effects), u, DT).y
+    drawn = [sigma * np.random.default_rng(4 + i).standard_normal(clean.shape)
+             for i in range(count)]
+    evidence = evidence_of([UniformRecording(t, u, clean + noise, DT) for noise in drawn],
+                           DriveModel(), ['motor_viscous'])
     evidence = replace(evidence, sigma=wrong * evidence.sigma)
-    return decide(evidence), (noisy - clean)[evidence.segments[0].span].std(axis=0)
+    return decide(evidence), np.concatenate([
+        noise[part.span] for noise, part in zip(drawn, evidence.segments)]).std(axis=0)
 
 
-def test_the_level_of_white_noise_is_that_of_the_innovations():
-    decision, drawn = decision_on(np.array([2e-3, 3e-3]))
+@pytest.mark.parametrize('count', [1, 2])
+def test_the_level_of_white_noise_is_that_of_the_innovations(count):
+    """Of several recordings, fourth differences take the largest level."""
+    decision, drawn = decision_on(np.array([2e-3, 3e-3]), count=count)
     refined = with_level_of_innovations(decision)
     np.testing.assert_allclose(refined.evidence.sigma, drawn, rtol=4e-3)
     assert np.abs(decision.evidence.sigma / drawn - 1.0).max() > 8e-3

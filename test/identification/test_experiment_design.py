@@ -12,8 +12,10 @@ import yaml
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import experiment_design as motions
+from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.evidence import Evidence
-from gearbox_monitor.identification.experiment_design import DT, Limits, separations, suggest
+from gearbox_monitor.identification.experiment_design import (
+    DT, Limits, separations, sized, suggest)
 from gearbox_monitor.identification.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import DriveModel
@@ -77,6 +79,15 @@ def test_it_is_what_the_evidence_of_fits_says():
                                 free_noise=False).deviance
     left = deviance['motor_coulomb'] - deviance['motor_viscous']
     assert left == pytest.approx(found[pair], rel=0.2)
+
+
+def test_a_usual_size_changes_what_the_model_has():
+    weight = {'id': 'gravity', 'G': 0.7, 'phi': 0.0}
+    t = np.arange(2000) * DT
+    model = MODEL.with_(effects=(weight,))
+    starts = Starts(model, [UniformRecording(t, slow(t), simulate(model, slow(t), DT).y, DT)])
+    (_, (usual,)) = (c := sized(starts, 'gravity')).values(c.start())
+    assert usual['G'] != pytest.approx(weight['G'], rel=0.02)
 
 
 def test_twins_are_not_promised_a_motion():

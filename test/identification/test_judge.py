@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification import (
-    closed_model, diagnose, encoder_noise, isolability, localisation)
+    closed_model, diagnose, effect_search, encoder_noise, isolability, localisation)
 from gearbox_monitor.identification.adequacy import adequacy_of
 from gearbox_monitor.identification.bursts import at_ends_of_travel, pulses_in, rectangles
 from gearbox_monitor.identification.candidates import sine_and_cosine
@@ -669,6 +669,34 @@ def test_a_change_of_what_the_model_has_begins_there(changed):
     values = fit.candidate.values(fit.z)[1][0]
     assert values == pytest.approx({k: v for k, v in changed.items() if k != 'id'}, abs=2e-3)
     assert judge.adequacy(fit).adequate
+
+
+def test_two_changes_one_of_what_the_model_has():
+    has, scale = {'id': 'gravity', 'G': 0.68, 'phi': 0.0}, {'id': 'torque_gain', 'g': 0.06}
+    evidence = evidence_of(record([{**has, 'G': 0.6}, scale]), model=DriveModel().with_(
+        effects=(has,)), ids=['gravity', 'torque_gain', 'arm_inertia'])
+    decision = decide(evidence)
+    assert set(decision.ids) == {'gravity', 'torque_gain'} and not decision.remains
+    assert decision.values['gravity']['G'] == pytest.approx(0.6, abs=3e-3)
+    assert decision.values['torque_gain']['g'] == pytest.approx(0.06, abs=3e-3)
+
+
+def test_starts_of_one_effect_take_one_place_in_later_rounds(monkeypatch):
+    """Orders of a wave are other effects; what is not best of its name is no result."""
+    search = Judge(evidence_of(record([]))).search
+
+    def at(name, deviance, order=None):
+        candidate = search.starts.candidates(name, order)[0]
+        return InnovationFit(candidate, candidate.start(), SIGMA, deviance)
+    iterated = []
+    monkeypatch.setattr(effect_search, 'fitted', lambda likelihood, fit, iterations: (
+        iterated.append((iterations, fit.name, fit.candidate.orders.get(0))) or fit))
+    ranked = search._halved([
+        at('motor_inertia', 0.0), at('motor_inertia', 100.0), at('cogging', 200.0, 7),
+        at('cogging', 300.0, 8), at('actuator_lag', 400.0)], ((9, 1), (4, 2)))
+    assert [row[1:] for row in iterated if row[0] == 2] == [
+        ('motor_inertia', None), ('cogging', 7), ('cogging', 8), ('actuator_lag', None)]
+    assert [fit.name for fit in ranked] == ['motor_inertia', 'cogging', 'actuator_lag']
 
 
 @pytest.mark.parametrize('name, holds', [('motor_inertia', True), ('stribeck', False)])
