@@ -237,7 +237,9 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
     fits = [none, *singles, *judge.rescored(table.singles[len(singles):])]
     if not judge.adequacy(chosen).adequate and singles:
         reshaped = _reshaped(judge, [chosen, *singles[:SHAPED], none])
-        if reshaped is not None:
+        if reshaped is not None and judge.steps_show(reshaped):
+            return decide(replace(evidence, finer=FINER), table)
+        if reshaped is not None and judge.adequacy(reshaped).adequate:
             chosen, fits = reshaped, [*fits, reshaped]
     lacking = not judge.adequacy(chosen).adequate
     if singles and (lacking or chosen.candidate.ids and judge.lacks(chosen)):
@@ -249,6 +251,8 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
             if judge.worth(pair, chosen) and (lacking or judge.adequacy(pair).adequate):
                 chosen, fits = pair, [*fits, pair]
                 break
+        if len(chosen.candidate.ids) > 1 and judge.steps_show(chosen):
+            return decide(replace(evidence, finer=FINER), table)
     if evidence.balances and len(chosen.candidate.ids) == 2:
         thirds = _finished(judge, judge.search.third(chosen), PAIRS)
         fits += thirds
@@ -333,11 +337,12 @@ def _canonical(judge: Judge, fit: InnovationFit) -> InnovationFit:
 
 def _reshaped(judge: Judge, fits: Sequence[InnovationFit]) -> InnovationFit | None:
     """
-    Return the fit that friction of another shape or law makes adequate, None if none does.
+    Return the best fit with friction of another shape or law, None if that explains no more.
 
-    A shape or law that differs is no effect of its own, and must not find one a partner.
+    Fits that leave noise alone come first. A shape or law that differs is no effect of its own,
+    and must not find one a partner.
     """
-    adequate: list[InnovationFit] = []
+    better: list[InnovationFit] = []
     unique = {fit.candidate.key: fit for fit in fits}
     for fit in unique.values():
         for candidate in (with_free_shape(fit.candidate),
@@ -347,10 +352,10 @@ def _reshaped(judge: Judge, fits: Sequence[InnovationFit]) -> InnovationFit | No
             freed = len(candidate.coordinates) - len(fit.z)
             z = np.concatenate([np.zeros(freed), fit.z])
             shaped = judge.polished(InnovationFit(candidate, z, fit.torque), 12)
-            if (fit.deviance - shaped.deviance > THRESHOLDS.scatter_gain
-                    and judge.adequacy(shaped).adequate):
-                adequate.append(shaped)
-    return min(adequate, default=None, key=lambda f: (
+            if fit.deviance - shaped.deviance > THRESHOLDS.scatter_gain:
+                better.append(shaped)
+    return min(better, default=None, key=lambda f: (
+        not judge.adequacy(f).adequate,
         judge.score(f) + THRESHOLDS.effect_gain * bool(f.candidate.ids)))
 
 
