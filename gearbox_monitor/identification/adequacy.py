@@ -10,7 +10,9 @@ of frequency (Ljung, System Identification, ch. 16). A score test of free functi
 And free runs of 1 s, which no filter corrects: a fit after which they miss by more than the noise
 itself explains a part at most, however likely its innovations are.
 """
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 import math
 
 import numpy as np
@@ -32,25 +34,36 @@ REFIT = 8  # iterations of a fit to all that is evidence
 BANDS = (0.0, 3.0, 8.0, 20.0, noise_model.MOTION)  # Hz
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Adequacy:
     """
-    What a fit leaves.
+    What `fit` leaves of `evidence`.
 
     noise_gain: in -2 log L, of torque noise beyond the allowed. excess: chi2 of innovations per
     reading - 1. structure: deviations by which a band of frequencies exceeds white noise.
-    dependence: strongest free function of the motion. misfit: of a typical window of 1 s in free
-    runs, in sigmas; misfit_limit: what noise and the fitted torque noise explain of it.
+    misfit: of a typical window of 1 s in free runs, in sigmas; misfit_limit: what noise and the
+    fitted torque noise explain of it.
     """
 
+    evidence: Evidence
+    fit: InnovationFit
     noise_gain: float
     excess: float
     structure: float
     structure_limit: float
-    dependence: Dependence | None
     misfit: float
     misfit_limit: float
     runs: tuple[WindowRuns, ...]
+
+    @cached_property
+    def dependence(self) -> Dependence | None:
+        """Strongest free function of the motion, None where too few readings or steps count."""
+        evidence = self.evidence
+        if evidence.balances or evidence.lasting or evidence.rough:
+            return None
+        tested = dependences(evidence.whole, evaluated(evidence.whole, self.fit),
+                             torque_places(evidence.model))
+        return next(iter(tested), None)
 
     @property
     def vetoed(self) -> bool:
@@ -82,7 +95,7 @@ def adequacy_of(evidence: Evidence, fit: InnovationFit) -> Adequacy:
     if evidence.balances:
         # No model of a real drive explains everything: the share that is left tells.
         left = np.sqrt(np.mean([run.left ** 2 for run in at.run.runs], axis=0))
-        return Adequacy(0.0, 0.0, -math.inf, THRESHOLDS.structure, None,
+        return Adequacy(evidence, fit, 0.0, 0.0, -math.inf, THRESHOLDS.structure,
                         float((left / evidence.scales).max()), THRESHOLDS.lasting_torque,
                         runs_of(evidence, at))
     runs = runs_of(evidence, at)
@@ -106,25 +119,43 @@ def _left(evidence: Evidence, at: FilteredFit, runs: tuple[WindowRuns, ...],
         runs: free runs of the fit.
         misfit_limit: what noise and the fitted torque noise explain of their misfit, in sigmas.
     """
-    whole = evidence.whole
-    allowed = np.minimum(at.torque, evidence.allowed_noise)
-    noise_gain = 0.0
-    if (allowed < at.torque).any():
-        noise_gain = whole.run(at.model, allowed).deviance - at.run.deviance
-    excess, structure, dependence = 0.0, -math.inf, None
-    limit = THRESHOLDS.noisy_structure if evidence.noisy else THRESHOLDS.structure
+    excess, structure = 0.0, -math.inf
+    limit = THRESHOLDS.rough_structure if evidence.rough else (
+        THRESHOLDS.noisy_structure if evidence.noisy else THRESHOLDS.structure)
     if not evidence.lasting:  # few readings count
         white = [_whitened(segment, run, evidence.sigma, evidence.colour)
                  for segment, run in zip(evidence.segments, at.run.runs)]
         excess = float(np.mean([(w ** 2).mean() for w in white])) - 1.0
-        if evidence.rough:
-            limit = THRESHOLDS.rough_structure
-        else:
-            dependence = next(iter(dependences(whole, at, torque_places(evidence.model))), None)
         structure = max(spectral_excess(w, segment.recording.dt)
                         for w, segment in zip(white, evidence.segments))
-    return Adequacy(noise_gain, excess, structure, limit, dependence,
-                    typical_misfit(runs), misfit_limit, runs)
+    return Adequacy(evidence, at.alone(), _noise_gain(evidence, at, runs), excess, structure,
+                    limit, typical_misfit(runs), misfit_limit, runs)
+
+
+def _noise_gain(evidence: Evidence, at: FilteredFit, runs: Sequence[WindowRuns]) -> float:
+    """
+    Return the gain in -2 log L of torque noise beyond the allowed.
+
+    A filter is linearised about one state. Of a side that no encoder reads it may lose track in
+    the gap, and noise stands for that: what a free run explains there, the model explains.
+
+    Args:
+        evidence: the recordings.
+        at: fit whose filter was run over all of them.
+        runs: free runs of the fit.
+    """
+    allowed = np.minimum(at.torque, evidence.allowed_noise)
+    if not (allowed < at.torque).any():
+        return 0.0
+    quiet = evidence.whole.run(at.model, allowed)
+    gain = quiet.deviance - at.run.deviance
+    for run, filtered in zip(runs, quiet.runs):
+        if evidence.hides(run.recording):
+            rows = np.maximum(run.data.windows.samples - 1, 0)
+            lost = filtered.deviances[rows].sum(axis=(1, 2)) - (
+                run.chi2 - run.data.size + run.states.shape[1])
+            gain -= float(np.maximum(lost, 0.0).sum())
+    return gain
 
 
 def runs_of(evidence: Evidence, at: FilteredFit) -> tuple[WindowRuns, ...]:

@@ -19,7 +19,7 @@ from gearbox_monitor.identification import basis_functions, localisation
 from gearbox_monitor.identification.adequacy import adequacy_of
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
-from gearbox_monitor.identification.innovations import JointlyFiltered
+from gearbox_monitor.identification.innovations import JointlyFiltered, JointLikelihood
 from gearbox_monitor.identification.input_estimation import (
     InputEstimate, reduced_chi2, SPACING, TORQUES, triangles)
 from gearbox_monitor.identification.thresholds import THRESHOLDS
@@ -27,6 +27,7 @@ from gearbox_monitor.identification.windows import WindowRuns
 from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.effects.arm_side import burst
+from gearbox_monitor.quality.recording import UniformRecording
 
 REFITTED = 6      # iterations of the fit beside bursts
 ROUNDS = 3        # searches, each in the remainder of the previous one
@@ -109,15 +110,17 @@ def with_bursts(evidence: Evidence, theta: Array, owner: Integers) -> Evidence:
         theta: begin (s), duration (s) and amplitude (N m) of each burst [B, 3].
         owner: number of its recording [B].
     """
-    recordings = list(evidence.recordings)
-    for number, values in zip(owner, theta):
-        recording = recordings[number]
-        torque = burst(dict(zip(('t0', 'duration', 'amplitude'), values)),
-                       np.arange(len(recording.u)) * recording.dt, recording.dt)
-        # Beside a load that was measured.
-        load = 0.0 if recording.arm_torque is None else recording.arm_torque
-        recordings[number] = replace(recording, arm_torque=load - torque)
-    return replace(evidence, recordings=tuple(recordings))
+    # Beside a load that was measured.
+    return replace(evidence, recordings=tuple(
+        replace(r, arm_torque=(0.0 if r.arm_torque is None else r.arm_torque)
+                - torque_of(theta[owner == i], r)) for i, r in enumerate(evidence.recordings)))
+
+
+def torque_of(theta: Array, recording: UniformRecording) -> Array:
+    """Return the torque [N], N m, of the bursts `theta` [B, 3] of a recording."""
+    t = np.arange(len(recording.u)) * recording.dt
+    return sum((burst(dict(zip(('t0', 'duration', 'amplitude'), row)), t, recording.dt)
+                for row in theta), np.zeros(len(t)))
 
 
 def sharpened(evidence: Evidence, fit: InnovationFit, theta: Array,
@@ -149,8 +152,10 @@ def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Inte
     amplitude = LITTLE * evidence.torque
 
     def beside(theta: Array) -> tuple[Array, JointlyFiltered]:
-        """Return bursts and the filter with them."""
-        return theta, with_bursts(evidence, theta, owner).whole.run(model, fit.torque)
+        """Return bursts and the filter with them, which begins as without."""
+        loaded = JointLikelihood([part.loaded(torque_of(theta[owner == i], part.recording))
+                                  for i, part in enumerate(evidence.whole.parts)])
+        return theta, loaded.run(model, fit.torque)
 
     def moved_by(theta: Array, reach: Array, change: Array) -> tuple[Array, JointlyFiltered]:
         """Return where a step leads to, at most `reach` [B, 3] away."""

@@ -8,7 +8,7 @@ The efficient score of Rao: the part that the fit's own coordinates can imitate 
 It needs no fit, only one sensitivity for each start of an effect. Values that may be far off have
 further starts, of which the likelihood itself is taken: behind a hidden arm it has local maxima.
 """
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 import math
 
@@ -62,8 +62,7 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
     """
     at, model = evaluated(likelihood, fit), fit.model
     own = coordinate_columns(likelihood, at)
-    prior = fit.candidate.prior(fit.z)
-    residual = at.run.residual.ravel()
+    tested = score_test(own, fit.candidate.prior(fit.z), at.run.residual.ravel())
     trials = [(name, order, number, candidate)
               for name in ids if name not in fit.candidate.ids and name not in NOT_FITTED
               for order in (starts.orders if name in PERIODIC else (None,))
@@ -84,7 +83,7 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
             out.append(Proposal(name, order, number, math.inf, (as_it_is,)))
             continue
         columns, sizes = signature(likelihood, at, candidate)
-        gain, step, yielding = score_test(own, prior, columns, residual)
+        gain, step, yielding = tested(columns)
         # The fit may have moved the values that the effect replaces.
         free = [replace(c, start=at_rest.get(c.name, c.start)) for c in free]
         start, taken = _started(name, free, step * sizes, bool(at_rest))
@@ -155,32 +154,32 @@ def _started(name: str, free: Sequence[Coordinate], step: Array,
             np.array([at - first.start]))
 
 
-def score_test(own: Array, prior: tuple[Array, Array], columns: Array,
-               residual: Array) -> tuple[float, Array, Array]:
+def score_test(own: Array, prior: tuple[Array, Array],
+               residual: Array) -> Callable[[Array], tuple[float, Array, Array]]:
     """
-    Return (gain in -2 log L, step [C], yielding [P, C]) of one linear step along `columns`.
+    Return the test of one linear step along any columns beside a fit.
 
-    yielding: change of the fit's own coordinates per unit of the step.
+    It takes derivatives [M, C] of what is tested and returns (gain in -2 log L, step [C], change
+    [P, C] of the fit's own coordinates per unit of the step).
 
     Args:
         own: derivatives [M, P] by the coordinates of the fit, which give way.
         prior: pull [P] and weight [P] of their prior.
-        columns: derivatives [M, C] of what is tested.
         residual: [M], in standard deviations.
     """
-    count = own.shape[1]
-    J = np.concatenate([own, columns], axis=1)
-    H, g = J.T @ J, J.T @ residual
     # A value that leaves its tolerance pulls: as an effect it is free of that.
-    g[:count] += prior[0]
-    H[range(count), range(count)] += prior[1]
-    B = np.linalg.lstsq(H[:count, :count], np.column_stack([H[:count, count:], g[:count]]),
-                        rcond=1e-12)[0] if count else np.zeros((0, columns.shape[1] + 1))
-    S = H[count:, count:] - H[:count, count:].T @ B[:, :-1]
-    S[np.diag_indices_from(S)] += RIDGE * np.diag(H)[count:] + 1e-300
-    h = g[count:] - H[:count, count:].T @ B[:, -1]
-    step = np.linalg.solve(S, h)
-    return float(h @ step), -step, -B[:, :-1]
+    inverse = np.linalg.pinv(own.T @ own + np.diag(prior[1]), rcond=1e-12, hermitian=True)
+    yielded = inverse @ (own.T @ residual + prior[0])
+
+    def along(columns: Array) -> tuple[float, Array, Array]:
+        gram, cross = columns.T @ columns, own.T @ columns
+        yielding = inverse @ cross
+        S = gram - cross.T @ yielding
+        S[np.diag_indices_from(S)] += RIDGE * np.diag(gram) + 1e-300
+        h = columns.T @ residual - cross.T @ yielded
+        step = np.linalg.solve(S, h)
+        return float(h @ step), -step, -yielding
+    return along
 
 
 def joined(starts: Starts, fit: InnovationFit, proposal: Proposal) -> list[InnovationFit]:

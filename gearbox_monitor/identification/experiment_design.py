@@ -21,7 +21,7 @@ from gearbox_monitor.identification.candidates import (
     CandidateModel, NOT_FITTED, origin, Starts)
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import evaluated, InnovationFit
-from gearbox_monitor.identification.isolability import InnovationSpace, TWINS
+from gearbox_monitor.identification.isolability import InnovationSpace, twins
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -162,7 +162,7 @@ def suggest(model: DriveModel, effects: Mapping[str, Values | None], pairs: Sequ
     """
     # Twins differ near standstill only, by less than any model of friction is good for.
     pairs = [(a, b) for a, b in pairs
-             if not {a, b} & set(NOT_FITTED) and TWINS.get(a) != b]
+             if not {a, b} & set(NOT_FITTED) and (a, b) not in twins()]
     if not pairs:
         raise InputError('motion: no pair of effects that a motion could separate')
     random = np.random.default_rng(0)

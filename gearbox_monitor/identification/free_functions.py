@@ -73,8 +73,9 @@ def dependences(likelihood: JointLikelihood, at: FilteredFit,
     """
     rows, model = [part.motion(own) for part, own in zip(likelihood.parts, at.run.runs)], at.model
     moved = {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
-    own, prior = coordinate_columns(likelihood, at), at.candidate.prior(at.z)
-    residual, scale = at.run.residual.ravel(), 1.0 / np.sqrt(at.run.variance)
+    tested = score_test(coordinate_columns(likelihood, at), at.candidate.prior(at.z),
+                        at.run.residual.ravel())
+    scale = 1.0 / np.sqrt(at.run.variance)
     size = LITTLE * max(float(np.std(moved['torque'])), 1e-9)
     choices = [(place, variable, knots_over(moved[WORDS[place, variable]], variable))
                for place, variable in QUANTITIES if place in places]
@@ -86,8 +87,8 @@ def dependences(likelihood: JointLikelihood, at: FilteredFit,
             (likelihood.change(at.run, with_effects(model, [map_of(table, size * row)]))
              * scale).ravel() / size for row in np.eye(len(knots))], axis=1)
         columns[~np.isfinite(columns)] = 0.0
-        gain, step, _ = score_test(own, prior, columns, residual)
-        price = float(scipy.stats.chi2.isf(THRESHOLDS.chance / len(choices), len(knots)))
+        gain, step, _ = tested(columns)
+        price = float(scipy.special.chdtri(len(knots), THRESHOLDS.chance / len(choices)))
         out.append(Dependence(place, WORDS[place, variable], gain if np.isfinite(gain) else 0.0,
                               price, table, step))
     return sorted(out, key=lambda d: d.price - d.gain)

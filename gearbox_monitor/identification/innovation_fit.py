@@ -16,7 +16,7 @@ import numpy as np
 
 from gearbox_monitor.identification.candidates import CandidateModel
 from gearbox_monitor.identification.innovations import Likelihood
-from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
+from gearbox_monitor.kernels.levenberg_marquardt import damped_solve, damped_step, Damping
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -25,7 +25,7 @@ LOG_STEP = 0.05              # of finite differences in that logarithm
 COORDINATE_STEP = 0.1        # of the steps of a candidate: a single sample is nearly linear
 REACH = 3.0                  # a step is not longer than so many times value or scale
 LOG_REACH = 1.5              # the same of coordinates that are logarithms
-FACTORS = (16.0, 4.0, 1.5)   # by which the noise is tried
+FACTORS = (1.5, 4.0, 16.0)   # by which the noise is tried, the next one after each gain
 ENOUGH = 1e-3                # gain in -2 log L of a step that is taken
 RULE = Damping(1e-4, 20.0, 1e-3, smallest=1e-9, attempts=5)
 UNHELPFUL = 1e-2             # damping after steps that did not help
@@ -98,18 +98,20 @@ def annealed(likelihood: Likelihood, fit: FilteredFit) -> Array:
     torque, deviance = fit.torque, fit.run.deviance
     smallest, largest = likelihood.least_noise, likelihood.most_noise
     for sides in ([0, 1], [0], [1]):
-        for factor in FACTORS:
-            for sign in (-1.0, 1.0):
-                improved = True
-                while improved:
-                    trial = torque.copy()
-                    trial[sides] = np.clip(
-                            trial[sides] * factor ** sign, smallest[sides], largest)
-                    value = np.inf if (trial == torque).all() else likelihood.with_noise(
-                        fit.run, trial)[0]
-                    improved = value < deviance - 0.02
-                    if improved:
-                        torque, deviance = trial, value
+        number, sign, failures = 0, -1.0, 0
+        while failures < 2:
+            trial = torque.copy()
+            trial[sides] = np.clip(trial[sides] * FACTORS[number] ** sign, smallest[sides],
+                                   largest)
+            value = np.inf if (trial == torque).all() else likelihood.with_noise(
+                fit.run, trial)[0]
+            if value < deviance - 0.02:
+                torque, deviance, failures = trial, value, 0
+                number = min(number + 1, len(FACTORS) - 1)
+            elif number:
+                number -= 1
+            else:
+                sign, failures = -sign, failures + 1
     return torque
 
 
@@ -216,5 +218,7 @@ def _step(likelihood: Likelihood, fit: FilteredFit, damping: float,
 
     def gain_of(trial: FilteredFit) -> float:
         return fit.deviance - ENOUGH - trial.deviance
-    return damped_step(H[np.ix_(free, free)], g[free], trial_of, gain_of, damping, RULE) or (
-        fit, UNHELPFUL)
+    normal, right = H[np.ix_(free, free)], g[free]
+    if right @ damped_solve(normal, right, RULE.smallest) < ENOUGH:  # it promises no more
+        return fit, damping
+    return damped_step(normal, right, trial_of, gain_of, damping, RULE) or (fit, UNHELPFUL)

@@ -79,6 +79,13 @@ class Filtered:
         """Innovations [N, 2] in their standard deviations, 0 where nothing was read."""
         return self.trace.innovation / np.sqrt(self.trace.variance)
 
+    @property
+    def deviances(self) -> Array:
+        """-2 log L of each reading [N, 2], 0 where nothing was read."""
+        variance = self.trace.variance
+        return np.where(self.read, self.residual ** 2 - 1.0
+                        + np.log(variance / self.data.variance), 0.0)
+
 
 class InnovationLikelihood:
     """
@@ -130,6 +137,12 @@ class InnovationLikelihood:
         """Return the likelihood of one reading out of `every`."""
         out = copy(self)
         out.every = every
+        return out
+
+    def loaded(self, torque: Array) -> 'InnovationLikelihood':
+        """Return the likelihood with more `torque` [N], N m, on the arm; it begins as before."""
+        out = copy(self)
+        out.simulator = self.simulator.loaded(torque)
         return out
 
     @property

@@ -28,8 +28,20 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 
-TWINS = {name: effect.twin for name, effect in EFFECTS.items() if effect.twin}
 Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
+
+
+def twins(alone: bool = False) -> list[tuple[str, str]]:
+    """
+    Return the pairs of effects of which no motion distinguishes the first from the second.
+
+    Args:
+        alone: whether one encoder is read and the torque is recorded: a drive moves as late as its
+            torque comes.
+    """
+    return [pair for name, effect in EFFECTS.items() for pair in (
+        (name, effect.twin), *((name, effect.twin_alone), (effect.twin_alone, name)) * alone)
+        if all(pair)]
 
 
 class InnovationSpace:
@@ -190,9 +202,11 @@ def rivals(evidence: Evidence, fit: InnovationFit, fits: Sequence[InnovationFit]
         if len(key) == len(ids) and value < limit and (len(ids) == 1 or set(key) & set(ids)):
             for name in set(ids) - set(key):
                 out[name] += key
-    for name in ids:
-        if TWINS.get(name) in evidence.ids:
-            out[name].append(TWINS[name])
+    alone = evidence.model.controller is None and all(
+        len(r.channels) == 1 for r in evidence.recordings)
+    for name, twin in twins(alone):
+        if name in ids and twin in evidence.ids:
+            out[name].append(twin)
     return {name: list(dict.fromkeys(i for i in others if i not in (*ids, TORQUE_MAP.id)))
             for name, others in out.items()}
 

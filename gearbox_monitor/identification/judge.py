@@ -258,22 +258,19 @@ def decide(evidence: Evidence, table: FitTable | None = None) -> Decision:
         fits += thirds
         chosen = next((third for third in thirds if judge.worth(third, chosen)
                        and judge.holds(third, chosen)), chosen)
-    adequacy = judge.adequacy(chosen)
-    bursts = None
-    if not (adequacy.adequate or evidence.balances) and DISTURBANCE.id in evidence.ids:
+    bursts, enough = None, judge.adequacy(chosen).adequate
+    if not (enough or evidence.balances) and DISTURBANCE.id in evidence.ids:
         bursts = _bursts(judge, chosen, none)
         if bursts is not None:
-            chosen = bursts.fit
-    remains = not adequacy.adequate and (bursts is None or not bursts.adequate)
+            chosen, enough = bursts.fit, bursts.adequate
     closed = chosen
-    if remains:
+    if not enough:
         chosen, closed = _parts(judge, chosen, none, fits)
-        adequacy = judge.adequacy(chosen)
     unique: dict[tuple[str, ...], InnovationFit] = {}
     for fit in sorted([*fits, chosen], key=judge.score):
         unique.setdefault(fit.candidate.key, fit)
-    return Decision(evidence, none, chosen, closed, adequacy, judge.adequacy(none),
-                    tuple(unique.values()), table.orders, bursts, remains)
+    return Decision(evidence, none, chosen, closed, judge.adequacy(chosen), judge.adequacy(none),
+                    tuple(unique.values()), table.orders, bursts, not enough)
 
 
 def _finished(judge: Judge, fits: Sequence[InnovationFit], most: int) -> list[InnovationFit]:

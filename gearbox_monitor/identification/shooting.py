@@ -7,6 +7,7 @@ Free runs of the drive over the windows of a recording: what every part of the d
 Each window starts from states of its own (motor and arm position and speed); memories (hysteresis,
 bristle) go over from window to window.
 """
+from copy import copy
 from dataclasses import dataclass
 import math
 from typing import Any
@@ -126,6 +127,12 @@ class Simulator:
         self._padded = np.concatenate([np.full(past, u[0]), u])
         self._acting: dict[Any, Array] = {}
         self._noise = ProcessNoise(np.zeros((self.n, 4)), np.zeros(4))
+
+    def loaded(self, torque: Array) -> 'Simulator':
+        """Return the simulator with more `torque` [N], N m, on the arm."""
+        out = copy(self)
+        out.extra = self.extra + torque[:, None] * (0.0, 1.0, 0.0)
+        return out
 
     def acting(self, e: Array) -> Array:
         """Return the torque of the actuator [N, n] for packed effects `e`."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.identification.isolability import TWINS
+from gearbox_monitor.identification.isolability import twins
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
@@ -44,8 +44,9 @@ def suggestion(data: Mapping[str, Any], recordings: Sequence[UniformRecording],
 
     """
     effects = library()
+    alike = twins(alone=all(len(r.channels) == 1 for r in recordings))
     pairs = [(a, b) for a in data.get('params') or {} for b in data.get('confusable') or ()
-             if a in effects and b in effects and TWINS.get(a) != b]
+             if a in effects and b in effects and (a, b) not in alike]
     unexcited = [pair for words, pair in UNEXCITED
                  if any(words in warning for warning in data.get('warnings') or ())]
     if pairs and out:

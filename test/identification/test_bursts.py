@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.identification import basis_functions
-from gearbox_monitor.identification.bursts import rectangles
+from gearbox_monitor.identification.bursts import rectangles, torque_of, with_bursts
+from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.input_estimation import InputEstimate, SPACING, triangles
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.quality.recording import UniformRecording
 
 WINDOWS, SAMPLES, DT = 12, 1001, 1e-3
 BASIS = triangles(SAMPLES, 0, DT)
@@ -46,3 +49,15 @@ def test_a_burst_is_the_interval_of_the_largest_likelihood_ratio():
     assert begin == pytest.approx(9.5 * SPACING) and duration == pytest.approx(3 * SPACING)
     assert amplitude == pytest.approx(-8.0, abs=0.5)
     assert not rectangles(free, 20.0, np.zeros(WINDOWS, bool))[1].any()
+
+
+def test_a_load_on_a_likelihood_is_that_of_a_recording_with_it():
+    model, t = DriveModel(), np.arange(600) * DT
+    recording = UniformRecording(t, np.sin(9.0 * t), np.zeros((600, 2)), DT, arm_torque=0.1 * t)
+    evidence = Evidence((recording,), model, np.full(2, 1e-3), ())
+    theta, owner = np.array([[0.2, 0.1, 0.3], [0.4, 0.05, -0.2]]), np.zeros(2, int)
+    noise, part = np.full(2, 0.01), evidence.whole.parts[0]
+    loaded = part.loaded(torque_of(theta, recording)).run(model, noise)
+    beside = with_bursts(evidence, theta, owner).whole.run(model, noise).runs[0]
+    assert loaded.innovation == pytest.approx(beside.innovation, abs=1e-15)
+    assert np.abs(loaded.innovation - part.run(model, noise).innovation).max() > 1e-5

@@ -22,6 +22,7 @@ from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.free_functions import Dependence
 from gearbox_monitor.identification.innovation_fit import (
     evaluated, fitted, InnovationFit, unfitted)
+from gearbox_monitor.identification.innovations import JointLikelihood
 from gearbox_monitor.identification.input_estimation import InputEstimator, SPACING
 from gearbox_monitor.identification.judge import _one_cause, decide, Judge, simplest
 from gearbox_monitor.identification.noise_model import MOTION, spectrum
@@ -95,6 +96,39 @@ def test_a_right_model_leaves_noise_alone(cases, name):
     assert not lacking.adequate and lacking.noise_gain > 100.0
     assert lacking.dependence.beyond_chance
     assert lacking.dependence.gain > 2.0 * enough.dependence.gain
+
+
+@pytest.mark.parametrize('effects, allowed', [
+    ([], True), ([{'id': 'motor_viscous', 'Cv': 1.3 * DriveModel().viscous_friction}], False)])
+def test_a_filter_that_lost_the_hidden_side_is_no_error_of_the_model(effects, allowed):
+    """It begins in the wrong place of the gap, sure of it: noise alone brings it back."""
+    gap = {'transmission': {'kind': 'dead_zone', 'half_gap': 0.3, 'stiffness': 10.0}}
+    recording = record(effects, 8, model=gap)
+    evidence = evidence_of(replace(recording, y=recording.y[:, [0, 0]], channels=(0,)),
+                           model=model_from_dict(gap, 'test'))
+    whole = evidence.whole
+    part, = whole.parts
+    states = whole.smoothed(whole.run(evidence.model, whole.least_noise))[0][part.begin, :4]
+    states[1, 1] += 0.1
+    lost = JointLikelihood([part.begun(states, np.full(4, 1e-3))])
+    fit = fitted(lost, unfitted(lost, evidence.starts.none()))
+    evidence.__dict__['whole'] = lost
+    quiet = lost.run(fit.model, evidence.allowed_noise)
+    assert quiet.deviance - evaluated(lost, fit).deviance > 1e4
+    assert (adequacy_of(evidence, fit).noise_gain < THRESHOLDS.noise_gain) == allowed
+
+
+@pytest.mark.parametrize('alone', [True, False])
+def test_one_encoder_does_not_tell_a_late_torque_from_a_late_reading(alone):
+    """A drive at rest moves as late as its torque comes."""
+    late = record([{'id': 'actuator_delay', 'T': 0.01}], std=(0.0, 0.0))
+    assert late.y[10:, 0] == pytest.approx(record([], std=(0.0, 0.0)).y[:-10, 0], abs=1e-6)
+    evidence = evidence_of(replace(late, channels=(0,) if alone else (0, 1)),
+                           ids=['actuator_delay', 'motor_encoder_delay'])
+    for name, other in (evidence.ids, evidence.ids[::-1]):
+        fit = unfitted(evidence.whole, evidence.starts.candidates(name)[0])
+        alike = isolability.rivals(evidence, fit, [replace(fit, deviance=0.0)], {})
+        assert alike == {name: [other] * alone}
 
 
 @pytest.mark.parametrize('name', CASES)

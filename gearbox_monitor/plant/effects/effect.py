@@ -164,7 +164,8 @@ class Effect:
             None for what no fit finds. memory_starts: memories to start windows from.
         counterpart: id of the same effect on the other side of the gearbox.
         merges_if_rigid: a rigid transmission makes it the same as an effect on the motor.
-        twin: id of an effect that no motion distinguishes from it.
+        twin: id of an effect that no motion distinguishes from it. twin_alone: the same where
+            one encoder is read and the torque is recorded.
         separated_by: {id of another effect: motion that distinguishes them}.
         rotary_only: a prismatic axis does not have it. needs_both_encoders: one does not show it.
         torque_only: it acts on a torque that is recorded, which that of a servo is not.
@@ -207,6 +208,7 @@ class Effect:
     counterpart: str = ''
     merges_if_rigid: bool = False
     twin: str = ''
+    twin_alone: str = ''
     separated_by: Mapping[str, str] = field(default_factory=dict)
     rotary_only: bool = False
     needs_both_encoders: bool = False

@@ -36,6 +36,7 @@ def _eccentricity_size(s: Scales) -> float:
 
 _AMPLITUDE, _PHASE = Parameter('A', 'rad'), Parameter('phi', 'rad')
 _DELAY = Parameter('T', 's', 0.0, MAX_DELAY)
+BOTH = 'no motion tells them apart with one encoder: record both'
 
 MOTOR_ENCODER_ECCENTRICITY = Effect(
     'motor_encoder_eccentricity', 'motor_sensor', 'y1 = x1 + A sin(x1 + phi)',
@@ -62,7 +63,8 @@ MOTOR_ENCODER_DELAY = Effect(
     noun='delay',
     shows='The reading of the motor comes late by the same time; the difference is proportional '
           'to its speed.',
-    meaning='reading of the motor encoder is late', starts=_delay_starts)
+    meaning='reading of the motor encoder is late', starts=_delay_starts,
+    twin_alone='actuator_delay', separated_by={'actuator_delay': BOTH})
 
 ARM_ENCODER_ECCENTRICITY = Effect(
     'arm_encoder_eccentricity', 'arm_sensor', 'y2 = x2 + A sin(x2 + phi)',
@@ -85,7 +87,8 @@ ARM_ENCODER_DELAY = Effect(
     noun='delay',
     shows='The reading of the arm comes late by the same time; the difference is proportional to '
           'its speed, and a twist seems to follow it.',
-    meaning='reading of the arm encoder is late', starts=_delay_starts)
+    meaning='reading of the arm encoder is late', starts=_delay_starts,
+    twin_alone='actuator_delay', separated_by={'actuator_delay': BOTH})
 
 
 @jit_part
