@@ -5,13 +5,13 @@
 import numpy as np
 import scipy
 
-from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.sensor_noise import noise_levels, white_noise_std
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import UniformRecording
 
 MOTION = 60.0  # Hz, above which motion has hardly anything
-FEWEST = 20    # readings that tell a level of noise
+STANDS = 4     # repeats of a reading, from which on it stands still
 LEAST = 1e-8   # of the travel: readings without any noise are no more accurate than the model
 FINEST = 1e-4  # of the travel: on a real drive, differences below are no gap
 
@@ -67,12 +67,13 @@ def noise_floor(recording: UniformRecording, model: DriveModel) -> tuple[Array, 
         model: model of the drive; one with lasting process torque is that of a real drive.
     """
     sigma, quantum = noise_levels(recording.y)
-    for channel in np.flatnonzero(sigma <= 0.0):
-        # An encoder that stands for most of the recording has its noise where it moves.
-        moving = np.flatnonzero(np.diff(recording.y[:, channel]))
-        if len(moving) > FEWEST:
-            level, _ = noise_levels(recording.y[moving[0]:moving[-1] + 1, [channel]])
-            sigma[channel] = level[0]
+    for channel in np.flatnonzero(quantum == 0.0):
+        # Noise never repeats: while a reading stands still, nothing is measured.
+        y = recording.y[:, channel]
+        ends = np.flatnonzero(np.convolve(np.diff(y) != 0.0, np.ones(STANDS), 'valid') == 0.0)
+        if len(ends):
+            sigma[channel] = white_noise_std(np.delete(y, np.unique(
+                ends[:, None] + np.arange(1, STANDS + 1))))
     sigma = np.maximum(sigma, recording.floor)
     sigma = np.maximum(sigma, LEAST * np.ptp(recording.y, axis=0) + 1e-12)
     if model.lasting:

@@ -12,7 +12,7 @@ from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.identification.encoder_noise import measured, with_level_of_innovations
 from gearbox_monitor.identification.evidence import evidence_of
 from gearbox_monitor.identification.judge import decide
-from gearbox_monitor.identification.noise_model import prewhitened
+from gearbox_monitor.identification.noise_model import noise_floor, prewhitened
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
@@ -35,6 +35,15 @@ def test_made_white():
     for lag, expected in ((0, 1.0), (1, 0.0), (3, 0.0)):
         found = (r[:, lag:] * r[:, :500 - lag]).mean(axis=(0, 1))
         np.testing.assert_allclose(found, expected, atol=5.0 / np.sqrt(200 * 500))
+
+
+@pytest.mark.parametrize('rows', [1000, 2000, 2001, 3500])
+def test_an_encoder_that_stands_still_has_its_noise_where_it_moves(rows):
+    t = np.arange(4000) * DT
+    y = np.sin(6.0 * t)[:, None] + 0.002 * np.random.default_rng(0).standard_normal((4000, 2))
+    y[4000 - rows:, 1] = y[4000 - rows, 1]
+    sigma, quantum = noise_floor(UniformRecording(t, t, y, DT), DriveModel())
+    assert sigma == pytest.approx([0.002, 0.002], rel=0.1) and not quantum.any()
 
 
 @pytest.mark.parametrize('lowest, within', [(60.0, 0.1), (20.0, 0.06)])
