@@ -17,7 +17,7 @@ from gearbox_monitor.identification import localisation
 from gearbox_monitor.identification.adequacy import Adequacy, adequacy_of, runs_of
 from gearbox_monitor.identification.bursts import Bursts, bursts_beside
 from gearbox_monitor.identification.candidates import (
-    nuisances_of, with_free_shape, with_law, ZERO)
+    nuisances_of, origin, with_free_shape, with_law, ZERO)
 from gearbox_monitor.identification.effect_scan import Proposal, scan
 from gearbox_monitor.identification.effect_search import EffectSearch, FitTable
 from gearbox_monitor.identification.evidence import Evidence
@@ -97,9 +97,20 @@ class Judge:
     """Fits of candidates to one Evidence, each found once."""
 
     def __init__(self, evidence: Evidence) -> None:
-        self.evidence, self.score = evidence, evidence.score
+        self.evidence = evidence
         self.search = EffectSearch(evidence)
         self._adequacies: dict[tuple[object, ...], Adequacy] = {}
+
+    def score(self, fit: InnovationFit) -> float:
+        """
+        Return the BIC of a fit; of ties, what moves a value of the model is better.
+
+        A gain of the servo that the model states is a simpler cause than a torque scale of its
+        own, where the motion is the same.
+        """
+        model, ids = self.evidence.model, fit.candidate.ids
+        return self.evidence.score(fit) + THRESHOLDS.tie * sum(
+            not any(origin(model, name).values()) for name in ids)
 
     def polished(self, fit: InnovationFit, iterations: int = POLISH) -> InnovationFit:
         """Return `fit` on short steps, refitted in so many `iterations`."""

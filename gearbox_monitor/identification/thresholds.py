@@ -30,6 +30,8 @@ class Thresholds:
     bound_gain: float = 10.0
     # Gain of a further effect: more than effect_gain, since some 600 pairs are searched.
     further_effect_gain: float = 40.0
+    # BIC up to which fits tie: twice the gain for which a fit does not go on.
+    tie: float = 1.0
     # -2 log L by which windows, which carry more evidence, may turn a ranking round: blind sets.
     ranking_error: float = 60.0
 

@@ -61,6 +61,19 @@ def test_effect_is_named_with_gains_in_doubt(effect, columns):
 
 
 @compiled
+@pytest.mark.parametrize('effects', [(), ({'id': 'motor_viscous', 'Cv': 0.12},)])
+def test_of_ties_the_gain_that_the_model_states_is_named(effects):
+    """Without damping and limit of the servo, a torque scale is the same motion."""
+    stated = {**STATED, 'kd': 0.0, 'tolerance': 0.0, 'torque_limit': 50.0}
+    recording = recorded({'id': 'servo_gain', 'kp': 4.0}, *effects, true=stated,
+                         stated=model_from_dict({'controller': stated}, 'stated'))
+    verdict = diagnose([recording], model_from_dict({'controller': stated}, 'stated'),
+                       only=['torque_gain', 'servo_gain', 'motor_viscous']).to_dict()
+    assert set(verdict['params']) == {'servo_gain', *(e['id'] for e in effects)}
+    assert 'torque_gain' in verdict['confusable']
+
+
+@compiled
 def test_right_model_with_gains_in_doubt_has_no_effect():
     verdict = diagnose([recorded()], MODEL, only=['servo_deadband']).to_dict()
     assert verdict['verdict'] == 'none'

@@ -303,17 +303,18 @@ def test_the_plugin_of_the_page(plugin_folder):
     model = load_model(plugin_folder / 'drive.yaml')
     spring = {'id': 'arm_spring', 'k': yaml.safe_load(text)['effects'][0]['S']}
     _, y = own.simulate(own.NOMINAL, [spring], U, DT)
-    run = Plant(model).run(np.repeat(U, 10), DT / 10)
+    run = Plant(replace(model, timestep=DT / 10)).run(np.repeat(U, 10), DT / 10)
     assert np.abs(run.y[::10] - y).max() < 1e-11
     # The kernels without it are others, also those on disk.
-    nominal = Plant(drive()).run(np.repeat(U, 10), DT / 10)
+    nominal = Plant(replace(drive(), timestep=DT / 10)).run(np.repeat(U, 10), DT / 10)
     assert np.abs(nominal.y[::10] - own.simulate(own.NOMINAL, [], U, DT)[1]).max() < 1e-11
     # Switched on while it runs, together with one of the library.
     plant = Plant(drive('gravity'))
     plant.run(U[:500], DT)
     plant.model = plant.model.with_(effects=(*model.effects, *given('gravity')))
     both = plant.run(U[500:510], DT, 0.5)
-    np.testing.assert_allclose(both.tau_arm, 0.4 * both.x[:, 1] + 0.5 * np.sin(both.x[:, 1]))
+    np.testing.assert_allclose(both.tau_arm, 0.4 * both.x[:, 1] + 0.5 * np.sin(
+        both.x[:, 1] + VALUES['gravity']['phi']))
 
     t = DT * np.arange(8000)
     u = 3.0 * np.sin(2 * np.pi * 0.7 * t) + 1.5 * np.sin(2 * np.pi * 1.9 * t)

@@ -126,10 +126,9 @@ def test_swapped_encoders_of_a_loaded_drive_are_named(seeds):
     named = []
     for seed in seeds:
         model, t, u, y = loaded(seed)
-        codes = {p.code for p in found(t, u, y[:, ::-1], model) if p.fatal}
-        assert codes <= {'swapped'}, seed
-        named.append(bool(codes))
-    assert np.mean(named) > 0.8, named
+        named += [p.code for p in found(t, u, y[:, ::-1], model) if p.fatal] or ['']
+    assert np.mean([code == 'swapped' for code in named]) > 0.8, named
+    assert np.mean([code not in ('', 'swapped') for code in named]) < 0.01, named  # another unit
 
 
 def test_encoders_that_share_no_zero(sound):
