@@ -19,7 +19,7 @@ from gearbox_monitor.identification import basis_functions, localisation
 from gearbox_monitor.identification.adequacy import adequacy_of
 from gearbox_monitor.identification.evidence import Evidence
 from gearbox_monitor.identification.innovation_fit import evaluated, fitted, InnovationFit
-from gearbox_monitor.identification.innovations import JointlyFiltered, JointLikelihood
+from gearbox_monitor.identification.innovations import JointLikelihood, JointlyFiltered
 from gearbox_monitor.identification.input_estimation import (
     InputEstimate, reduced_chi2, SPACING, TORQUES, triangles)
 from gearbox_monitor.identification.thresholds import THRESHOLDS

@@ -7,7 +7,7 @@ import operator
 import pytest
 
 pytest.importorskip('numba')
-from numba import njit  # noqa: E402
+from numba import njit  # noqa: E402, I100
 from numba.core.errors import TypingError  # noqa: E402
 from numba.core.postproc import PostProcessor  # noqa: E402
 from numba.core.registry import cpu_target  # noqa: E402

@@ -21,8 +21,8 @@ from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.files.resources import config_path  # noqa: E402
 from gearbox_monitor.files.robot_files import load_robot  # noqa: E402
+from gearbox_monitor.files.yaml_files import save_model  # noqa: E402
 from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
-from gearbox_monitor.parameters import MODEL  # noqa: E402
 from gearbox_monitor.robot import example_arm  # noqa: E402
 from gearbox_monitor.robot.arm_plant import ArmPlant  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
@@ -43,13 +43,13 @@ def test_live_is_replay_with_a_description_and_a_payload(graph, tmp_path):
                      example_arm.nominal_drives(robot), example_arm.MIDDLE)
     run, payload, motor, arm = example_arm.worked(plant, rng, 2, DT * 1e-9)
     drives = example_arm.nominal_drives(robot)
-    model_values = {name: {row.name: getattr(drives[joint], row.name) for row in MODEL}
-                    for name, joint in GEARBOXES.items()}
+    for name, joint in GEARBOXES.items():
+        save_model(tmp_path / f'{name}.yaml', drives[joint], [])
     file = tmp_path / 'robot.yaml'
     file.write_text(json.dumps({'estimator': {'ros__parameters': {
         'gearboxes': list(GEARBOXES), 'robot_description': 'topic:/robot_description',
         'snapshot_period': 1.0,
-        **{name: {**example_arm.parameters_of(joint), **model_values[name]}
+        **{name: {**example_arm.parameters_of(joint), 'model': str(tmp_path / f'{name}.yaml')}
            for name, joint in GEARBOXES.items()},
         'qos_overrides': {'/joint_states': {'subscription': {
             key.rpartition('.')[2]: value for key, value in RELIABLE.items()}}}}}}))
