@@ -16,7 +16,7 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers
 BINS = 24
 TAIL = 0.5        # percent of the samples on either end that share the outermost bins
 FEWEST = 0.002    # share of the samples below which a bin says nothing
-SMOOTHING = 0.01  # s, half width
+SMOOTHING, SLOPES = 2.5e-3, 4.5e-3  # s, standard deviations of Gaussian windows
 FOLDS = 5
 STIFFNESSES = (1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0)  # how hard a Law bends
 VAGUE = 4.0       # times the median error, from which on a bin of a Law says nothing
@@ -52,14 +52,22 @@ def motion(y: Array, dt: float) -> dict[str, Array]:
         y: readings of motor and arm [N, 2], rad.
         dt: sample time, s.
     """
-    smooth, speed = np.array(y, float), np.zeros(len(y))
-    half = max(2, round(SMOOTHING / dt))
-    width = min(2 * half + 1, (len(y) - 1) // 2 * 2 + 1)
-    if width > 2:
-        smooth = scipy.signal.savgol_filter(y, width, 2, axis=0)
-        speed = scipy.signal.savgol_filter(y[:, 0], width, 2, deriv=1, delta=dt)
-    return {'speed': speed, 'angle': smooth[:, 1], 'twist': smooth[:, 0] - smooth[:, 1],
-            'time': np.arange(len(y)) * dt}
+    smooth = _smooth(y, max(SMOOTHING / dt, 0.5))
+    return {'speed': slope(y[:, 0], dt), 'angle': smooth[:, 1],
+            'twist': smooth[:, 0] - smooth[:, 1], 'time': np.arange(len(y)) * dt}
+
+
+def slope(y: Array, dt: float) -> Array:
+    """Return the derivative of `y` [N], smoothed; dt: s."""
+    return np.asarray(np.gradient(_smooth(y, max(SLOPES / dt, 1.0)), dt))
+
+
+def _smooth(y: Array, std: float) -> Array:
+    """Return `y` [N] or [N, C], smoothed over `std` samples."""
+    n = round(5.0 * std)
+    # Turned about its ends: a straight line goes on.
+    y = np.pad(y, [(n, n), (0, 0)][:y.ndim], 'reflect', reflect_type='odd')
+    return np.asarray(scipy.ndimage.gaussian_filter1d(y, std, axis=0)[n:-n])
 
 
 def edges_of(x: Array, bins: int = BINS) -> Array:

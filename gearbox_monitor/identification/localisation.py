@@ -177,7 +177,7 @@ def command_or_motion(runs: Sequence[WindowRuns],
     for run, free in zip(runs, estimates):
         recording, windows, dt = run.recording, run.data.windows, run.recording.dt
         width = max(3, 2 * round(0.5 * SPACING / dt) + 1)
-        speed = np.gradient(scipy.signal.savgol_filter(recording.positions[:, 0], width, 2), dt)
+        speed = basis_functions.slope(recording.positions[:, 0], dt)
         mean = np.ones(width) / width
         s = np.convolve(run.model.friction_side(speed), mean, 'same')
         u = np.convolve(recording.torque, mean, 'same')
