@@ -152,9 +152,9 @@ def _noise_gain(evidence: Evidence, at: FilteredFit, runs: Sequence[WindowRuns])
     for run, filtered in zip(runs, quiet.runs):
         if evidence.hides(run.recording):
             rows = np.maximum(run.data.windows.samples - 1, 0)
-            lost = filtered.deviances[rows].sum(axis=(1, 2)) - (
+            explained = filtered.deviances[rows].sum(axis=(1, 2)) - (
                 run.chi2 - run.data.size + run.states.shape[1])
-            gain -= float(np.maximum(lost, 0.0).sum())
+            gain -= float(np.maximum(explained, 0.0).sum())
     return gain
 
 

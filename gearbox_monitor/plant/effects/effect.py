@@ -208,12 +208,12 @@ class Effect:
     counterpart: str = ''
     merges_if_rigid: bool = False
     twin: str = ''
-    twin_alone: str = ''
     separated_by: Mapping[str, str] = field(default_factory=dict)
     rotary_only: bool = False
     needs_both_encoders: bool = False
     torque_only: bool = False
     column: BalanceColumn | None = None
+    twin_alone: str = ''
 
     @property
     def phased(self) -> bool:
