@@ -39,8 +39,8 @@ def test_draws_are_those_of_their_seed():
 
 @pytest.mark.system
 def test_random_faults_are_told_or_within_what_is_stated():
-    """40 runs of 30 s and one filter; a thousand of all filters behind the marker."""
-    counts = summary([outcome(row, 30) for row in draws(40, 1, ('ekf',))])
+    """200 runs of 30 s: of few, chance goes beyond the bar."""
+    counts = summary([outcome(row, 30) for row in draws(200, 1)])
     assert counts['healthy'] and not missed(counts), counts
 
 
