@@ -44,7 +44,7 @@ class Law:
 
 def motion(y: Array, dt: float) -> dict[str, Array]:
     """
-    Return {'speed', 'angle', 'twist', 'time': [N]} of readings `y`, smoothed over 20 ms.
+    Return {'speed', 'angle', 'twist', 'time': [N]} of readings `y`, smoothed.
 
     Speed of the motor (rad/s), angle of the arm (rad), twist as motor - arm (rad) and time (s).
 
@@ -65,7 +65,7 @@ def slope(y: Array, dt: float) -> Array:
 def _smooth(y: Array, std: float) -> Array:
     """Return `y` [N] or [N, C], smoothed over `std` samples."""
     n = round(5.0 * std)
-    # Turned about its ends: a straight line goes on.
+    # Reflected about both end points, so that a straight line goes on.
     y = np.pad(y, [(n, n), (0, 0)][:y.ndim], 'reflect', reflect_type='odd')
     return np.asarray(scipy.ndimage.gaussian_filter1d(y, std, axis=0)[n:-n])
 

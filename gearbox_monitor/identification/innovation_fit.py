@@ -219,6 +219,6 @@ def _step(likelihood: Likelihood, fit: FilteredFit, damping: float,
     def gain_of(trial: FilteredFit) -> float:
         return fit.deviance - ENOUGH - trial.deviance
     normal, right = H[np.ix_(free, free)], g[free]
-    if right @ damped_solve(normal, right, RULE.smallest) < ENOUGH:  # it promises no more
+    if right @ damped_solve(normal, right, RULE.smallest) < ENOUGH:  # the most a step promises
         return fit, damping
     return damped_step(normal, right, trial_of, gain_of, damping, RULE) or (fit, UNHELPFUL)

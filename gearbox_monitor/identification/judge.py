@@ -108,9 +108,10 @@ class Judge:
         A gain of the servo that the model states is a simpler cause than a torque scale of its
         own, where the motion is the same.
         """
-        model, ids = self.evidence.model, fit.candidate.ids
+        model, candidate = self.evidence.model, fit.candidate
         return self.evidence.score(fit) + THRESHOLDS.tie * sum(
-            not any(origin(model, name).values()) for name in ids)
+            not any(origin(model, name, candidate.orders.get(i)).values())
+            for i, name in enumerate(candidate.ids))
 
     def polished(self, fit: InnovationFit, iterations: int = POLISH) -> InnovationFit:
         """Return `fit` on short steps, refitted in so many `iterations`."""

@@ -11,7 +11,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import UniformRecording
 
 MOTION = 60.0  # Hz, above which motion has hardly anything
-STANDS = 4     # repeats of a reading, from which on it stands still
+STILL = 0.05   # s, after which a reading that repeats stands still: slower encoders repeat less
 LEAST = 1e-8   # of the travel: readings without any noise are no more accurate than the model
 FINEST = 1e-4  # of the travel: on a real drive, differences below are no gap
 
@@ -69,11 +69,11 @@ def noise_floor(recording: UniformRecording, model: DriveModel) -> tuple[Array, 
     sigma, quantum = noise_levels(recording.y)
     for channel in np.flatnonzero(quantum == 0.0):
         # Noise never repeats: while a reading stands still, nothing is measured.
-        y = recording.y[:, channel]
-        ends = np.flatnonzero(np.convolve(np.diff(y) != 0.0, np.ones(STANDS), 'valid') == 0.0)
-        if len(ends):
+        y, count = recording.y[:, channel], max(4, round(STILL / recording.dt))
+        begins = np.flatnonzero(np.convolve(np.diff(y) != 0.0, np.ones(count), 'valid') == 0.0)
+        if len(begins):
             sigma[channel] = white_noise_std(np.delete(y, np.unique(
-                ends[:, None] + np.arange(1, STANDS + 1))))
+                begins[:, None] + np.arange(1, count + 1))))
     sigma = np.maximum(sigma, recording.floor)
     sigma = np.maximum(sigma, LEAST * np.ptp(recording.y, axis=0) + 1e-12)
     if model.lasting:

@@ -162,24 +162,21 @@ def test_estimates_are_those_of_the_estimator(tmp_path, changes, parameters):
 
 @needs_gcc
 @pytest.mark.system
-@pytest.mark.parametrize('learned', [False, True])
-def test_with_a_play_rounding_decides_which_slope_is_taken(tmp_path, learned):
-    """At the end of its play either is right: for a sample, and of a curve that learns, longer."""
-    model, parameters = DriveModel(), {**OUT, 'tau_k_model': 'learned'}
-    if not learned:
-        model = model.with_(transmission={'kind': 'play', 'stiffness': 25.0, 'half_gap': 0.1,
-                                          'hysteresis_width': 0.02})
-        parameters['tau_k_model'] = 'elastic'
+@pytest.mark.parametrize('changes, parameters', [
+    pytest.param({}, {'tau_k_model': 'learned'}, marks=pytest.mark.xfail(
+        reason='a slope that is learned keeps what rounding decided', strict=True)),
+    ({'transmission': {'kind': 'play', 'stiffness': 25.0, 'half_gap': 0.1,
+                       'hysteresis_width': 0.02}}, {'tau_k_model': 'elastic'})],
+    ids=['learned', 'play'])
+def test_with_a_play_rounding_decides_only_about_single_deviations(tmp_path, changes, parameters):
+    """Where the twist is at the end of its play, either slope is right: tau_K hardly differs."""
+    model, parameters = DriveModel().with_(**changes), {**OUT, **parameters}
     stamps, u, y = damaged(*recording(30_000))
     expected = Estimator(model, parameters).run(Samples(stamps, u, y))
     codes, _, out = run(built(tmp_path, model, parameters), stamps, u, y)
     np.testing.assert_array_equal(codes, expected.codes)
     rms = np.sqrt(np.mean(expected.tau_k ** 2))
-    std = out[codes == 0, COLUMNS.index('tau_k_std')]
-    tie = int(np.argmax(np.abs(std / expected.tau_k_std - 1.0) > 0.01)) or len(std)
-    off = np.abs(out[codes == 0, COLUMNS.index('tau_k')] - expected.tau_k)
-    assert off[:tie].max() < 1e-5 * rms
-    assert np.sqrt(np.mean(off ** 2)) < 0.25 * rms if learned else off.max() < 1e-4 * rms
+    assert np.abs(out[codes == 0, COLUMNS.index('tau_k')] - expected.tau_k).max() < 1e-4 * rms
 
 
 @needs_gcc

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Bursts: what a law of the motion foretells of them, and where they are to first order."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,11 +55,12 @@ def test_a_burst_is_the_interval_of_the_largest_likelihood_ratio():
 
 def test_a_load_on_a_likelihood_is_that_of_a_recording_with_it():
     model, t = DriveModel(), np.arange(600) * DT
-    recording = UniformRecording(t, np.sin(9.0 * t), np.zeros((600, 2)), DT, arm_torque=0.1 * t)
-    evidence = Evidence((recording,), model, np.full(2, 1e-3), ())
-    theta, owner = np.array([[0.2, 0.1, 0.3], [0.4, 0.05, -0.2]]), np.zeros(2, int)
-    noise, part = np.full(2, 0.01), evidence.whole.parts[0]
-    loaded = part.loaded(torque_of(theta, recording)).run(model, noise)
-    beside = with_bursts(evidence, theta, owner).whole.run(model, noise).runs[0]
-    assert loaded.innovation == pytest.approx(beside.innovation, abs=1e-15)
-    assert np.abs(loaded.innovation - part.run(model, noise).innovation).max() > 1e-5
+    bare = UniformRecording(t, np.sin(9.0 * t), np.zeros((600, 2)), DT)
+    evidence = Evidence((bare, replace(bare, arm_torque=0.1 * t)), model, np.full(2, 1e-3), ())
+    theta = np.array([[0.2, 0.1, 0.3], [0.4, 0.05, -0.2], [0.3, 0.1, 0.1]])
+    owner, noise = np.array([0, 1, 1]), np.full(2, 0.01)
+    beside = with_bursts(evidence, theta, owner).whole.run(model, noise).runs
+    for i, (part, run) in enumerate(zip(evidence.whole.parts, beside)):
+        loaded = part.loaded(torque_of(theta[owner == i], part.recording)).run(model, noise)
+        assert loaded.innovation == pytest.approx(run.innovation, abs=1e-15)
+        assert np.abs(loaded.innovation - part.run(model, noise).innovation).max() > 1e-5

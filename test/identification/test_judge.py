@@ -101,16 +101,16 @@ def test_a_right_model_leaves_noise_alone(cases, name):
 @pytest.mark.parametrize('effects, allowed', [
     ([], True), ([{'id': 'motor_viscous', 'Cv': 1.3 * DriveModel().viscous_friction}], False)])
 def test_a_filter_that_lost_the_hidden_side_is_no_error_of_the_model(effects, allowed):
-    """It begins in the wrong place of the gap, sure of it: noise alone brings it back."""
+    """It begins in the wrong place of the gap, sure of it; beside a recording of both sides."""
     gap = {'transmission': {'kind': 'dead_zone', 'half_gap': 0.3, 'stiffness': 10.0}}
     recording = record(effects, 8, model=gap)
     evidence = evidence_of(replace(recording, y=recording.y[:, [0, 0]], channels=(0,)),
-                           model=model_from_dict(gap, 'test'))
+                           recording, model=model_from_dict(gap, 'test'))
     whole = evidence.whole
-    part, = whole.parts
+    part, other = whole.parts
     states = whole.smoothed(whole.run(evidence.model, whole.least_noise))[0][part.begin, :4]
     states[1, 1] += 0.1
-    lost = JointLikelihood([part.begun(states, np.full(4, 1e-3))])
+    lost = JointLikelihood([part.begun(states, np.full(4, 1e-3)), other])
     fit = fitted(lost, unfitted(lost, evidence.starts.none()))
     evidence.__dict__['whole'] = lost
     quiet = lost.run(fit.model, evidence.allowed_noise)

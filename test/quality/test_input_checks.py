@@ -119,16 +119,17 @@ def test_loads_of_any_size_are_no_wrong_wiring(seeds):
         assert not [p for p in found(t, u, y, model) if p.fatal], seed
 
 
-@pytest.mark.parametrize('seeds', [range(8), pytest.param(range(8, 200),
-                                                          marks=pytest.mark.system)])
+@pytest.mark.parametrize('seeds', [range(8), pytest.param(range(8, 200), marks=(
+    pytest.mark.system, pytest.mark.xfail(reason='one of 192 is called a unit', strict=True)))])
 def test_swapped_encoders_of_a_loaded_drive_are_named(seeds):
     """But in slow motion against friction, where the torque is the same on both sides."""
     named = []
     for seed in seeds:
         model, t, u, y = loaded(seed)
-        named += [p.code for p in found(t, u, y[:, ::-1], model) if p.fatal] or ['']
-    assert np.mean([code == 'swapped' for code in named]) > 0.8, named
-    assert np.mean([code not in ('', 'swapped') for code in named]) < 0.01, named  # another unit
+        codes = {p.code for p in found(t, u, y[:, ::-1], model) if p.fatal}
+        assert codes <= {'swapped'}, seed
+        named.append(bool(codes))
+    assert np.mean(named) > 0.8, named
 
 
 def test_encoders_that_share_no_zero(sound):
