@@ -5,7 +5,7 @@
 The layers: each module imports only from its own layer or from below.
 
 cli -> ros, fleet, library -> report, bag, export -> files -> interfaces
--> monitoring -> identification -> quality -> estimation, parameters -> robot -> plant -> kernels
+-> monitoring -> identification -> signals -> estimation, parameters -> robot -> plant -> kernels
 """
 import ast
 from functools import cache
@@ -18,7 +18,7 @@ PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
 LAYERS = {
     'kernels': 0, 'plant': 1, 'robot': 1,
     'parameters': 2, 'estimation': 2,
-    'quality': 3,
+    'signals': 3, 'quality': 3,
     'identification': 4, 'balance': 4, 'monitoring': 4, 'interfaces': 4,
     'files': 5,
     'report': 6, 'bag': 6, 'export': 6,

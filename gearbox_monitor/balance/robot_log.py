@@ -11,6 +11,7 @@ import scipy
 from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.signals.recording import Recording
 
 TORQUE, CURRENT, SETPOINT = 'torque', 'current', 'setpoint'
 LEAST_SECONDS = 4.0  # a section holds at least one test function and what a smoother loses
@@ -64,6 +65,31 @@ class RawLog:
     kind: str
     measured: bool = False
     notes: tuple[str, ...] = ()
+
+
+def raw_log(recording: Recording, joints: Mapping[str, str], kind: str,
+            constants: Mapping[str, float] | None = None) -> RawLog:
+    """
+    Return the columns of a robot's recording.
+
+    Args:
+        recording: of the robot.
+        joints: {joint of the model: its name in the recording}, in the order of the model.
+        kind: of the input: TORQUE, CURRENT or SETPOINT.
+        constants: torque per current, N m/A, of each joint; without them currents stay A.
+
+    Raises:
+        InputError: the recording has no joint of that name.
+    """
+    stamps, signals = recording.on_one_clock(list(joints.values()))
+    by_joint = dict(zip(joints, signals))
+    inputs = {joint: s.setpoint if kind == SETPOINT else s.effort
+              for joint, s in by_joint.items()}
+    if kind == CURRENT and constants is not None:
+        inputs = {joint: x * constants[joint] for joint, x in inputs.items()}
+    return RawLog(recording.name, (stamps - stamps[:1]) * 1e-9,
+                  {joint: s.position for joint, s in by_joint.items()}, inputs, kind,
+                  all(s.measured for s in signals), recording.notes)
 
 
 def _at_stamps(t: Array, values: Array, rows: Integers, kind: str
