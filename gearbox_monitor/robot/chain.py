@@ -163,6 +163,27 @@ class Chain:
         Args:
             q: positions [N, J], rad or m.
         """
+        axes, pulls = self._pulls(q)
+        count = len(self.links)
+        out = np.zeros((len(q), count, count))
+        for k, movers in enumerate(self.movers):
+            for j in movers:
+                if not self.links[j].slides:
+                    turned = _cross(np.broadcast_to(self.gravity, axes[j].shape), axes[j])
+                    out[:, k, j] = out[:, j, k] = -np.einsum('ni,ni->n', turned, pulls[k])
+        return out
+
+    def weights(self, q: Array) -> Array:
+        """
+        Return the torques [N, J, 3] at the joints by a gravity of 1 m/s^2 along each axis.
+
+        Args:
+            q: positions [N, J], rad or m.
+        """
+        return -np.stack(self._pulls(q)[1], axis=1)
+
+    def _pulls(self, q: Array) -> tuple[list[Array], list[Array]]:
+        """Return axes [N, 3], and what gravity is multiplied by to pull each joint back."""
         turns, places, axes, anchors = self._poses(q - self.zero)
         count, theta = len(self.links), self.theta
         masses = [float(mass) for mass in theta[:, 0]]
@@ -173,16 +194,9 @@ class Chain:
             if parent >= 0:
                 masses[parent] += masses[index]
                 moments[parent] = moments[parent] + moments[index]
-        pulls = [masses[k] * axes[k] if link.slides else
-                 _cross(axes[k], moments[k] - masses[k] * anchors[k])
-                 for k, link in enumerate(self.links)]
-        out = np.zeros((len(q), count, count))
-        for k, movers in enumerate(self.movers):
-            for j in movers:
-                if not self.links[j].slides:
-                    turned = _cross(np.broadcast_to(self.gravity, axes[j].shape), axes[j])
-                    out[:, k, j] = out[:, j, k] = -np.einsum('ni,ni->n', turned, pulls[k])
-        return out
+        return axes, [masses[k] * axes[k] if link.slides else
+                      _cross(axes[k], moments[k] - masses[k] * anchors[k])
+                      for k, link in enumerate(self.links)]
 
     def _poses(self, q: Array) -> tuple[list[Array], list[Array], list[Array], list[Array]]:
         """Return rotation, origin, axis and anchor of each link in the base's frame."""
