@@ -121,7 +121,7 @@ class EstimatePlayer:
             recorded_model, recorded = snapshots[0].settings(str(reader.path))
         settings = {**recorded, **(parameters or {})}
         self._robot = recorded_robot(settings, recorded, snapshots)
-        self._engine = self._started(model or recorded_model, settings)
+        self._engine = self._started(reader.referred(model or recorded_model), settings)
         self._names = (self.estimator.parameters.motor_joint,
                        self.estimator.parameters.arm_joint, *self.estimator.robot_joints)
         self._require_joints()

@@ -9,7 +9,7 @@ folder until the reader is closed.
 """
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 import heapq
 import os
@@ -32,6 +32,7 @@ from gearbox_monitor.bag.message_block import (
 from gearbox_monitor.bag.sqlite_file import SqliteFile
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Integers
+from gearbox_monitor.plant.drive import DriveModel
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
@@ -122,7 +123,9 @@ class BagReader:
     topics: {topic: (message type, number of messages)}; metadata: {record name: {key: value}};
     start_ns, end_ns: log times (None in an empty bag); truncated: the recording was cut off;
     notice: one line for the user about that or about damage, else ''. packed_messages: each
-    message is compressed by itself; opened: what is released with the reader.
+    message is compressed by itself; opened: what is released with the reader. arm_side: positions
+    and efforts of the motor are referred to the output already; effort_units {joint: unit} of
+    efforts that are no torque or force.
     """
 
     def __init__(self, path: Path) -> None:
@@ -134,6 +137,8 @@ class BagReader:
         self.truncated = False
         self.notice = ''
         self.packed_messages = False
+        self.arm_side = False
+        self.effort_units: dict[str, str] = {}
         self.opened = ExitStack()
         self._definitions: dict[str, tuple[str, str]] = {}
         self._decoded: dict[tuple[str, tuple[str, ...]], tuple[JointStates, tuple[str, ...]]] = {}
@@ -178,6 +183,10 @@ class BagReader:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  traceback: TracebackType | None) -> None:
         self.close()
+
+    def referred(self, model: DriveModel) -> DriveModel:
+        """Return `model` with the gear ratio by which the motor in this bag is read."""
+        return replace(model, gear_ratio=1.0) if self.arm_side else model
 
     def count(self, topic: str) -> int:
         """Return the number of messages on `topic`, 0 if the bag does not have it."""

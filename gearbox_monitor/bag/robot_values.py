@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.bag.robot_input import numbered_names, read_robot_log
 from gearbox_monitor.balance.robot_log import checked_log, CURRENT, RobotLog, TORQUE
 from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.balance.settings import SETTINGS
@@ -18,6 +17,8 @@ from gearbox_monitor.errors import expect_choice, expect_keys, InputError, unkno
 from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.recordings.reading import open_recording, Reading
+from gearbox_monitor.recordings.recording import robot_log
 
 KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
         'kd', 'gain_tolerance', 'compensated', 'locked')
@@ -130,31 +131,25 @@ def _gains(stated: Mapping[str, float], of_file: Array | None, file: ChainFile) 
 
 
 def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
-             recorded: Mapping[str, str], topic: str = 'joint_states') -> RobotLog:
+             recorded: Mapping[str, str], topic: str = 'joint_states',
+             reading: Reading = Reading()) -> RobotLog:
     """
     Return the checked log in the file `path`. Raises InputError.
 
     Args:
-        path: of a bag or table.
+        path: of a recording of any kind.
         file: of the robot.
         robot: its model.
         values: of the user.
         recorded: {joint: its name in the log}, where they differ.
         topic: of the joint states, in bags.
+        reading: how columns are read whose names and units do not say it.
     """
     servo = robot.kp is not None and bool(np.all(robot.kp > 0.0))
-    joints, names, notes = file.chain.joints, recorded, []
-    if not names and file.chain.serial:
-        names = numbered_names(path, joints, topic)
-        if names:
-            why = 'a drive' if 'motor' in names.values() else \
-                'its joints have only numbers, taken from the base on'
-            notes.append(f'{why}: ' + ', '.join(f'{name} is {joint}' for joint, name in
-                                                names.items())
-                         + ' (others: --recorded NAME=LOGNAME)')
-    raw = read_robot_log(path, joints, names, values.constants, '' if servo else file.no_servo,
-                         topic, file.locked)
-    raw = replace(raw, notes=(*raw.notes, *notes))
+    joints = file.chain.joints
+    with open_recording(path, reading, topic) as reader:
+        raw = robot_log(reader, joints, recorded, values.constants, '' if servo else
+                        file.no_servo, topic, file.locked, bool(file.chain.serial))
     if raw.kind == CURRENT and values.constants is None:
         raise InputError(f'{path}: current without torque_constants, expected N m/A of each joint '
                          'in --values: a rough one does, masses come in its scale')

@@ -4,11 +4,13 @@
 """Read one SQLite file of a rosbag2 bag."""
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+import shutil
 import sqlite3
+import tempfile
 from typing import Any
 from urllib.parse import quote
 
-from gearbox_monitor.bag.decompression import MAX_UNPACKED
+from gearbox_monitor.bag.decompression import MAX_UNPACKED, SPARE
 from gearbox_monitor.bag.message_block import Message
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import open_file
@@ -29,10 +31,11 @@ class SqliteFile:
         self.definitions: dict[str, tuple[str, str]] = {}
         self.log_times: list[int] = []
         self._names: dict[int, str] = {}
+        self._copy: tempfile.TemporaryDirectory[str] | None = None
         try:
             open_file(path).close()
-            self._base = sqlite3.connect(f'file:{quote(str(path.absolute()))}?immutable=1',
-                                         uri=True)
+            path, how = self._with_log(path)
+            self._base = sqlite3.connect(f'file:{quote(str(path.absolute()))}{how}', uri=True)
         except (OSError, sqlite3.Error) as error:
             raise self._unreadable(getattr(error, 'strerror', None) or error) from None
         try:
@@ -43,9 +46,33 @@ class SqliteFile:
             self.close()
             raise
 
+    def _with_log(self, path: Path) -> tuple[Path, str]:
+        """
+        Return (database to open, query of its URI): a copy where a write-ahead log belongs to it.
+
+        The newest messages are in the log alone, and SQLite reads it where it can write.
+        """
+        log = path.with_name(f'{path.name}-wal')
+        if not log.is_file() or not log.stat().st_size:
+            return path, '?immutable=1'
+        size = path.stat().st_size + log.stat().st_size
+        self._copy = tempfile.TemporaryDirectory()
+        if shutil.disk_usage(self._copy.name).free < size + SPARE:
+            self._copy.cleanup()
+            raise self._unreadable(
+                f'{log.name} holds its newest messages, and there is no room for a copy of both: '
+                f"sqlite3 {path.name} 'PRAGMA wal_checkpoint(TRUNCATE)' puts them into one file")
+        for source in (path, log):
+            with open_file(source) as stream, open(Path(self._copy.name) / source.name,
+                                                   'wb') as target:
+                shutil.copyfileobj(stream, target)
+        return Path(self._copy.name) / path.name, ''
+
     def close(self) -> None:
         """Close the database."""
         self._base.close()
+        if self._copy is not None:
+            self._copy.cleanup()
 
     def messages(self, topics: Sequence[str]) -> Iterator[Message]:
         """Yield the messages on `topics` by log time."""

@@ -28,10 +28,9 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import Replay, replay
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, expect_new_file, show, warn)
+    add_estimator_arguments, estimator_options, expect_new_file, opened, show, warn)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, save_model
 from gearbox_monitor.monitoring.alert_limits import LIMITS
@@ -76,7 +75,7 @@ def run(args: Namespace) -> int:
         raise InputError('no limit, expected --max-gap or --min-stiffness (or --write-model)')
     expect_new_file(args.write_model)
     parameters, model_file = estimator_options(args)
-    with open_bag(args.bag) as reader:
+    with opened(args) as reader:
         result = replay(reader, load_model(model_file) if model_file else None, parameters,
                         args.topic)
     assert result.summary is not None

@@ -24,12 +24,12 @@ import textwrap
 from typing import Any
 
 from gearbox_monitor.bag.joint_input import find_input
-from gearbox_monitor.bag.read import BagReader, open_bag
+from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.recorded_samples import sample_parts
 from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
 from gearbox_monitor.cli.filter_inputs import settings_of
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, bag_arguments, estimator_options, expect_new_file, show,
+    add_estimator_arguments, bag_arguments, estimator_options, expect_new_file, opened, show,
     wrapped)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
@@ -72,7 +72,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     expect_new_file(args.json)
-    with open_bag(args.bag) as reader:
+    with opened(args) as reader:
         source = find_input(reader, args.topic)
         topic = source.topic
         stated, model_file = estimator_options(args)

@@ -29,13 +29,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.bag.read import BagReader, open_bag
+from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.recorded_samples import RecordedSamples, sliced
 from gearbox_monitor.bag.replay import truth
 from gearbox_monitor.bag.replay_summary import truth_of
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, show, warn, write_files)
+    add_estimator_arguments, check_filter, expect_new_file, opened, show, warn, write_files)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
@@ -93,7 +93,7 @@ def run(args: Namespace) -> int:
         raise InputError(f'{args.png}: expected a name that ends in .png')
     if args.png:
         expect_matplotlib('--png')
-    with open_bag(args.bag) as reader:
+    with opened(args) as reader:
         inputs = load_filter_inputs(args, reader)
         torque = truth(reader, inputs.recording)
         twist = None if torque is None else _true_twist(reader, inputs.recording)

@@ -12,11 +12,11 @@ import signal
 import sys
 from typing import Any
 
-from gearbox_monitor.cli.options import stated
+from gearbox_monitor.cli.options import add_reading_arguments, BAG_HELP, reading_of, stated
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.identify import uniform
-from gearbox_monitor.library.recording import load_recording as recording_of, Recording
+from gearbox_monitor.library.recording import DriveRecording, load_recording as recording_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import REPEATED, UniformRecording
 
@@ -70,10 +70,11 @@ def add_drive_arguments(parser: ArgumentParser) -> None:
 def add_bag_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` topic and joints of a drive in a bag."""
     parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
+    add_reading_arguments(parser)
     for side in ('motor', 'arm'):
         parser.add_argument(f'--recorded-{side}', metavar='NAME', default=side,
                             dest=f'{side}_joint',
-                            help=f'name of the {side} joint, in bags (default: {side})')
+                            help=f'name of the {side} joint in the recording (default: {side})')
 
 
 def add_setpoint_argument(parser: ArgumentParser) -> None:
@@ -124,7 +125,7 @@ def load_drive(args: Namespace) -> DriveModel:
 def add_recording_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` recordings of one drive, its model file and its joints."""
     parser.add_argument('bag', nargs='+', metavar='BAG',
-                        help='bag directory, .mcap file or CSV file; several of one drive at once')
+                        help=f'{BAG_HELP}; several of one drive at once')
     add_drive_arguments(parser)
 
 
@@ -174,11 +175,14 @@ def load_recordings(args: Namespace, weigh: bool = False) -> tuple[
                            recordings[-1] if validate else None, weigh)
 
 
-def _recording_of(name: str, model: DriveModel, args: Namespace) -> Recording:
-    joints = {'motor': args.motor_joint, 'arm': args.arm_joint,
-              'setpoint': getattr(args, 'setpoint_joint', 'setpoint')}
-    return recording_of(name, model, joints=joints, topic=args.topic,
-                        repeated=getattr(args, 'repeated', REPEATED[0]))
+def _recording_of(name: str, model: DriveModel, args: Namespace) -> DriveRecording:
+    joints = {role: name for role, name in (
+        ('motor', args.motor_joint), ('arm', args.arm_joint),
+        ('setpoint', getattr(args, 'setpoint_joint', 'setpoint'))) if name != role}
+    recording: DriveRecording = recording_of(
+        name, model, joints=joints, topic=args.topic, reading=reading_of(args),
+        repeated=getattr(args, 'repeated', REPEATED[0]))
+    return recording
 
 
 @contextmanager

@@ -14,25 +14,26 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 
-from gearbox_monitor.cli.options import expect_new_file, show
+from gearbox_monitor.cli.options import add_reading_arguments, expect_new_file, reading_of, show
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
+from gearbox_monitor.cli.robot_inputs import add_robot_arguments, names_of, robot_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
-from gearbox_monitor.library.robot import learn_robot, recorded_names
+from gearbox_monitor.library.robot import learn_robot
 from gearbox_monitor.report.words import counted
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('log', nargs='+', metavar='LOG',
-                        help='bag, CSV or Parquet file of all joints of the healthy robot')
+                        help='log of all joints of the healthy robot, of any kind')
     parser.add_argument('--model', metavar='FILE', required=True,
                         help='MJCF or URDF file of the robot')
     parser.add_argument('--out', metavar='FILE', required=True,
                         help=f'file to write, NAME{SUFFIX}')
     parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')
     parser.add_argument('--json', action='store_true', help='print what was learnt as JSON')
+    add_reading_arguments(parser)
     add_robot_arguments(parser, reference=False)
 
 
@@ -46,7 +47,7 @@ def run(args: Namespace) -> int:
     expect_new_file(args.out)
     with progress_bar('learn') as progress:
         knowledge, notes = learn_robot(args.log, robot_of(args), topic=args.topic,
-                                       recorded=recorded_names(args.recorded),
+                                       recorded=names_of(args), reading=reading_of(args),
                                        progress=progress)
     save_knowledge(args.out, knowledge)
     rows = {joint: (float(d), [name for j, name in knowledge.shapes if j == i])

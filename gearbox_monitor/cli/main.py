@@ -166,6 +166,9 @@ def run_parsed(name: str, parse: Callable[[], argparse.Namespace], timed: str = 
             code: int = args.run(args) or 0
             return code
     except InputError as error:
+        if guess := getattr(error, 'guess', None):  # what was recognised of a log
+            from gearbox_monitor.cli.options import table_text
+            print(table_text(guess), file=sys.stderr)
         print(f'{name}: {error}', file=sys.stderr)
         return UNDECIDED if isinstance(error, Undecided) else BAD_INPUT
     except KeyboardInterrupt:

@@ -6,11 +6,14 @@ from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
 import os
 from pathlib import Path
+import re
+import shutil
 import sys
 import textwrap
 from typing import Any, TYPE_CHECKING
 
 from gearbox_monitor.bag.joint_input import bag_arguments as bag_arguments
+from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new as write_new
@@ -20,17 +23,91 @@ from gearbox_monitor.files.yaml_files import (
     load_parameters)
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+from gearbox_monitor.recordings.guess import Answers, Guess
+from gearbox_monitor.recordings.reading import open_recording, Reading
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-BAG_HELP = 'bag directory or .mcap file, complete or truncated'
+BAG_HELP = 'recording: bag, complete or truncated, or a log of any kind (docs/import.md)'
+_SHOWN = re.compile(r'[^\S ]|[^\x20-\x7e\xa0-\uffff]|[\x80-\x9f]')  # what a terminal obeys
 JSON_FILE_HELP = '; - prints it, and nothing else'
+
+
+def add_reading_arguments(parser: ArgumentParser, mapped: bool = True) -> Any:
+    """Declare in `parser` how a recording is read; mapped: by a mapping, too. Return the group."""
+    group = parser.add_argument_group('how a log that is no bag is read')
+    if mapped:
+        group.add_argument('--map', metavar='MAP', default='',
+                           help='mapping file (import FILE --guess writes one), or the name of a '
+                           'packaged mapping')
+        group.add_argument('--set', metavar='KEY=VALUE', action='append', default=[],
+                           help='replace a value of the mapping; repeatable')
+    group.add_argument('--use', metavar='ROLE=COLUMN', action='append', default=[],
+                       help='column of a role: time, position, motor, arm, velocity, effort, '
+                       'setpoint, reference; COLUMN none for no such role; repeatable')
+    group.add_argument('--unit', metavar='ROLE=UNIT', action='append', default=[],
+                       help='unit of a role, a joint or a column, as position=deg; repeatable')
+    group.add_argument('--torque-constant', metavar='K,...', default='',
+                       help='N m per A (or per unit of the effort), for each joint or for all')
+    group.add_argument('--counts-per-turn', metavar='N', type=float, help='of the encoders')
+    group.add_argument('--columns', metavar='NAMES', default='',
+                       help="names of all columns of numbers, as 't [s],q[6],i[6]'; q[6] stands "
+                       'for q_1 to q_6, - for a column that is not used')
+    group.add_argument('--rate', metavar='HZ', type=float, help='of a recording without time')
+    group.add_argument('--episode', metavar='N', type=int, help='of a data set, the only one')
+    group.add_argument('--stamps', choices=('recorded', 'received', 'even'), default='recorded',
+                       help='stamps as recorded (default), an even grid through them, or of a '
+                       'bag the times of receipt')
+    return group
+
+
+def reading_of(args: Namespace) -> Reading:
+    """Return the Reading in the options `args`. Raises InputError."""
+    def pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
+        found = {}
+        for text in texts:
+            name, equals, value = text.partition('=')
+            if not equals or not name or not value:
+                raise InputError(f'{option}: {text!r}, expected ROLE=VALUE')
+            found[name] = value
+        return found
+    try:
+        constants = [float(text) for text in args.torque_constant.split(',') if text]
+    except ValueError:
+        raise InputError(f'--torque-constant: {args.torque_constant!r}, expected numbers > 0 '
+                         'with commas between them') from None
+    for option, values in (('--torque-constant', constants),
+                           ('--counts-per-turn', [args.counts_per_turn]), ('--rate', [args.rate])):
+        for value in values:
+            if value is not None and not 1e-100 < value < 1e100:
+                raise InputError(f'{option}: {value:g}, expected > 0')
+    return Reading(args.map or '', tuple(args.set), Answers(
+        pairs('--use', args.use), pairs('--unit', args.unit), tuple(constants),
+        args.counts_per_turn, getattr(args, 'joint_of_log', None), args.columns, args.rate,
+        args.episode, '' if args.stamps == 'recorded' else args.stamps))
+
+
+def opened(args: Namespace) -> BagReader:
+    """Return the recording that the options `args` name, of any kind, as a bag."""
+    return open_recording(args.bag, reading_of(args), args.topic)
+
+
+def table_text(guess: Guess) -> str:
+    """Return the table of the columns of a guess, as wide as the terminal."""
+    width = max(80, min(shutil.get_terminal_size((120, 24)).columns, 160))
+    rows = [('column', 'role', 'unit', 'why'), *(
+        tuple(_SHOWN.sub('?', cell) or '-' for cell in row) for row in guess.rows)]
+    first, second, third = (min(max(len(row[k]) for row in rows), room)
+                            for k, room in enumerate((44, 18, 9)))
+    return '\n'.join(f'{a[:first]:{first}s}  {b[:second]:{second}s}  {c[:third]:{third}s}  {d}'
+                     [:width].rstrip() for a, b, c, d in rows)
 
 
 def add_estimator_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` the bag and what an estimator is run with."""
     parser.add_argument('bag', metavar='BAG', help=BAG_HELP)
+    add_reading_arguments(parser)
     parser.add_argument('--model', metavar='FILE', help='model file of the drive')
     parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
     parser.add_argument('--topic', default=JOINT_STATES, help='topic of the inputs')

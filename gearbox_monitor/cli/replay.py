@@ -28,17 +28,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-
 from gearbox_monitor.bag.comparison import Comparer, Comparison
 from gearbox_monitor.bag.estimate_table import CsvTable, ParquetTable
 from gearbox_monitor.bag.player import EstimatePlayer, Player
-from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.replay import interval_error, ReplayCollector, smoothed
 from gearbox_monitor.bag.replay_output import BagOutput
 from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.cli import replay_robot
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, expect_new_file, show, warn)
+    add_estimator_arguments, estimator_options, expect_new_file, opened, show, warn)
 from gearbox_monitor.cli.progress import count_bar, Progress
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.monitoring.checks.outcome import Level
@@ -72,7 +70,7 @@ def run(args: Namespace) -> int:
     if args.filter:
         parameters['filter'] = args.filter
     expect_new_file(args.out, args.csv)
-    with open_bag(args.bag) as reader:
+    with opened(args) as reader:
         model = load_model(model_file) if model_file else None
         kind = EstimatePlayer if args.estimates_only else Player
         player = kind(reader, model, parameters, args.topic)

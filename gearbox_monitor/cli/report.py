@@ -25,7 +25,7 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, JSON_FILE_HELP, show, warn)
+    add_estimator_arguments, check_filter, expect_new_file, JSON_FILE_HELP, reading_of, show, warn)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.library.recording_report import write_report
 from gearbox_monitor.parameters import FILTER_NAMES
@@ -55,6 +55,7 @@ def run(args: Namespace) -> int:
             bar.update(100.0 * share - bar.n)
         pages = write_report(args.bag, args.out, topic=args.topic, model=args.model,
                              parameters=args.params, filter=args.filter, replay=args.replay,
+                             reading=reading_of(args),
                              progress=progress)
     warn(args, pages.notes)
     size = pages.page.stat().st_size / 1e6

@@ -6,7 +6,8 @@ from argparse import ArgumentParser, Namespace
 import shlex
 
 from gearbox_monitor.cli.drive_recordings import add_root_argument, written_options
-from gearbox_monitor.library.robot import load_robot, Robot
+from gearbox_monitor.library.robot import load_robot, recorded_names, Robot
+from gearbox_monitor.recordings.recording import ANY
 
 
 def add_robot_arguments(parser: ArgumentParser, reference: bool = True, values: bool = True
@@ -22,15 +23,23 @@ def add_robot_arguments(parser: ArgumentParser, reference: bool = True, values: 
         add_root_argument(parser)
     parser.add_argument('--recorded', metavar='NAME=LOGNAME', nargs='+', default=[],
                         help='of a whole robot: joints that have another name in the log')
+    parser.add_argument('--prefix', metavar='PREFIX', default='',
+                        help='of a whole robot: what the names in the log begin with, as left_')
 
 
 def robot_options(args: Namespace) -> str:
     """Return the options in `args` that say how model and logs of a robot are read."""
     written = written_options(args, ('root', 'values', 'topic'))
     names = f'--recorded {shlex.join(args.recorded)}' if args.recorded else ''
+    names += f' --prefix {shlex.quote(args.prefix)}' if args.prefix else ''
     return f'{written} {names}'.strip()
 
 
 def robot_of(args: Namespace) -> Robot:
     """Return the robot that --model, --values and --root of `args` name. Raises InputError."""
     return load_robot(args.model, values=args.values, root=args.root)
+
+
+def names_of(args: Namespace) -> dict[str, str]:
+    """Return {joint: its name in the log} as the options `args` state it. Raises InputError."""
+    return recorded_names(args.recorded) | ({ANY: args.prefix} if args.prefix else {})

@@ -35,10 +35,10 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.bag.read import BagReader, JOINT_STATE, open_bag
+from gearbox_monitor.bag.read import BagReader, JOINT_STATE
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, show, warn, wrapped)
+    add_estimator_arguments, check_filter, expect_new_file, opened, show, warn, wrapped)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search
@@ -72,7 +72,7 @@ def run(args: Namespace) -> int:
     if args.filter:
         check_filter(args.filter)
     expect_new_file(args.out)
-    with open_bag(args.bag) as reader:
+    with opened(args) as reader:
         inputs = load_filter_inputs(
             args, reader, args.filter,
             {} if args.reference or args.smoother else {'tau_k_model': MIXED})

@@ -21,7 +21,6 @@ from urllib.parse import quote
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.player import Player
-from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recorded_samples import joined_samples, samples_of
 from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
 from gearbox_monitor.errors import InputError
@@ -36,6 +35,7 @@ from gearbox_monitor.monitoring.backlash.recording_windows import (
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted
+from gearbox_monitor.recordings.reading import open_recording
 
 FORMAT = 2  # of the tables
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
@@ -124,7 +124,7 @@ def analyse(url: str, settings: JobSettings) -> tuple[Row, list[Window]]:
 
 def _analysed(path: Path, url: str, settings: JobSettings) -> tuple[Row, list[Window]]:
     """Return (results for the row, windows) of the local bag `path`."""
-    with open_bag(path) as reader:
+    with open_recording(path) as reader:
         player = Player(reader, settings.model, settings.parameters, settings.topic)
         monitor = player.monitor
         gearbox = _gearbox(url, player.namespace, monitor.parameters.gearbox_serial,

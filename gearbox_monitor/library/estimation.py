@@ -15,7 +15,7 @@ from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.files.yaml_files import load_parameters
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.library.recording import Recording, SECOND
+from gearbox_monitor.library.recording import DriveRecording, SECOND
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.recording_windows import (
@@ -38,7 +38,7 @@ class RecordingEstimates(Estimates):
     drift_window seconds; notes: sentences about the filter.
     """
 
-    recording: Recording
+    recording: DriveRecording
     parameters: EstimatorParameters
     outcomes: Mapping[str, Outcome]
     backlash: tuple[Backlash, ...]
@@ -68,7 +68,7 @@ class BacklashWindows(Drawn):
     recording: that was cut into windows; model: of its drive, as the estimator had it.
     """
 
-    recording: Recording
+    recording: DriveRecording
     model: DriveModel
     fits: tuple[Backlash | NotExcited, ...] = field(repr=False)
 
@@ -109,7 +109,7 @@ class BacklashWindows(Drawn):
             [fit for fit in self.fits if isinstance(fit, NotExcited)])
 
 
-def estimate(recording: Recording, model: DriveModel | None = None, *,
+def estimate(recording: DriveRecording, model: DriveModel | None = None, *,
              parameters: Parameters = None, **changes: object) -> RecordingEstimates:
     """
     Return torque and twist of the gearbox over a recording, with trust and backlash.
@@ -149,7 +149,7 @@ def estimate(recording: Recording, model: DriveModel | None = None, *,
         notes=(*recording.notes, *estimator.warnings, *estimator.divergence_notes()))
 
 
-def backlash(recording: Recording, model: DriveModel | None = None, *, window: float | None = None,
+def backlash(recording: DriveRecording, model: DriveModel | None = None, *, window: float | None = None,
              parameters: Parameters = None, **changes: object) -> BacklashWindows:
     """
     Return the backlash of a recording, from torque over twist in windows that stand alone.
@@ -183,7 +183,7 @@ def backlash(recording: Recording, model: DriveModel | None = None, *, window: f
     return BacklashWindows(recording, estimator.model, tuple(windows.finish()))
 
 
-def _estimated(run: Callable[[Samples], Estimates], recording: Recording) -> Estimates:
+def _estimated(run: Callable[[Samples], Estimates], recording: DriveRecording) -> Estimates:
     """Return what `run` makes of a recording. Raises InputError if that is nothing."""
     estimates = run(recording.samples())
     if not len(estimates.stamp_ns):
@@ -206,9 +206,9 @@ def estimator_values(parameters: Parameters, changes: Mapping[str, object]) -> d
     return {**values_of(parameters), **changes}
 
 
-def expect_recording(recording: Any) -> Recording:
+def expect_recording(recording: Any) -> DriveRecording:
     """Return `recording` if `load_recording` gave it. Raises InputError."""
-    if isinstance(recording, Recording):
+    if isinstance(recording, DriveRecording):
         return recording
     raise InputError(f'recording: {type(recording).__name__} {str(recording)[:40]!r}, expected '
                      'one recording, as load_recording returns it')

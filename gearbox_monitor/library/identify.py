@@ -11,12 +11,12 @@ from gearbox_monitor.errors import expect_whole, InputError, unknown
 from gearbox_monitor.identification import diagnose as identification
 from gearbox_monitor.identification.nominal import fit_nominal, NominalFit
 from gearbox_monitor.identification.verdict import Verdict
-from gearbox_monitor.library.recording import all_of, Recording
+from gearbox_monitor.library.recording import all_of, DriveRecording
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
 
-Recorded = Recording | UniformRecording
+Recorded = DriveRecording | UniformRecording
 Progress = Callable[..., object]
 
 

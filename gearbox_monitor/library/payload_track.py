@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.bag.robot_input import read_robot_log
 from gearbox_monitor.bag.robot_values import robot_model
 from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.payload import PayloadTracker, SECOND
@@ -19,6 +18,8 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.robot import expect_robot, learn_robot, Robot
 from gearbox_monitor.presentation import Drawn
+from gearbox_monitor.recordings.reading import open_recording, Reading
+from gearbox_monitor.recordings.recording import robot_log
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -63,7 +64,7 @@ def payload_tracker(robot: Robot, link: str = '', knowledge: Knowledge | None = 
 def track_payload(log: str | Path, robot: Robot, *,
                   reference: str | Path | Sequence[str | Path] | None = None, link: str = '',
                   empty: bool = False, recorded: Mapping[str, str] | None = None,
-                  topic: str = JOINT_STATES,
+                  topic: str = JOINT_STATES, reading: Reading = Reading(),
                   progress: Callable[[int, int], None] = lambda done, total: None
                   ) -> PayloadTrack:
     """
@@ -78,6 +79,7 @@ def track_payload(log: str | Path, robot: Robot, *,
         empty: nothing is held at the beginning; what seems held then is the model's error.
         recorded: {joint: its name in the log}, where they differ.
         topic: of the joints, in bags.
+        reading: how columns are read whose names and units do not say it.
         progress: called with (done, total) samples.
 
     Raises:
@@ -85,9 +87,11 @@ def track_payload(log: str | Path, robot: Robot, *,
     """
     values, joints = expect_robot(robot).values, robot.joints
     path = expect_path(log, 'log', 'a log of all joints')
-    knowledge = learn_robot(reference, robot, recorded=recorded, topic=topic)[0] if (
+    knowledge = learn_robot(
+        reference, robot, recorded=recorded, topic=topic, reading=reading)[0] if (
         reference is not None) else None
-    raw = read_robot_log(path, joints, recorded or {}, values.constants, topic=topic)
+    with open_recording(path, reading, topic) as reader:
+        raw = robot_log(reader, joints, recorded or {}, values.constants, topic=topic)
     if raw.kind == SETPOINT:
         raise InputError(f'{path}: setpoints, expected the torque or current of all joints')
     lacking = [joint for joint in joints if joint not in raw.position]

@@ -14,7 +14,7 @@ from gearbox_monitor.identification.nominal import NominalFit
 from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.payload_track import PayloadTrack
-from gearbox_monitor.library.recording import Recording, SECOND
+from gearbox_monitor.library.recording import DriveRecording, SECOND
 from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.plant.units import on_axis
@@ -33,7 +33,7 @@ def picture(result: Any) -> Figure:
 
 
 @picture.register
-def _(recording: Recording) -> Figure:
+def _(recording: DriveRecording) -> Figure:
     axis = recording.model.axis
     driving = 'torque' if recording.model.controller is None else 'setpoint'
     sketch = Figure(figsize=(10, 5), layout='constrained')

@@ -1,22 +1,16 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A recording of one drive: of a bag, a table, a DataFrame or arrays."""
-from collections.abc import Callable, Iterator, Mapping
+"""Recordings of all kinds of files, of DataFrames and arrays, and a drive's as its model has it."""
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.bag.cdr import JointStates
-from gearbox_monitor.bag.csv import COLUMNS, CsvColumns, ENCODERS, read_csv, TEXTS
-from gearbox_monitor.bag.importer.containers import opened_table
 from gearbox_monitor.bag.joint_input import find_input
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recorded_samples import samples_of
-from gearbox_monitor.bag.robot_input import TABLES
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.interfaces.signals import JOINT_STATES
@@ -29,10 +23,11 @@ from gearbox_monitor.plant.simulate import Trajectory
 from gearbox_monitor.presentation import Drawn
 from gearbox_monitor.quality.admission import admitted, prepared, require_samples, weighed
 from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
+from gearbox_monitor.recordings.reading import open_recording, Reading
+from gearbox_monitor.recordings.recording import drive_recording, robot_recording
+from gearbox_monitor.signals.recording import (
+    ARM, drive_samples, JointSignals, MOTOR, Recording)
 
-FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'setpoint': 'position of the setpoint',
-          'motor': 'position of the motor',
-          'arm': 'position of the arm', 'arm_torque': 'effort of the arm'}
 ROLES = ('motor', 'arm', 'setpoint')  # of joints in a bag
 WORDS = {'t': 'time in s', 'u': 'torque in N m, or current in A with torque_constant in the model',
          'setpoint': 'setpoint in rad', 'motor': 'position of the motor in rad, on the arm side',
@@ -41,74 +36,70 @@ EXPECTED = 't, torque (or u) or setpoint, motor or arm, arm_torque'
 SECOND = 1_000_000_000
 
 
-class Readings(NamedTuple):
-    """
-    Columns of a recording; place(row, field): where a value stands in the file, in words.
-
-    u: torque, N m, or setpoint, rad, of a model with a controller.
-    """
-
-    t: Array | Integers
-    u: Array
-    y: Array
-    arm_torque: Array | None
-    place: Callable[[int, str], str]
-    notes: list[str]
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class Recording(Drawn):
+class DriveRecording(Drawn):
     """
-    A recording of one drive, as `load_recording` returns it.
+    The recording of a drive, as its model refers it to the arm side.
 
-    name: what messages call it. model: the drive whose gear ratio, torque constant and controller
-    refer it to the arm side. read: what gives the readings for such a model. limits: of the
-    simulator's file that the model is from. repeated: what is used of samples with one stamp.
+    name: what messages call it. limits: of the simulator's file that the model is from. arm_side: the motor is at the output already, whatever the gear
+    ratio of the model. repeated: what is used of samples with one stamp.
     """
 
     name: str
+    recording: Recording
     model: DriveModel
-    read: Callable[[DriveModel], Readings]
     limits: FileLimits = NO_LIMITS
+    arm_side: bool = False
     repeated: str = REPEATED[0]
 
     @cached_property
-    def readings(self) -> Readings:
-        """The readings on the arm side, with setpoints that the simulator takes."""
-        return _within_limits(self.read(self.model), self.limits, self.model)
+    def readings(self) -> Samples:
+        """The samples [N], with setpoints in place of torques where the model has a controller."""
+        model, name = self.model, self.recording.on_side(MOTOR)
+        servo = model.controller is not None
+        motor = self.recording.joints.get(name or '')
+        if motor is not None and servo != motor.has('setpoint') and servo == motor.has('effort'):
+            raise InputError(
+                f'{self.name}: no setpoint, expected one with the controller in the model; without '
+                'the key controller (controller: null in --values) the torque is used' if servo
+                else f'{self.name}: a setpoint and no torque, expected the key controller in the '
+                'model: it makes a torque of the setpoint')
+        samples = drive_samples(self.recording, replace(model, gear_ratio=1.0)
+                                if self.arm_side else model)
+        if model.controller is not None:
+            low, high = self.limits.setpoints
+            samples = replace(samples, u=np.column_stack(
+                [np.clip(samples.u[:, 0], low, high), samples.u[:, 1]]))
+        return samples
 
-    def with_model(self, model: DriveModel) -> 'Recording':
+    def with_model(self, model: DriveModel) -> 'DriveRecording':
         """Return the recording as it is read for the drive `model`."""
         return self if model is self.model else replace(self, model=expect_model(model))
 
     def __len__(self) -> int:
-        return len(self.readings.t)
-
-    @property
-    def stamp_ns(self) -> Integers:
-        """Stamps int64 [N], ns; of a table, whose times begin anywhere, from 1 s on."""
-        t = self.readings.t
-        if t.dtype.kind in 'iu':
-            return t.astype(np.int64)
-        return SECOND + np.round((t - np.nanmin(t)) * SECOND).astype(np.int64)
+        return len(self.stamp_ns)
 
     @property
     def t(self) -> Array:
-        """Times [N] from the first sample, s."""
-        stamps = self.stamp_ns
-        return (stamps - stamps.min()) / SECOND
+        """Times [N] from the earliest sample, s."""
+        return (self.stamp_ns - self.stamp_ns.min()) / SECOND
+
+    @property
+    def stamp_ns(self) -> Integers:
+        """Stamps [N] as they are recorded, ns."""
+        return self.readings.stamp_ns
 
     @property
     def torque(self) -> Array:
-        """Torque of the motor [N] on the arm side, N m; NaN with a controller in the model."""
-        nothing = np.full(len(self), np.nan)
-        return self.readings.u if self.model.controller is None else nothing
+        """Torque of the motor [N] on the arm side, N m; NaN: a setpoint stands in for it."""
+        u = self.readings.u[:, 0]
+        return u if self.model.controller is None else np.full(len(u), np.nan)
 
     @property
     def setpoint(self) -> Array:
-        """Setpoint [N], rad; NaN without a controller in the model."""
-        nothing = np.full(len(self), np.nan)
-        return nothing if self.model.controller is None else self.readings.u
+        """Setpoint [N] of a model with a controller, rad; NaN: a torque drives the model."""
+        u = self.readings.u[:, 0]
+        return np.full(len(u), np.nan) if self.model.controller is None else u
 
     @property
     def motor(self) -> Array:
@@ -123,13 +114,32 @@ class Recording(Drawn):
     @property
     def arm_torque(self) -> Array:
         """Torque measured on the arm [N], N m; NaN: not measured."""
-        arm = self.readings.arm_torque
-        return np.full(len(self), np.nan) if arm is None else arm
+        return self.readings.u[:, 1]
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Sentences about what was read and what was not."""
-        return (*self.limits.notes, *self.readings.notes)
+        limits = self.limits
+        notes = [*limits.notes, *self.recording.notes]
+        motor = self.recording.joints.get(self.recording.on_side(MOTOR) or '')
+        if motor is not None and motor.has('setpoint') and motor.has('effort'):
+            notes.append('column setpoint is not used: the model has no controller'
+                         if self.model.controller is None else 'column u is not used: the '
+                         'setpoint drives the controller of the model')
+        low, high = limits.setpoints
+        if motor is not None and self.model.controller is not None:
+            beyond = int(np.count_nonzero((motor.setpoint < low) | (motor.setpoint > high)))
+            if beyond:
+                notes.append(f'{beyond} setpoints lie beyond ctrlrange ({low:g} to {high:g} rad): '
+                             'taken as its ends, as MuJoCo does')
+        low, high = limits.travel
+        with np.errstate(invalid='ignore'):
+            y = self.readings.y
+            stray = int(np.count_nonzero(((y < low) | (y > high)).any(axis=1)))
+        if stray:
+            notes.append(f'{stray} samples lie beyond the range of the joint ({low:g} to {high:g} '
+                         'rad): its end stops are no part of the model, leave them out')
+        return tuple(notes)
 
     @property
     def duration(self) -> float:
@@ -148,12 +158,11 @@ class Recording(Drawn):
             raise InputError(f'{self.name}: controller in the model, expected a torque: an '
                              'estimator takes no setpoints')
         require_samples(self.name, self.stamp_ns, self.readings.y)
-        return Samples(self.stamp_ns, np.column_stack([self.torque, self.arm_torque]),
-                       self.readings.y)
+        return self.readings
 
     def uniform(self, weigh: bool = False) -> tuple[UniformRecording, list[str]]:
         """
-        Return (recording on even times, repaired and checked, notes without those of the limits).
+        Return (recording on even times, repaired and checked, notes).
 
         Args:
             weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
@@ -161,15 +170,14 @@ class Recording(Drawn):
         Raises:
             InputError: it allows no statement about the drive.
         """
-        readings = self.readings
-        arm = self.arm_torque
-        rows, values, repeats = merged(readings.t, np.column_stack([readings.u, readings.y, arm]),
-                                       self.repeated)
+        require_samples(self.name, self.stamp_ns, self.readings.y)
+        rows, values, repeats = merged(self.stamp_ns, np.column_stack(
+            [self.readings.u[:, :1], self.readings.y, self.readings.u[:, 1:]]), self.repeated)
 
         def place(row: int, field: str) -> str:
             """Return where the value of field in a row that is left stands."""
-            return readings.place(int(rows[row]), field)
-        columns = (readings.t[rows], values[:, 0], values[:, 1:3], values[:, 3])
+            return f'sample {int(rows[row])}, {field}'
+        columns = (self.stamp_ns[rows], values[:, 0], values[:, 1:3], values[:, 3])
         words = (self.name, place, self.model, self.model.origin.name)
         if weigh:
             recording, notes = prepared(*columns, *words)
@@ -177,32 +185,34 @@ class Recording(Drawn):
             notes += doubts
         else:
             recording, notes = admitted(*columns, *words)
-        return recording, [*readings.notes, *([repeats] if repeats else []), *notes]
+        return recording, [*self.notes, *([repeats] if repeats else []), *notes]
 
 
-def load_recording(source: Any, model: DriveModel, *, joints: Mapping[str, str] | None = None,
+def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] | None = None,
                    topic: str = JOINT_STATES, repeated: str = REPEATED[0],
-                   name: str | None = None) -> Recording:
+                   name: str | None = None, reading: Reading = Reading()) -> Any:
     """
-    Return a recording of one drive.
+    Return a recording.
 
-    A table has the columns t (s), torque (N m, or A with a torque_constant in the model; also
-    called u) or setpoint (rad, with a controller in the model), motor and arm (rad, both on the
-    arm side; one of them is enough) and, where measured, arm_torque (N m). A bag has them as
-    JointState, referred to the arm side by the gear ratio of the model.
+    Files of all kinds that docs/import.md lists are read. Arrays and DataFrames have the columns t
+    (s), torque (N m, or A with a torque_constant in the model; also called u) or setpoint (rad,
+    with a controller in the model), motor and arm (rad, both on the arm side; one of them is
+    enough) and, where measured, arm_torque (N m).
 
     Args:
-        source: path of a bag folder, an MCAP, CSV or Parquet file; a mapping of arrays [N], a
-            DataFrame with these columns; or what `simulate` returns.
-        model: of the drive.
-        joints: names of the joints in a bag, {'motor': ..., 'arm': ..., 'setpoint': ...}, where
-            they are called otherwise; '' for an arm without encoder.
+        source: path of a bag or another file; a mapping of arrays [N], a DataFrame with these
+            columns; or what `simulate` returns.
+        model: of the drive, or the robot of `load_robot`; None: the recording alone.
+        joints: names of the joints in the file: {'motor': ..., 'arm': ..., 'setpoint': ...} of a
+            drive, {joint: its name in the log} of a robot, where they are called otherwise; '' for
+            an arm without encoder.
         topic: of the JointState, in bags.
         repeated: what is used of samples with one stamp: first, average or drop.
         name: what messages call the recording, None for its file.
+        reading: how columns are read whose names and units do not say it.
 
     Returns:
-        The recording; `notes` say what of it is not used.
+        A DriveRecording for a model of a drive, a RobotLog for a robot, else a Recording.
 
     Raises:
         InputError: naming file or column, value and what was expected.
@@ -214,186 +224,114 @@ def load_recording(source: Any, model: DriveModel, *, joints: Mapping[str, str] 
     >>> run
     Recording('run1': 1000 samples, 9.99 s, 100 Hz; torque, motor, arm)
     """
-    expect_model(model)
     if repeated not in REPEATED:
         raise InputError(f'repeated: {repeated!r}, expected one of {", ".join(REPEATED)}')
     if not isinstance(joints, (Mapping, type(None))):
         raise InputError(f'joints: {joints!r}, expected names by role, as '
                          "{'motor': 'elbow_motor'}")
+    if type(model).__name__ == 'Robot':
+        from gearbox_monitor.library.robot import robot_logs
+        return robot_logs(source, model, recorded=joints, topic=topic, reading=reading)[0]
     for role in joints or {}:
         if role not in ROLES:
             raise InputError(f'joints: {role!r}, {unknown(role, ROLES)}')
-    read, usual = _reader(source, model, joints or {}, topic)
-    recording = Recording(name or usual, model, read, model.origin.limits, repeated)
-    if not len(recording):
-        raise InputError(f'{recording.name}: no sample, expected some seconds of them')
-    return recording
+    if model is not None:
+        expect_model(model)
+    recording, arm_side = _read(source, model, dict(joints or {}), topic, reading)
+    if model is None:
+        return recording if name is None else replace(recording, name=name)
+    result = DriveRecording(name or recording.name, recording, model, model.origin.limits, arm_side,
+                            repeated)
+    if not len(result):
+        raise InputError(f'{result.name}: no sample, expected some seconds of them')
+    return result
 
 
-def _reader(source: Any, model: DriveModel, joints: Mapping[str, str], topic: str
-            ) -> tuple[Callable[[DriveModel], Readings], str]:
-    """Return (what reads `source` for a model, its name)."""
+def _read(source: Any, model: DriveModel | None, joints: dict[str, str], topic: str,
+          reading: Reading) -> tuple[Recording, bool]:
+    """Return (recording of `source`, whether its motor is at the output whatever the model)."""
     if isinstance(source, Trajectory):
-        driving = 'u' if model.controller is None else 'setpoint'
+        driving = 'setpoint' if model is not None and model.controller is not None else 'u'
         source = {'t': source.t, driving: source.u, 'motor': source.y[:, 0],
                   'arm': source.y[:, 1]}
     if not isinstance(source, (str, Path)):
-        return _of_table(_table_columns(source, '', model), ''), 'recording'
+        return _of_arrays(source, model), True
     path = expect_path(source, 'source', 'a recording')
-    if not path.exists():
-        raise InputError(f'{path}: no such file or directory, expected a bag or a CSV file')
-    ending = path.name.lower() if path.is_file() else ''
-    if ending.endswith(TEXTS):
-        return _of_table(read_csv(path), f'{path}: '), str(path)
-    if ending.endswith(TABLES):
-        table = opened_table(path, 'parquet')
-        return _of_table(_table_columns(table, f'{path}: ', model), f'{path}: '), str(path)
-    return _of_bag(path, model, joints, topic), str(path)
+    with open_recording(path, reading, topic) as reader:
+        if model is None and not joints:
+            found = find_input(reader, topic).topic
+            return robot_recording(reader, found, reader.joint_names(found)), False
+        found = find_input(reader, topic).topic
+        present = reader.joint_names(found)
+        names = {role: joints.get(role, role) for role in ROLES}
+        if not joints and len(present) == 1:
+            names.update(motor=present[0], arm='')
+        setpoint = names['setpoint'] if names['setpoint'] in present or (
+            model is not None and model.controller is not None) else ''
+        return drive_recording(reader, topic, names['motor'], names['arm'],
+                               setpoint), reader.arm_side
 
 
-def _columns_of(source: Any) -> dict[str, Any]:
-    """Return {column: values} of a mapping, a pyarrow table or a DataFrame."""
-    if isinstance(source, Mapping):
-        return {str(name): values for name, values in source.items()}
-    names = getattr(source, 'column_names', None) or getattr(source, 'columns', None)
+def _of_arrays(source: Any, model: DriveModel | None) -> Recording:
+    """Return the recording in a mapping, a pyarrow table or a DataFrame."""
+    names = list(source) if isinstance(source, Mapping) else getattr(
+        source, 'column_names', None) or getattr(source, 'columns', None)
     if names is None or isinstance(source, np.ndarray):
         raise InputError(f'source: {type(source).__name__} {str(source)[:40]!r}, expected a path, '
                          f'or arrays by name: {EXPECTED}')
-    return {str(name): source[name] for name in names}
-
-
-def _table_columns(source: Any, where: str, model: DriveModel) -> CsvColumns:
-    """Return the checked columns of a mapping or table; where: its file, in messages."""
-    columns = _columns_of(source)
+    columns = {str(name): source[name] for name in names}
     if 'torque' in columns and 'u' in columns:
-        raise InputError(f'{where}torque: beside u, expected one of them')
+        raise InputError('torque: stands with u, expected one of them')
     if 'torque' in columns:
         columns['u'] = columns.pop('torque')
-    driving = 'u' if model.controller is None else 'setpoint'
+    driving = 'u' if model is None or model.controller is None else 'setpoint'
     missing = [name for name in ('t', driving) if name not in columns]
-    if not set(ENCODERS) & set(columns):
+    if not {'motor', 'arm'} & set(columns):
         missing.append('motor or arm')
     if missing:
         words = ['torque' if name == 'u' else name for name in missing]
-        raise InputError(f'{where}no column {", ".join(words)} in '
-                         f'{", ".join(columns)[:80]!r}, expected {EXPECTED}')
-    t = _times(columns['t'], f'{where}t')
-    values = {name: column(columns[name], where + ('torque' if name == 'u' else name), WORDS[name],
-                           len(t)) if name in columns else np.full(len(t), np.nan)
-              for name in COLUMNS if name != 't'}
-    unseen = all(np.isnan(values[name]).all() for name in ENCODERS)
-    for name in (driving, *(name for name in ENCODERS if unseen and name in columns)):
+        raise InputError(f'no column {", ".join(words)} in {", ".join(columns)[:80]!r}, expected '
+                         f'{EXPECTED}')
+    stamps = _stamps(columns['t'])
+    values = {name: column(columns[name], 'torque' if name == 'u' else name, WORDS[name],
+                           len(stamps)) for name in WORDS if name in columns and name != 't'}
+    unseen = all(np.isnan(values[name]).all() for name in ('motor', 'arm') if name in values)
+    for name in (driving, *(name for name in ('motor', 'arm') if unseen and name in values)):
         if np.isnan(values[name]).all():
-            raise InputError(f'{where}{"torque" if name == "u" else name}: nan in all {len(t)} '
+            raise InputError(f'{"torque" if name == "u" else name}: nan in all {len(stamps)} '
                              f'samples, expected {WORDS[name]}')
-    ignored = [name for name in columns if name not in COLUMNS]
+    ignored = [name for name in columns if name not in WORDS]
     notes = [f'ignored columns: {", ".join(ignored)}'] if ignored else []
-    notes += [f'{name}: nan in all samples, taken as not measured' for name in ENCODERS
-              if name in columns and np.isnan(values[name]).all()]
+    notes += [f'{name}: nan in all samples, taken as not measured' for name in ('motor', 'arm')
+              if name in values and np.isnan(values[name]).all()]
+    return Recording('recording', {
+        'motor': JointSignals(stamps, values.get('motor'), setpoint=values.get('setpoint'),
+                              effort=values.get('u'), side=MOTOR),
+        'arm': JointSignals(stamps, values.get('arm'), effort=values.get('arm_torque'),
+                            side=ARM, measured=True)}, notes)
 
-    def place(row: int, name: str) -> str:
-        return f'row {row}, column {name}'
-    return CsvColumns(t, values['u'], values['setpoint'], values['motor'], values['arm'],
-                      values['arm_torque'], place, tuple(notes))
 
-
-def _times(value: Any, name: str) -> Array:
-    """Return times [N] in s, or int64 ns of dates. Raises InputError."""
+def _stamps(value: Any) -> Integers:
+    """Return stamps [N] in ns of times in s or of dates. Raises InputError."""
     try:
         array = np.asarray(value)
     except ValueError:
         array = np.empty(0, object)
     if array.dtype.kind == 'M':
         if np.isnat(array).any():
-            raise InputError(f'{name}: row {np.isnat(array).argmax()}: NaT, expected a date')
+            raise InputError(f't: row {np.isnat(array).argmax()}: NaT, expected a date')
         return array.astype('datetime64[ns]').astype(np.int64)
-    t = column(value, name, WORDS['t'])
+    t = column(value, 't', WORDS['t'])
     if not len(t):
-        raise InputError(f'{name}: no value, expected some seconds of {WORDS["t"]}')
-    bad = np.flatnonzero(~np.isfinite(t))
+        raise InputError(f't: no value, expected some seconds of {WORDS["t"]}')
+    bad = np.flatnonzero(~np.isfinite(t) | (np.abs(t) > 9e9))
     if len(bad):
-        raise InputError(f'{name}: row {bad[0]}: {t[bad[0]]:g}, expected a finite time in s')
-    return t
-
-
-def _of_table(columns: CsvColumns, where: str) -> Callable[[DriveModel], Readings]:
-    """Return what gives the readings of `columns` for a model; where: their file, in messages."""
-    def read(model: DriveModel) -> Readings:
-        notes = list(columns.notices)
-        if model.controller is None:
-            u = columns.u * model.torque_constant
-            if np.isnan(u).all() and not np.isnan(columns.setpoint).all():
-                raise InputError(f'{where}column setpoint without u, expected the key controller '
-                                 'in the model: it makes a torque of the setpoint')
-            if not np.isnan(columns.setpoint).all():
-                notes.append('column setpoint is not used: the model has no controller')
-        else:
-            u = columns.setpoint
-            if np.isnan(u).all():
-                raise InputError(f'{where}no column setpoint, expected one with the controller in '
-                                 'the model; without the key controller (controller: null in '
-                                 '--values) the torque u is used')
-            if not np.isnan(columns.u).all():
-                notes.append('column u is not used: the setpoint drives the controller of the '
-                             'model')
-        return Readings(columns.t, u, np.column_stack([columns.motor, columns.arm]),
-                        columns.arm_torque, columns.place, notes)
-    return read
-
-
-def _of_bag(path: Path, model: DriveModel, names: Mapping[str, str], topic: str
-            ) -> Callable[[DriveModel], Readings]:
-    """Return what gives the readings of a bag, t in ns, from its measurement topic alone."""
-    joints = [names.get(role, role) for role in ROLES]
-    with open_bag(path) as reader:
-        topic = find_input(reader, topic).topic
-        states = reader.joint_states(topic, joints if model.controller else joints[:2])
-        notes = [reader.notice] if reader.notice else []
-
-    def place(row: int, field: str) -> str:
-        """Return where the value of field in a row stands."""
-        return f'{topic}, sample {row}, {FIELDS[field]}'
-
-    def read(drive: DriveModel) -> Readings:
-        samples, _ = samples_of(_driving(states, drive, path), drive)
-        require_samples(str(path), samples.stamp_ns, samples.y)
-        return Readings(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1], place,
-                        list(notes))
-    return read
-
-
-def _driving(states: JointStates, model: DriveModel, path: Path) -> JointStates:
-    """Return the joint states with the setpoint for a `model` with a controller, else without."""
-    setpoint = len(states.names) > 2
-    if model.controller is not None and not setpoint:
-        raise InputError(f'{path}: read without setpoint, expected load_recording with the model '
-                         'that has a controller')
-    if setpoint and model.controller is None:
-        return JointStates(states.names[:2], states.stamp_ns, states.log_ns, states.named[:, :2],
-                           states.position[:, :2], states.velocity[:, :2], states.effort[:, :2])
-    return states
-
-
-def _within_limits(readings: Readings, limits: FileLimits, model: DriveModel) -> Readings:
-    """Return readings with the setpoints that the simulator takes, and notes about limits."""
-    notes, (low, high), u = list[str](), limits.setpoints, readings.u
-    if model.controller is not None:
-        beyond = int(np.count_nonzero((u < low) | (u > high)))
-        if beyond:
-            u = np.clip(u, low, high)
-            notes.append(f'{beyond} setpoints lie beyond ctrlrange ({low:g} to {high:g} rad): '
-                         'taken as its ends, as MuJoCo does')
-    low, high = limits.travel
-    with np.errstate(invalid='ignore'):
-        stray = int(np.count_nonzero(((readings.y < low) | (readings.y > high)).any(axis=1)))
-    if stray:
-        notes.append(f'{stray} samples lie beyond the range of the joint ({low:g} to {high:g} '
-                     'rad): its end stops are no part of the model, leave them out')
-    return readings._replace(u=u, notes=[*notes, *readings.notes])
+        raise InputError(f't: row {bad[0]}: {t[bad[0]]:g}, expected a finite time in s')
+    return np.rint((t - t.min()) * SECOND).astype(np.int64) + SECOND
 
 
 def all_of(recordings: Any, model: DriveModel, argument: str = 'recordings'
-           ) -> Iterator[Recording | UniformRecording]:
+           ) -> Iterator[DriveRecording | UniformRecording]:
     """
     Return what `load_recording` gave, one or several, each read for a drive.
 
@@ -405,7 +343,7 @@ def all_of(recordings: Any, model: DriveModel, argument: str = 'recordings'
     Raises:
         InputError: something else, or none.
     """
-    kinds = (Recording, UniformRecording)
+    kinds = (DriveRecording, UniformRecording)
     if isinstance(recordings, (*kinds, str, bytes, Mapping)) or not hasattr(
             recordings, '__iter__'):
         recordings = (recordings,)
@@ -416,4 +354,4 @@ def all_of(recordings: Any, model: DriveModel, argument: str = 'recordings'
         if not isinstance(item, kinds):
             raise InputError(f'{argument}: {number}: {type(item).__name__} {str(item)[:40]!r}, '
                              'expected a recording, as load_recording returns it')
-        yield item.with_model(model) if isinstance(item, Recording) else item
+        yield item.with_model(model) if isinstance(item, DriveRecording) else item

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.bag.joint_input import bag_arguments, recorded_inputs, topics_called
-from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.plain_data import plain
@@ -17,6 +16,7 @@ from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.library.drive_file import expect_path, load_model
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.presentation import Shown
+from gearbox_monitor.recordings.reading import open_recording, Reading
 from gearbox_monitor.report.recording_page import figures, headline, recording_page
 from gearbox_monitor.report.robot_page import robot_page
 from gearbox_monitor.report.timeline import Timeline
@@ -46,7 +46,8 @@ class ReportPages(Shown):
 def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str = JOINT_STATES,
                  model: str | Path | None = None, parameters: str | Path | None = None,
                  filter: str | None = None,  # noqa: A002
-                 replay: bool = False, progress: Progress | None = None) -> ReportPages:
+                 replay: bool = False, reading: Reading = Reading(),
+                 progress: Progress | None = None) -> ReportPages:
     """
     Write the page of a bag: the state of the gearbox, and the trust in its estimates.
 
@@ -61,6 +62,7 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
         parameters: parameter file of the estimator.
         filter: to run.
         replay: whether to run the estimator although the bag holds estimates.
+        reading: how columns are read whose names and units do not say it.
         progress: called with (task, share that is done).
 
     Returns:
@@ -74,7 +76,7 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
     if filter is not None and filter not in FILTER_NAMES:
         raise InputError(f'filter: {filter!r}, expected one of {", ".join(FILTER_NAMES)}')
     expect_new_file(page)
-    with open_bag(path) as reader:
+    with open_recording(path, reading, topic) as reader:
         estimators = sorted(recorded_inputs(reader, topic))
         if parameters and not estimators and topics_called(reader, topic):
             estimators = [f'{topic}/{gearbox}'
@@ -88,7 +90,7 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
         if filter:
             values['filter'] = filter
         drive = load_model(file) if file else None
-        with open_bag(path) as opened:
+        with open_recording(path, reading, topic) as opened:
             source = TimelineSource(
                 opened, node, EstimatorChoice(drive, values, replay),
                 lambda share: progress(task, share) if progress else None)

@@ -28,6 +28,8 @@ from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Paged, Saved
+from gearbox_monitor.recordings.reading import Reading
+from gearbox_monitor.recordings.recording import ANY
 from gearbox_monitor.report.robot_words import robot_headline
 
 Progress = Callable[[int, int], None]
@@ -120,31 +122,31 @@ def recorded_names(words: Iterable[str], option: str = '--recorded') -> dict[str
     return names
 
 
-def load_robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
-                    recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
-                    learnt: bool = False) -> list[RobotLog]:
+def robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
+               recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
+               learnt: bool = False, reading: Reading = Reading()) -> list[RobotLog]:
     """
     Return the checked logs of a robot, with inputs of one kind.
 
     Args:
-        paths: bags, CSV or Parquet files: t, q_NAME and tau_NAME, i_NAME or setpoint_NAME of each
-            joint; one or several.
+        paths: recordings of any kind, one or several.
         robot: of `load_robot`.
         recorded: {joint: its name in the log}, where they differ.
         topic: of the joints, in bags.
         learnt: whether a reference teaches the friction.
+        reading: how columns are read whose names and units do not say it.
 
     Raises:
         InputError: a log cannot be read, lacks a joint, or has another kind of input.
     """
     expect_robot(robot)
     for joint in recorded or {}:
-        if joint not in robot.joints:
+        if joint not in (ANY, *robot.joints):
             raise InputError(f'recorded: {unknown(joint, robot.joints)}')
     listed = [paths] if isinstance(paths, (str, Path)) else paths
     model = robot_model(robot.file, robot.values, learnt)
     logs = [load_log(str(expect_path(path, 'paths', 'a log')), robot.file, model, robot.values,
-                     recorded or {}, topic) for path in listed]
+                     recorded or {}, topic, reading) for path in listed]
     if not logs:
         raise InputError('paths: none, expected at least one log')
     for log in logs:
@@ -156,19 +158,21 @@ def load_robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
 
 def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                 recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
+                reading: Reading = Reading(),
                 progress: Progress | None = None) -> tuple[Knowledge, list[str]]:
     """
     Return what logs of the healthy robot teach, as a reference, and notes about them.
 
     Args:
-        logs: as `load_robot_logs` takes them; or one file of the command learn.
+        logs: as `robot_logs` takes them; or one file of the command learn.
         robot: of `load_robot`.
         recorded: {joint: its name in the log}.
         topic: of the joints, in bags.
+        reading: how columns are read whose names and units do not say it.
         progress: called with (done, total).
 
     Raises:
-        InputError: as of `load_robot_logs`; or the file is of another robot.
+        InputError: as of `robot_logs`; or the file is of another robot.
     """
     expect_robot(robot)
     paths = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
@@ -178,7 +182,7 @@ def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     if learnt:
         raise InputError(f'reference: {", ".join(learnt)} beside others, expected logs, or one '
                          'file of learn')
-    read = load_robot_logs(paths, robot, recorded=recorded, topic=topic, learnt=True)
+    read = robot_logs(paths, robot, recorded=recorded, topic=topic, learnt=True, reading=reading)
     result = knowledge.learn(robot_model(robot.file, robot.values, True), read, robot.file.digest,
                              progress=progress or (lambda done, total: None))
     return result, [f'{log.name}: {note}' for log in read for note in log.notes]
@@ -188,25 +192,27 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                    reference: str | Path | Sequence[str | Path] | None = None,
                    effects: Sequence[str] | None = None,
                    recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
+                   reading: Reading = Reading(),
                    progress: Progress | None = None) -> RobotDiagnosis:
     """
     Return the diagnosis of a whole robot: beside its file, or against a healthy reference.
 
     Args:
-        logs: to judge, as `load_robot_logs` takes them.
+        logs: to judge, as `robot_logs` takes them.
         robot: of `load_robot`.
         reference: logs from before or of the healthy twin, or one file of the command learn; None:
             the file of the robot with its tolerances.
         effects: ids to try, None for all.
         recorded: {joint: its name in the log}, where they differ.
         topic: of the joints, in bags.
+        reading: how columns are read whose names and units do not say it.
         progress: called with (done, total) while the reference is learnt.
 
     Returns:
         The diagnosis; `save` writes the robot's file with the findings.
 
     Raises:
-        InputError: as of `load_robot_logs`; or the reference has another kind of input.
+        InputError: as of `robot_logs`; or the reference has another kind of input.
     """
     file, values = expect_robot(robot).file, robot.values
     for name in effects or ():
@@ -216,22 +222,22 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     notes: list[str] = []
     if reference is not None:
         knowledge, notes = learn_robot(reference, robot, recorded=recorded, topic=topic,
-                                   progress=progress)
+                                       reading=reading, progress=progress)
     model = robot_model(file, values, knowledge is not None)
-    robot_logs = load_robot_logs(logs, robot, recorded=recorded, topic=topic,
-                                 learnt=knowledge is not None)
-    notes += [f'{log.name}: {note}' for log in robot_logs for note in log.notes]
+    read = robot_logs(logs, robot, recorded=recorded, topic=topic, reading=reading,
+                      learnt=knowledge is not None)
+    notes += [f'{log.name}: {note}' for log in read for note in log.notes]
     if knowledge is not None:
-        if knowledge.kind != robot_logs[0].kind:
-            raise InputError(f'reference: learnt from {knowledge.kind}, but {robot_logs[0].name} '
-                             f'has {robot_logs[0].kind}, expected one kind of input')
-        if not 0.5 < knowledge.rate / robot_logs[0].rate < 2.0:
+        if knowledge.kind != read[0].kind:
+            raise InputError(f'reference: learnt from {knowledge.kind}, but {read[0].name} '
+                             f'has {read[0].kind}, expected one kind of input')
+        if not 0.5 < knowledge.rate / read[0].rate < 2.0:
             notes.append(f'the reference has {knowledge.rate:.0f} samples/s, this log '
-                         f'{robot_logs[0].rate:.0f}')
+                         f'{read[0].rate:.0f}')
     elif values.tolerance is None:
         notes.append(f'beside the model file, tolerances of {100 * model.tolerance.max():.0f} %: '
                      'state others with tolerance in values (--values)')
-    verdict = balance.diagnose(model, robot_logs, knowledge, effects)
+    verdict = balance.diagnose(model, read, knowledge, effects)
     names = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     data = plain(verdict_data(verdict)) | {
         'logs': names, 'model': str(file.path), 'model_digest': file.digest,

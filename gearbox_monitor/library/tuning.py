@@ -18,7 +18,7 @@ from gearbox_monitor.kernels.array_input import column
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.estimation import estimator_values, expect_recording, Parameters
 from gearbox_monitor.library.identify import Recorded, uniform
-from gearbox_monitor.library.recording import Recording
+from gearbox_monitor.library.recording import DriveRecording
 from gearbox_monitor.parameters import EstimatorParameters, MIXED, resolve
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.presentation import Saved, Shown
@@ -61,7 +61,7 @@ class TunedParameters(Shown, Saved):
         return tuple(self.figures['notes'])
 
 
-def tune(recording: Recording, model: DriveModel | None = None, *,
+def tune(recording: DriveRecording, model: DriveModel | None = None, *,
          parameters: Parameters = None, reference: Array | None = None, smoother: bool = False,
          speeds: bool = True, progress: Callable[[float], None] | None = None, **changes: object
          ) -> TunedParameters:

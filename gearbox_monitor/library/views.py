@@ -26,7 +26,7 @@ from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.payload_track import PayloadTrack
-from gearbox_monitor.library.recording import Recording
+from gearbox_monitor.library.recording import DriveRecording
 from gearbox_monitor.library.recording_report import ReportPages
 from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.library.simulator_file import SimulatorFile
@@ -58,7 +58,7 @@ def brief(result: Any) -> str:
 
 # Lines that follow the first one, of results whose words are their brief and these.
 REMARKS: dict[type, Callable[[Any], Iterable[str]]] = {
-    Recording: lambda r: _notes(r.notes), TunedParameters: lambda t: _notes(t.notes),
+    DriveRecording: lambda r: _notes(r.notes), TunedParameters: lambda t: _notes(t.notes),
     ParameterRanges: lambda r: [*map(str, r.combinations), *_notes(r.notes)],
     Adapted: lambda a: [f'open: {sentence}' for sentence in a.open],
     SimulatorFile: lambda f: [*(f'{row.id}: {row.kind}: {row.words}' for row in f.exported),
@@ -76,7 +76,7 @@ def _notes(notes: Iterable[str]) -> list[str]:
 
 
 @brief.register
-def _(recording: Recording) -> str:
+def _(recording: DriveRecording) -> str:
     driving = 'torque' if recording.model.controller is None else 'setpoint'
     measured = [name for name in (driving, 'motor', 'arm', 'arm_torque')
                 if not np.isnan(getattr(recording, name)).all()]
@@ -215,7 +215,7 @@ def columns(result: Any) -> Columns:
 
 
 @columns.register
-def _(recording: Recording) -> Columns:
+def _(recording: DriveRecording) -> Columns:
     names = ['t', 'torque' if recording.model.controller is None else 'setpoint', 'motor', 'arm']
     if not np.isnan(recording.arm_torque).all():
         names.append('arm_torque')

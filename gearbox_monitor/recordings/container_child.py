@@ -1,0 +1,444 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Read a file of arrays in a process of its own, which has limits: started by recordings.table.
+
+Arguments: the file, its kind, the NumPy archive to write, CPU seconds, bytes of memory. The archive
+holds arrays [N] in the order of 'index', JSON with their names and units, names of joints and
+numbers of the header. A file that cannot be read is one line on the standard error with exit code
+3, and 4 where memory is short. Needs nothing of the package.
+"""
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+import gzip
+import io
+import json
+import math
+import os
+import re
+import resource
+import sys
+from typing import Any
+import zipfile
+
+import numpy as np
+
+FAILED, TOO_LARGE = 3, 4
+MIN_SAMPLES = 100   # a matrix with fewer rows and more columns has a row for each signal
+MOST_COLUMNS = 4096
+MAX_DEPTH = 12
+JOINT_LISTS = ('joint_names', 'joint_sequence', 'dof_names', 'joints', 'names')
+EPISODE = re.compile(r'(?i)(demo|episode|ep|traj|trajectory|rollout|trial|run)[_-]?\d+')
+DATE = re.compile(r'\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d')
+Leaf = tuple[str, Any, str]  # name, array, unit
+
+
+class Refused(Exception):
+    """The file cannot be read: the reason and what was expected."""
+
+
+def limited(cpu_seconds: int, memory: int) -> None:
+    """Limit this process to so many CPU seconds and so many bytes beyond what it has now."""
+    with open('/proc/self/status', encoding='ascii') as status:
+        own = next(int(line.split()[1]) << 10 for line in status if line.startswith('VmData'))
+    resource.setrlimit(resource.RLIMIT_DATA, (own + memory, own + memory))
+    spent = math.ceil(sum(resource.getrusage(resource.RUSAGE_SELF)[:2]))
+    resource.setrlimit(resource.RLIMIT_CPU, (spent + cpu_seconds, spent + cpu_seconds + 1))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def opened(path: str, memory: int) -> Any:
+    """Return the file `path` as a stream, unpacked where it is gzipped."""
+    stream = open(path, 'rb')
+    if stream.read(2) != b'\x1f\x8b':
+        stream.seek(0)
+        return stream
+    stream.seek(0)
+    with gzip.open(stream) as packed:
+        data = packed.read(memory // 2 + 1)
+    if len(data) > memory // 2:
+        raise MemoryError
+    return io.BytesIO(data)
+
+
+# --- trees --------------------------------------------------------------------------------------
+def tree_of(path: str, kind: str, memory: int) -> Any:
+    """Return the tree of mappings, lists and arrays in the file `path` of a `kind`."""
+    stream = opened(path, memory)
+    if kind == 'hdf5':
+        import h5py
+        limited(LIMITS[0], memory)
+        return h5py.File(stream, 'r')
+    if kind == 'mat':
+        import scipy.io
+        limited(LIMITS[0], memory)
+        tree = scipy.io.loadmat(stream, simplify_cells=True)
+        return {name: value for name, value in tree.items() if not name.startswith('__')}
+    if kind == 'yaml':
+        import yaml
+        limited(LIMITS[0], memory)
+        loader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+        return [document for document in yaml.load_all(stream, loader)
+                if isinstance(document, dict)]
+    limited(LIMITS[0], memory)
+    if kind == 'numpy':
+        if zipfile.is_zipfile(stream):
+            with zipfile.ZipFile(stream) as archive:
+                if sum(entry.file_size for entry in archive.infolist()) > memory:
+                    raise MemoryError
+        stream.seek(0)
+        loaded = np.load(stream, allow_pickle=False)
+        return dict(loaded) if isinstance(loaded, Mapping) else loaded
+    if kind == 'xml':
+        return xml_entries(stream.read())
+    content = stream.read()
+    try:
+        return json.loads(content)
+    except json.JSONDecodeError as error:
+        # The first value ends where its line ends: one value per line.
+        if not error.msg.startswith('Extra data') or error.colno != 1 or error.lineno != 2:
+            raise Refused(f'line {error.lineno} column {error.colno}: {error.msg}, expected '
+                          'JSON') from None
+        return [json.loads(line) for line in content.splitlines() if line.strip()]
+
+
+def xml_entries(content: bytes) -> list[dict[str, Any]]:
+    """Return the messages of a KUKA RSI log: one element <Rob> (or <Sen>) with values each."""
+    text = content.decode('latin-1')
+    if re.search(r'<!(DOCTYPE|ENTITY)', text):
+        raise Refused('XML with entities, expected a log of messages')
+    entries = []
+    for root, body in re.findall(r'(?s)<(Rob|Sen)\b[^>]*>(.*?)</\1>', text):
+        entry: dict[str, Any] = {}
+        for tag, attributes, value in re.findall(
+                r'<(\w+)((?:\s+\w+="[^"]*")*)\s*(?:/>|>([^<]*)</\w+>)', body):
+            numbers = {f'{tag}.{name}': float(number) for name, number in re.findall(
+                r'(\w+)="\s*([-+\d.eE]+)\s*"', attributes)}
+            entry |= numbers or ({tag: float(value)} if re.fullmatch(
+                r'\s*[-+\d.eE]+\s*', value) else {})
+        if root == 'Rob' or not entries:
+            entries.append(entry)
+        else:  # the answer to the message before it
+            entries[-1] |= entry
+    if len(entries) < MIN_SAMPLES:
+        raise Refused('XML without the messages of a KUKA RSI log (<Rob>...</Rob>), expected a '
+                      'table: export it as CSV')
+    return entries
+
+
+def leaves_of(tree: Any, prefix: str = '', depth: int = 0) -> Iterator[Leaf]:
+    """Yield (dotted name, value, unit) of all arrays in a tree, each of them read."""
+    if depth > MAX_DEPTH:
+        raise Refused(f'{prefix}: more than {MAX_DEPTH} groups inside each other, expected fewer')
+    if isinstance(tree, Mapping):
+        for name in list(tree):
+            if hasattr(tree, 'get') and hasattr(tree, 'id'):  # an HDF5 group
+                link = type(tree.get(name, getlink=True)).__name__
+                if link != 'HardLink':
+                    NOTES.append(f'{prefix}{name}: a {link}, not followed')
+                    continue
+            yield from leaves_of(tree[name], f'{prefix}{name}.', depth + 1)
+        return
+    name, attributes = prefix[:-1], getattr(tree, 'attrs', {})
+    if getattr(tree, 'is_virtual', False):
+        raise Refused(f'{name}: a virtual dataset, expected one that holds its values')
+    if getattr(tree, 'external', None):
+        raise Refused(f'{name}: values in another file, expected a dataset that holds them')
+    if getattr(tree, 'nbytes', 0) > LIMITS[1]:
+        raise MemoryError
+    fields = getattr(getattr(tree, 'dtype', None), 'names', None)
+    if fields:
+        for field in fields:
+            yield from leaves_of(np.asarray(tree[field]), f'{prefix}{field}.', depth + 1)
+        return
+    stated = attributes.get('units', attributes.get('unit', ''))
+    value = np.asarray(tree[()] if hasattr(tree, 'attrs') else tree)
+    if value.dtype.kind == 'O' and value.ndim == 1 and len(value) and all(
+            isinstance(part, Mapping) for part in value):  # structures of MATLAB
+        if len(value) >= MIN_SAMPLES:
+            yield from entry_leaves(list(value), prefix)
+        else:
+            for k, part in enumerate(value, 1):
+                yield from leaves_of(part, f'{prefix}{k}.', depth + 1)
+        return
+    if 'MATLAB_class' in attributes:  # stores columns as rows
+        value = value.T
+    yield name, value, stated.decode('utf-8', 'replace') if isinstance(stated, bytes) else str(
+        stated)
+
+
+def episodes_of(tree: Any, prefix: str = '', depth: int = 0) -> dict[str, list[Leaf]] | None:
+    """Return {name of an episode: its leaves} of a tree whose groups are episodes, else None."""
+    if not isinstance(tree, Mapping) or depth > 3:
+        return None
+    groups = [name for name in tree if EPISODE.fullmatch(name) and isinstance(
+        tree[name], Mapping)]
+    if groups:
+        groups.sort(key=lambda name: int(re.findall(r'\d+', name)[-1]))
+        return {name: list(leaves_of(tree[name])) for name in groups}
+    for name in tree:
+        found = episodes_of(tree[name], f'{prefix}{name}.', depth + 1)
+        if found:
+            return found
+    return None
+
+
+def joined(episodes: Mapping[str, list[Leaf]]) -> Iterator[Leaf]:
+    """Yield the leaves of all episodes, one after the other, and the number of each row's."""
+    parts = {}
+    for name, leaves in episodes.items():
+        lengths = Counter(len(value) for _, value, _ in leaves if value.ndim)
+        rows = lengths.most_common(1)[0][0] if lengths else 0
+        parts[name] = {leaf: (value, unit) for leaf, value, unit in leaves
+                       if value.ndim and len(value) == rows}, rows
+    common = [leaf for leaf in next(iter(parts.values()))[0] if all(
+        leaf in own and own[leaf][0].shape[1:] == first[leaf][0].shape[1:]
+        for own, _ in parts.values() for first in [next(iter(parts.values()))[0]])]
+    for leaf in common:
+        yield (leaf, np.concatenate([own[leaf][0] for own, _ in parts.values()]),
+               next(iter(parts.values()))[0][leaf][1])
+    numbers = [int(re.findall(r'\d+', name)[-1]) for name in parts]
+    yield 'episode', np.repeat(numbers, [rows for _, rows in parts.values()]), ''
+
+
+# --- entries: a list of mappings or of rows -----------------------------------------------------
+def entries_in(tree: Any, depth: int = 0) -> list[Any] | None:
+    """Return the list of mappings or rows in JSON data, None without one."""
+    if isinstance(tree, list):
+        rows = len(tree) >= MIN_SAMPLES or tree and isinstance(tree[0], list)
+        return tree if rows and isinstance(tree[0], (dict, list)) else None
+    for value in tree.values() if isinstance(tree, dict) and depth < 4 else ():
+        entries = entries_in(value, depth + 1)
+        if entries is not None:
+            return entries
+    return None
+
+
+def entry_leaves(entries: list[Any], prefix: str = '') -> Iterator[Leaf]:
+    """Yield the columns of a list of entries, of messages of joints by their names."""
+    if isinstance(entries[0], list):
+        yield '', matrix_of(entries), ''
+        return
+    flat = [dict(flattened(entry)) for entry in entries if isinstance(entry, Mapping)]
+    listed = next((key for key in ('name', 'joint_names') if flat and isinstance(
+        flat[0].get(key), list) and all(isinstance(n, str) for n in flat[0][key])), '')
+    for field in dict.fromkeys(key for entry in flat[:MIN_SAMPLES] for key in entry):
+        values = [entry.get(field) for entry in flat]
+        if listed and field == 'interface_values':
+            tables = [[dict(zip(part.get('interface_names', ()), part.get('values', ())))
+                       for part in value or ()] for value in values]
+            for kind in dict.fromkeys(kind for row in tables[:1] for part in row
+                                      for kind in part):
+                yield from by_joint(kind, flat, listed, [
+                    [part.get(kind) for part in row] for row in tables])
+        elif listed and any(isinstance(value, list) and value for value in values):
+            if field != listed:
+                yield from by_joint(field, flat, listed, values)
+        elif all(value is None or isinstance(value, (int, float, str)) for value in values):
+            yield prefix + field, column_of(values, prefix + field), ''
+        else:
+            lists = [value for value in values if isinstance(value, list)]
+            if len(lists) == len(values) and len({len(value) for value in lists}) == 1:
+                yield prefix + field, matrix_of(lists), ''
+
+
+def flattened(entry: Mapping[str, Any], prefix: str = '', depth: int = 0
+              ) -> Iterator[tuple[str, Any]]:
+    """Yield (dotted name, value) of an entry."""
+    for name, value in entry.items():
+        if isinstance(value, Mapping) and depth < MAX_DEPTH:
+            yield from flattened(value, f'{prefix}{name}.', depth + 1)
+        else:
+            yield f'{prefix}{name}', value
+
+
+def by_joint(field: str, entries: Sequence[Mapping[str, Any]], listed: str,
+             values: Sequence[Any]) -> Iterator[Leaf]:
+    """Yield a column of each joint that the messages name."""
+    columns: dict[str, Any] = {}
+    for row, (entry, value) in enumerate(zip(entries, values)):
+        for joint, number in zip(entry.get(listed) or (), value or ()):
+            if joint not in columns:
+                columns[joint] = np.full(len(entries), np.nan)
+            columns[joint][row] = np.nan if number is None else float(number)
+    for joint, column in columns.items():
+        yield f'{field} {joint}', column, ''
+
+
+def column_of(values: Sequence[Any], name: str) -> Any:
+    """Return the numbers, NaN for none, or the texts in `values`."""
+    if any(isinstance(value, str) for value in values):
+        return np.array([str(value) for value in values])
+    if all(type(value) is int and abs(value) < 1 << 63 for value in values):
+        return np.array(values, np.int64)
+    try:
+        return np.array([np.nan if value is None else float(value) for value in values])
+    except OverflowError:
+        raise Refused(f'{name}: a number beyond all floats, expected numbers') from None
+
+
+def matrix_of(rows: Sequence[Sequence[Any]]) -> Any:
+    try:
+        return np.array([[math.nan if x is None else x for x in row] for row in rows])
+    except ValueError:
+        raise Refused('rows of unequal length, expected a matrix') from None
+
+
+# --- tables -------------------------------------------------------------------------------------
+def table_leaves(path: str, kind: str, memory: int) -> Iterator[Leaf]:
+    """Yield the columns of a Parquet or Feather file; structures and lists by their parts."""
+    os.environ['ARROW_DEFAULT_MEMORY_POOL'] = 'system'  # others reserve memory in advance
+    import pyarrow as pa
+    from pyarrow import feather, parquet
+    stream = opened(path, memory)
+    limited(LIMITS[0], memory)
+    table = parquet.ParquetFile(stream).read(use_threads=False) if kind == 'parquet' else feather.read_table(
+        stream, use_threads=False)
+    for key, value in (table.schema.metadata or {}).items():
+        put_number(key.decode('utf-8', 'replace'), value.decode('utf-8', 'replace'))
+    for _ in range(MAX_DEPTH):
+        if not any(pa.types.is_struct(field.type) for field in table.schema):
+            break
+        table = table.flatten()
+    for name, column in zip(table.column_names, table.columns):
+        if pa.types.is_dictionary(column.type):
+            column = column.cast(column.type.value_type)
+        if pa.types.is_timestamp(column.type):
+            if not column.null_count:
+                yield name, column.cast(pa.int64()).to_numpy().astype(f'M8[{column.type.unit}]'), ''
+        elif pa.types.is_integer(column.type) and not column.null_count:
+            yield name, column.cast(pa.int64()).to_numpy(), ''
+        elif pa.types.is_floating(column.type) or pa.types.is_integer(column.type):
+            yield name, column.cast(pa.float64()).to_numpy(), ''
+        elif pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
+            yield name, np.array([text or '' for text in column.to_pylist()]), ''
+        elif hasattr(column.type, 'value_type') and not column.null_count:
+            rows = column.to_pylist()
+            width = min(map(len, rows), default=0)
+            if width and all(isinstance(x, (int, float)) for x in rows[0]):
+                matrix = np.array([row[:width] for row in rows], float)
+                for k in range(width):
+                    yield f'{name}.{k + 1}', matrix[:, k], ''
+
+
+# --- result -------------------------------------------------------------------------------------
+NOTES: list[str] = []
+HEADER: dict[str, float] = {}
+JOINTS: list[str] = []
+LIMITS = [20, 1 << 30]
+
+
+def put_number(name: str, value: Any) -> None:
+    """Note `value`, a number, text or an array of one number, in the header."""
+    try:
+        number = float(np.squeeze(np.asarray(value)))
+    except (TypeError, ValueError, OverflowError):
+        return
+    if math.isfinite(number):
+        HEADER[name] = number
+
+
+def columns_of(leaves: Iterator[Leaf]) -> Iterator[Leaf]:
+    """Yield the columns [N] of `leaves`; matrices by column, with numbers from 1."""
+    for name, value, unit in leaves:
+        if value.dtype.kind == 'S':
+            value = np.char.decode(value, 'utf-8', 'replace')
+        if value.dtype.kind == 'O':
+            if value.ndim != 1 or not all(isinstance(x, (str, bytes)) for x in value.flat):
+                continue
+            value = np.array([x.decode('utf-8', 'replace') if isinstance(x, bytes) else x
+                              for x in value.flat])
+        if value.dtype.kind == 'U' and name.rpartition('.')[2] in JOINT_LISTS and not JOINTS:
+            JOINTS.extend(map(str, value.flat))
+        if value.ndim == 0 or value.size == 1:
+            put_number(name, value)
+            continue
+        if value.dtype.kind == 'b':
+            value = value.astype(np.int64)
+        if value.dtype.kind == 'u':
+            value = value.astype(np.int64 if value.itemsize < 8 else float)
+        if value.dtype.kind not in 'ifUM' or value.size < MIN_SAMPLES:
+            continue
+        value = np.squeeze(value)
+        if value.ndim == 1:
+            yield name, value, unit
+            continue
+        if value.ndim != 2 or value.dtype.kind not in 'if':
+            continue
+        if value.shape[0] < MIN_SAMPLES <= value.shape[1]:
+            NOTES.append(f'{name or "matrix"}: one row per signal ({value.shape[0]} rows of '
+                         f'{value.shape[1]} samples): column numbers count its rows')
+            value = value.T
+        for k in range(min(value.shape[1], MOST_COLUMNS)):
+            yield f'{name} {k + 1}'.strip(), value[:, k], unit
+
+
+def attributes_of(tree: Any, prefix: str = '', depth: int = 0) -> None:
+    """Note the numbers among the attributes of an HDF5 group and its parts."""
+    for name, value in getattr(tree, 'attrs', {}).items():
+        put_number(prefix + name, value)
+    if depth < 3 and isinstance(tree, Mapping):
+        for name in tree:
+            if type(tree.get(name, getlink=True)).__name__ == 'HardLink':
+                attributes_of(tree[name], f'{prefix}{name}.', depth + 1)
+
+
+def read(path: str, kind: str, memory: int) -> list[Leaf]:
+    """Return all columns of the file `path`."""
+    if kind in ('parquet', 'feather'):
+        return list(columns_of(table_leaves(path, kind, memory)))
+    tree = tree_of(path, kind, memory)
+    if kind == 'hdf5':
+        attributes_of(tree)
+        episodes = episodes_of(tree)
+        return list(columns_of(joined(episodes) if episodes else leaves_of(tree)))
+    if isinstance(tree, (list, dict)):
+        entries = entries_in(tree) if kind in ('json', 'yaml', 'xml') else None
+        if entries is not None:
+            return list(columns_of(entry_leaves(entries)))
+        if not isinstance(tree, dict):
+            raise Refused(f'a list of {len(tree)} values, expected entries or rows of numbers')
+        if kind == 'json':
+            return list(columns_of((name, column_of(value, name) if not any(
+                isinstance(x, (list, dict)) for x in value) else np.empty(0), '')
+                for name, value in flattened(tree) if isinstance(value, list) or put_number(
+                    name, value)))
+    return list(columns_of(leaves_of(tree)))
+
+
+def main() -> int:
+    """Read the file of the arguments; return the exit code."""
+    path, kind, out, cpu_seconds, memory = sys.argv[1:]
+    LIMITS[:] = int(cpu_seconds), int(memory)
+    names = {'hdf5': 'an HDF5 file', 'mat': 'a MATLAB file', 'json': 'JSON', 'yaml': 'YAML',
+             'numpy': 'a NumPy file (.npy or .npz) without objects', 'xml': 'XML',
+             'parquet': 'a Parquet file', 'feather': 'a Feather file'}
+    try:
+        columns = read(path, kind, LIMITS[1])
+        index = json.dumps({'columns': [(name, unit) for name, _, unit in columns],
+                            'joints': JOINTS, 'header': HEADER, 'notes': NOTES})
+        np.savez(out, index=np.frombuffer(index.encode(), np.uint8), **{
+            f'c{k}': value for k, (_, value, _) in enumerate(columns)})
+    except MemoryError:
+        return TOO_LARGE
+    except ModuleNotFoundError as error:
+        print(f'{error.name} is not installed, expected it for this format: pip install '
+              f'{error.name}', file=sys.stderr)
+        return FAILED
+    except Refused as error:
+        print(error, file=sys.stderr)
+        return FAILED
+    except RecursionError:
+        print('groups inside each other without an end, expected fewer', file=sys.stderr)
+        return FAILED
+    except Exception as error:  # of a library, for a damaged file
+        if 'cannot allocate' in str(error).lower() or 'malloc' in str(error).lower():
+            return TOO_LARGE
+        print(f'{type(error).__name__} {" ".join(str(error).split())[:300]}, expected '
+              f'{names[kind]}', file=sys.stderr)
+        return FAILED
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

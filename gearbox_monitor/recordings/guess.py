@@ -1,0 +1,686 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Propose the mapping of a table: names and units decide, questions settle the rest.
+
+Each question comes with the option that settles it, one for a whole group of columns.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+import re
+from typing import Any
+
+import numpy as np
+import yaml
+
+from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.recordings.mapping import kind_of, TURN, with_settings
+from gearbox_monitor.recordings.meaning import joints_of, Meaning, meaning_of, meanings
+from gearbox_monitor.recordings.roles import (
+    Candidate, Choice, choice_of, matches, NONE, Question)
+from gearbox_monitor.recordings.siblings import sibling_setpoints, states_beside
+from gearbox_monitor.recordings.table import Column, Table
+from gearbox_monitor.recordings.times import found_time, FoundTime
+from gearbox_monitor.recordings.units import (
+    axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, TIME, unit_factor,
+    unit_of_label, units_of, VELOCITY, vocabulary)
+
+COARSE = 100.0  # whole numbers over a wider range are counts
+WIDE = 4.0 * np.pi  # rad: a joint turns less; a wider range without a unit may be degrees
+MOST_JOINTS = 1000  # that q[6] in --columns may stand for
+GEARED = 0.2  # from 1: lost motion and noise make a ratio of 1 look that different
+BLANK = 0.05  # share of empty cells from which on curves have samples of their own
+APART = 3.0   # times: a velocity that differs as much from the derivative has another unit
+ROLES = {'motor': 'motor_position', 'arm': 'arm_position', 'position': 'motor_position',
+         'velocity': 'motor_velocity', 'effort': 'motor_effort', 'setpoint': 'motor_setpoint',
+         'reference': 'reference_torque'}
+OF_ROBOT = (('position', ('arm_position', 'motor_position')),
+            ('velocity', ('arm_velocity', 'motor_velocity')), ('effort', ('motor_effort',)),
+            ('setpoint', ('motor_setpoint',)))
+OF_TABLE = {'motor': 'motor_position', 'arm': 'arm_position', 'u': 'motor_effort',
+            'torque': 'motor_effort', 'setpoint': 'motor_setpoint', 'arm_torque': 'arm_effort'}
+OF_ROBOT_TABLE = {'q_': 'position', 'v_': 'velocity', 'setpoint_': 'setpoint', 'i_': 'effort',
+                  'tau_': 'effort'}
+
+
+@dataclass(frozen=True)
+class Answers:
+    """
+    What a user states about a recording.
+
+    use {role: column, or 'none'}; units {role, column or joint: unit}; torque_constants: N m per A
+    (or per other unit of the effort) of all joints, or of each; counts: per turn; joint: that
+    alone; columns: names of all columns, 'q[6]' for q_1 to q_6; rate, Hz; episode: of a dataset.
+    """
+
+    use: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    torque_constants: Sequence[float] = ()
+    counts: float | None = None
+    joint: str | None = None
+    columns: str = ''
+    rate: float | None = None
+    episode: int | None = None
+    stamps: str = ''
+
+
+@dataclass(frozen=True)
+class Guess:
+    """
+    A proposed mapping: plain `data`, what it assumes, what is open, and the columns.
+
+    rows: (column or family of them, role, unit, why).
+    """
+
+    source: str
+    data: Mapping[str, Any]
+    assumptions: tuple[str, ...]
+    questions: tuple[Question, ...] = ()
+    rows: tuple[tuple[str, str, str, str], ...] = ()
+
+    @property
+    def yaml_text(self) -> str:
+        """Return the mapping as a file, its assumptions and questions as comments."""
+        lines = [f'# {line}' for line in (
+            f'Proposed for {self.source}.', *self.assumptions,
+            *(f'Open: {question}' for question in self.questions))]
+        return '\n'.join(lines) + '\n' + yaml.safe_dump(
+            dict(self.data), sort_keys=False, default_flow_style=None, allow_unicode=True)
+
+    def require_answers(self) -> None:
+        """Raise Unsettled where something is open."""
+        if self.questions:
+            raise Unsettled(self, *(f'{self.source}: {question}' for question in self.questions))
+
+
+class Unsettled(Undecided):
+    """Questions about a recording; `guess` is what was recognised of it."""
+
+    def __init__(self, guess: Guess, *problems: object) -> None:
+        super().__init__(*problems)
+        self.guess = guess
+
+
+def guessed(table: Table, settings: Sequence[str] = (), answers: Answers = Answers(),
+            constants: bool = True) -> Guess:
+    """
+    Return the Guess of a mapping for a table.
+
+    Args:
+        table: of the recording.
+        settings: ``KEY=VALUE`` that replace what is proposed.
+        answers: what the user states.
+        constants: whether a current needs a constant here; a model may have it.
+
+    Raises:
+        InputError: the file holds no motion that can be recognised.
+        Undecided: its columns have no names, or none of them is a time.
+    """
+    if answers == Answers() and (data := _of_names(table)):
+        return Guess(table.path.name, with_settings(data, settings), ())
+    return _Proposal(table, settings, answers, constants).guess()
+
+
+def _of_names(table: Table) -> dict[str, Any]:
+    """Return the mapping of a table in this package's own names and SI, {} for another one."""
+    names = [column.name for column in table.columns]
+    if 't' not in names:
+        return {}
+    time = {'column': 't'}
+    if set(names) & {'motor', 'arm'} and set(names) & {'u', 'torque', 'setpoint'}:
+        if {'u', 'torque'} <= set(names):
+            raise InputError(f'{table.path}: torque: stands with u, expected one of them')
+        return {'time': time, 'signals': {OF_TABLE[name]: {'column': name} for name in names
+                                          if name in OF_TABLE}}
+    joints: dict[str, dict[str, Any]] = {}
+    for prefix, quantity in OF_ROBOT_TABLE.items():
+        for name in names:
+            if name.startswith(prefix) and name != prefix:
+                joints.setdefault(name.removeprefix(prefix), {})[quantity] = {
+                    'column': name, **({'unit': 'A'} if prefix == 'i_' else {})}
+    driven = [joint for joint, own in joints.items() if {'effort', 'setpoint'} & set(own)]
+    plain = all('position' in own or not {'effort', 'setpoint'} & set(own)
+                for own in joints.values()) and all(
+        meaning_of(f'q_{joint}').source in ('', 'measured') for joint in joints)
+    return {'time': time, 'joints': {joint: own for joint, own in joints.items()
+                                     if 'position' in own}} if driven and plain else {}
+
+
+class _Proposal:
+    """The steps from a table to its Guess, and what they gather."""
+
+    def __init__(self, table: Table, settings: Sequence[str], answers: Answers, constants: bool
+                 ) -> None:
+        self.table, self.settings, self.answers = _renamed(table, answers.columns), settings, \
+            answers
+        self.needs_constants = constants
+        self.columns = {column.name: column for column in self.table.columns}
+        self.assumptions: list[str] = []
+        self.questions: list[Question] = []
+        self.units: dict[str, str] = {}  # of the mapping, by column
+        self.constants: dict[str, float] = {}
+        self.used: set[str] = set()  # options that had an effect
+        self.kind = ROTARY
+
+    def guess(self) -> Guess:
+        """Return the Guess."""
+        table, answers = self.table, self.answers
+        for name, unit in answers.units.items():
+            if unit != NONE and not standard_unit(unit):
+                raise InputError(f'--unit {name}={unit}: unknown unit, expected one of ' + ', '.join(
+                    dict.fromkeys(u for q in vocabulary()['units'] for u in units_of(q))))
+        time = self._time()
+        clocks = {column.clock for column in table.columns}
+        columns = [c for c in table.columns if c.name not in (*time.labels, *clocks)
+                   and c.values.dtype.kind in 'iuf' and np.isfinite(c.values.astype(float)).any()]
+        listed = meanings([c.name for c in columns], [answers.units.get(c.name, c.unit)
+                                                      for c in columns], table.joints)
+        joints = joints_of(listed)
+        joint = self._selected(joints)
+        self.constants = self._constants(joints)
+        robot = joint is None and len(joints) > 1
+        use = self._use(listed)
+        if not joints and not any(role.endswith(('_position', '_velocity')) for role in use):
+            raise InputError(f'{table.path}: no position or velocity among '
+                             f'{", ".join(c.name for c in columns)[:200]}, expected --use '
+                             'position=COLUMN, or --map')
+        candidates = [Candidate(c.name, meaning, c.values.astype(float))
+                      for c, meaning in zip(columns, listed)
+                      if robot or np.nanmax(c.values) > np.nanmin(c.values)]
+        choices = [choice_of([c for c in candidates if c.meaning.joint == name or not robot
+                              and joint is None], name, use)
+                   for name in (joints if robot else [joint or ''])]
+        self._require_motion(choices, columns, listed)
+        for choice in choices:
+            for question in choice.questions:
+                self._ask(*vars(question).values())
+        axes = {self._axis(choice) for choice in choices}
+        self.kind = PRISMATIC if axes == {PRISMATIC} else ROTARY
+        data: dict[str, Any] = {'time': time.block, **(
+            {'kind': PRISMATIC} if self.kind == PRISMATIC else {})}
+        if robot:
+            data['joints'] = {choice.joint: self._of_joint(choice, time.t) for choice in choices}
+            self._grippers(data, choices)
+        else:
+            data['signals'] = self._of_drive(data, choices[0], time.t)
+        self._blanks(data, time)
+        if robot and 'motor_setpoint' not in use:
+            self._setpoints_beside(data, time)
+        self._require_effect(data, listed, choices, time)
+        rows = self._rows(listed, choices, time)
+        unused = [row[0] for row in rows if not row[1]]
+        if unused:
+            self.assumptions.append(f'Not used: {", ".join(unused)[:400]}.')
+        return Guess(table.path.name, with_settings(data, self.settings), tuple(self.assumptions),
+                     tuple(self.questions), tuple(rows))
+
+    def _ask(self, topic: str, text: str, option: str) -> None:
+        if topic not in {question.topic for question in self.questions}:
+            self.questions.append(Question(topic, text, option))
+
+    def _stated(self, key: str) -> bool:
+        """Return whether a setting KEY=VALUE has this key."""
+        return any(text.startswith(f'{key}=') for text in self.settings)
+
+    # --- time, names, joints --------------------------------------------------------------------
+    def _time(self) -> FoundTime:
+        """Return the time of the recording. Raises Undecided: it has none, or no names at all."""
+        answers, table = self.answers, self.table
+        if not table.named and not answers.columns:
+            raise Undecided(f'{table.path}: {len(table.columns)} columns without names, expected '
+                            "their names in order: --columns 't,q[6],dq[6],i[6]' (q[6]: q_1 to "
+                            'q_6; - for a column that is not used)')
+        if answers.rate is None and not self._stated('time.rate'):
+            units = {name: standard_unit(unit) for name, unit in answers.units.items()}
+            if 'time' in units:
+                units.update({column.name: units['time'] for column in table.columns})
+            clock = next((c.clock for c in table.columns if c.clock), '')
+            time = found_time(table.path, table.columns, units, answers.use.get('time', clock))
+            if time is not None:
+                if answers.episode is not None and 'segment' in time.block:
+                    time.block['only'] = answers.episode
+                if answers.stamps:
+                    time.block['stamps'] = answers.stamps
+                self.assumptions += time.remarks
+                return time
+            if table.rate is None:
+                raise Undecided(
+                    f'{table.path}: no column of '
+                    f'{", ".join(c.name for c in table.columns)[:200]} grows like a time, '
+                    'expected one, or --rate HZ')
+        rate = answers.rate or table.rate
+        text = next((s.partition('=')[2] for s in self.settings if s.startswith('time.rate=')), '')
+        try:
+            rate = float(text) if text else rate
+        except ValueError:
+            rate = 0.0
+        if not rate or not 1e-3 <= rate <= 1e6:
+            raise InputError(f'time.rate: {text or rate}, expected 0.001 to 1e6 Hz')
+        block: dict[str, Any] = {'rate': rate}
+        episode = next((c for c in table.columns if c.name in ('episode', 'episode_index')
+                        and len(np.unique(c.values)) > 1), None)
+        labels = ()
+        if episode is not None:
+            block['segment'], labels = episode.name, (episode.name,)
+            if answers.episode is not None:
+                block['only'] = answers.episode
+        return FoundTime(np.arange(len(table.columns[0].values)) / rate, block, labels,
+                         named=False)
+
+    def _selected(self, joints: Sequence[str]) -> str | None:
+        """Return the joint that the user has selected, None without; raises InputError."""
+        joint = self.answers.joint
+        if joint is None or joint in joints:
+            return joint
+        fitting = [name for name in joints if name == f'joint_{joint}' or name.endswith(
+            f'_{joint}')]
+        if len(fitting) == 1:
+            return fitting[0]
+        raise InputError(f'--joint {joint}: expected one of {", ".join(joints) or "none"}')
+
+    def _constants(self, joints: Sequence[str]) -> dict[str, float]:
+        """Return {joint: its torque constant} as stated. Raises InputError: another number."""
+        constants = self.answers.torque_constants
+        if len(constants) not in (0, 1, len(joints)):
+            names = f' or {len(joints)}, one of each joint ({", ".join(joints)})' \
+                if len(joints) > 1 else ''
+            raise InputError(f'--torque-constant: {len(constants)} constants '
+                             f'({", ".join(f"{constant:g}" for constant in constants)}), expected '
+                             f'1{names}')
+        return dict(zip(joints or [''], constants if len(constants) > 1 else [
+            *constants] * max(len(joints), 1)))
+
+    def _use(self, listed: Sequence[Meaning]) -> dict[str, str]:
+        """Return {role: name of its column} as the user states them. Raises InputError."""
+        use = {}
+        for name, column in self.answers.use.items():
+            role = ROLES.get(name, name)
+            if name == 'time':
+                if column not in self.columns:
+                    raise InputError(f'--use time={column}: no such column, expected one of '
+                                     f'{", ".join(self.columns)[:400]}')
+                continue
+            if role not in ROLES.values():
+                raise InputError(f'--use {name}={column}: no such role, expected one of time, '
+                                 f'{", ".join(ROLES)}')
+            if column != NONE and not any(matches(column, meaning) for meaning in listed):
+                raise InputError(f'--use {name}={column}: no such column, expected one of '
+                                 f'{", ".join(dict.fromkeys(m.stem for m in listed))[:400]}')
+            use[role] = column
+        return use
+
+    def _require_motion(self, choices: Sequence[Choice], columns: Sequence[Column],
+                        listed: Sequence[Meaning]) -> None:
+        if any(choice.questions or any(role.endswith(('_position', '_velocity'))
+                                       for role in choice.roles) for choice in choices):
+            return
+        still = [c.name for c, m in zip(columns, listed) if m.quantity in (POSITION, VELOCITY)
+                 and np.nanmax(c.values) == np.nanmin(c.values)]
+        problem = f'{", ".join(still)[:200]} never changes' if still else \
+            f'no position or velocity among {", ".join(c.name for c in columns)[:200]}'
+        raise InputError(f'{self.table.path}: {problem}, expected a motion')
+
+    # --- blocks of the mapping ------------------------------------------------------------------
+    def _stated_unit(self, role: str, candidate: Candidate) -> str:
+        """Return the unit of a column in a `role` as the user states it, '' if not."""
+        names = [candidate.meaning.label, candidate.meaning.stem, candidate.meaning.joint,
+                 *_names_of(role)]
+        name = next((n for n in names if n in self.answers.units), None)
+        if name is None or self.answers.units[name] == NONE:
+            return ''
+        unit = standard_unit(self.answers.units[name])
+        quantity = kind_of(role).quantity
+        if name == candidate.meaning.joint and unit not in units_of(quantity):
+            return ''
+        self.used.add(f'--unit {name}')
+        return unit
+
+    def _axis(self, choice: Choice) -> str:
+        return axis_of((self._stated_unit(role, c) or c.meaning.unit
+                        for role, c in choice.roles.items()),
+                       PRISMATIC if 'kind=prismatic' in self.settings else ROTARY)
+
+    def _block(self, role: str, candidate: Candidate, choice: Choice, key: str) -> dict[str, Any]:
+        """Return the block of a signal: its column, unit and scale, or a question about them."""
+        meaning, quantity = candidate.meaning, kind_of(role).quantity
+        column = self.columns[candidate.column]
+        block: dict[str, Any] = {'column': candidate.column}
+        unit = self._stated_unit(role, candidate) or meaning.unit
+        axis = self._axis(choice)
+        if unit and unit not in units_of(quantity, axis, 'input'):
+            if not meaning.unit or unit != meaning.unit:
+                raise InputError(f'--unit: {meaning.label}: {unit}, expected a unit of {quantity} '
+                                 f'on a {axis} axis: {", ".join(units_of(quantity, axis))}')
+            unit = ''
+        values = candidate.values[np.isfinite(candidate.values)]
+        span = float(np.ptp(values)) if len(values) else 0.0
+        coarse = span > COARSE and bool((values == np.floor(values)).all())
+        if not unit and quantity == EFFORT and meaning.is_input and role != 'reference_torque':
+            usual = next((u for w, u in vocabulary()['inputs'].items() if w in meaning.words), '')
+            unit = 'counts' if coarse else usual or '1'
+        elif not unit and quantity == POSITION and coarse:
+            unit = 'counts'
+            self.assumptions.append(f'{meaning.label}: whole numbers, so counts.')
+        elif not unit and quantity == POSITION and span > WIDE and axis == ROTARY and not {
+                'unit', 'positions'} & {question.topic for question in self.questions}:
+            self._ask('unit', f'{meaning.label}: no unit in the file, and its range of {span:.4g} '
+                      'is wide for rad', '--unit position=deg (or turns, or rad)')
+        if unit:
+            block['unit'] = unit
+        if column.factor != 1.0 and unit == column.unit:
+            block['scale'] = column.factor
+        if coarse and not self._stated(f'{key}.bits') and values.min() >= 0:
+            for bits in (16, 32):
+                half = 2.0 ** (bits - 1)
+                jumps = np.abs(np.diff(values)) > half
+                if values.max() < 2 * half and jumps.any():
+                    self._ask('bits', f'{meaning.label}: whole numbers that jump between 0 and '
+                              f'{2 * half:.0f}', f'--set {key}.bits={bits} if they are signed '
+                              'integers')
+        self.units[candidate.column] = unit
+        return block
+
+    def _constant_of(self, block: dict[str, Any], candidate: Candidate, joint: str, key: str
+                     ) -> None:
+        """Add the constant that makes an effort a torque to its `block`, or ask for it."""
+        unit = block.get('unit', '')
+        if unit not in units_of(EFFORT, 'input') or any(self._stated(f'{key}.{name}') for name in (
+                'torque_constant', 'scale')):
+            return
+        constant = self.constants.get(joint, next(iter(self.constants.values()), None))
+        if constant is not None:
+            block['torque_constant'] = constant
+            self.used.add('--torque-constant')
+        elif self.needs_constants:
+            per = 'count' if unit in COUNTS else 'A' if unit in ('A', 'mA') else 'full scale'
+            self._ask('constant', f'{candidate.meaning.stem}: {unit}, and no constant in the file '
+                      f'that makes it N m (or N)', f'--torque-constant K (N m per {per}, or '
+                      'K1,K2,... of each joint; 1 keeps it, for a model with torque_constant), or '
+                      '--use effort=none')
+
+    def _counts(self, block: dict[str, Any], candidate: Candidate, axis: str, key: str) -> None:
+        """Add the resolution of an encoder in counts to its `block`, or ask for it."""
+        if block.get('unit') not in COUNTS or any(self._stated(f'{key}.{name}') for name in (
+                'counts_per_rev', 'scale')):
+            return
+        if self.answers.counts and axis == ROTARY:
+            block['counts_per_rev'] = self.answers.counts
+            self.used.add('--counts-per-turn')
+            return
+        self._ask('counts', f'{candidate.meaning.stem}: counts, and no resolution in the file',
+                  f'--set {key}.scale=M (m per count)' if axis == PRISMATIC else
+                  f'--counts-per-turn N, or --set {key}.counts_per_rev=N')
+
+    def _of_joint(self, choice: Choice, t: Array) -> dict[str, dict[str, Any]]:
+        """Return the blocks of the signals of a robot's joint."""
+        blocks: dict[str, dict[str, Any]] = {}
+        for name, roles in OF_ROBOT:
+            role = next((role for role in roles if role in choice.roles), None)
+            if role is None:
+                continue
+            candidate, key = choice.roles[role], f'joints.{choice.joint}.{name}'
+            block = blocks[name] = self._block(role, candidate, choice, key)
+            if name == 'effort':
+                self._constant_of(block, candidate, choice.joint, key)
+            else:
+                self._counts(block, candidate, self._axis(choice), key)
+        if 'unit' in blocks.get('position', {}) and 'setpoint' in blocks:
+            blocks['setpoint'].setdefault('unit', blocks['position']['unit'])
+            if blocks['position'].get('counts_per_rev'):
+                blocks['setpoint'].setdefault('counts_per_rev',
+                                              blocks['position']['counts_per_rev'])
+        self._contradicted_velocity(blocks, choice, t, 'position', 'velocity')
+        return blocks
+
+    def _of_drive(self, data: dict[str, Any], choice: Choice, t: Array
+                  ) -> dict[str, dict[str, Any]]:
+        """Return the blocks of the signals of a drive."""
+        order = ('motor_position', 'arm_position')
+        blocks: dict[str, dict[str, Any]] = {}
+        for role in sorted(choice.roles, key=lambda name: (name not in order, order.index(
+                name) if name in order else 0)):
+            candidate, key = choice.roles[role], f'signals.{role}'
+            block = blocks[role] = self._block(role, candidate, choice, key)
+            if role == 'motor_effort':
+                self._constant_of(block, candidate, choice.joint, key)
+            elif role == 'reference_torque' and block.get('unit') in units_of(EFFORT, 'input'):
+                if not self._stated(f'{key}.scale'):
+                    self._ask('scale', f'{candidate.meaning.label}: {block["unit"]}, and no '
+                              'torque of one in the file', f'--set {key}.scale=K (N m per unit)')
+            elif kind_of(role).quantity != EFFORT and role != 'motor_setpoint':
+                self._counts(block, candidate, self._axis(choice), key)
+        position = next((role for role in order if role in blocks), None)
+        setpoint = blocks.get('motor_setpoint')
+        if setpoint is not None and position is not None:
+            if 'unit' in blocks[position]:
+                setpoint.setdefault('unit', blocks[position]['unit'])
+            if setpoint.get('unit') in COUNTS and 'counts_per_rev' in blocks[position]:
+                setpoint['counts_per_rev'] = blocks[position]['counts_per_rev']
+            elif setpoint.get('unit') in COUNTS and setpoint['unit'] != blocks[position].get(
+                    'unit'):
+                del blocks['motor_setpoint']
+                self.assumptions.append('The setpoint is in counts of no encoder that is used: '
+                                        'left out.')
+        for side in ('motor', 'arm'):
+            self._contradicted_velocity(blocks, choice, t, f'{side}_position', f'{side}_velocity')
+        if set(order) <= set(blocks):
+            self._ratio(data, blocks, choice)
+        return blocks
+
+    def _scale_of(self, block: Mapping[str, Any], quantity: str, axis: str) -> float | None:
+        """Return the factor of a block's column to SI, None: not known."""
+        factor, complete = unit_factor(block['unit'], quantity, axis) if 'unit' in block else \
+            (1.0, True)
+        if not complete:
+            factor = TURN / block['counts_per_rev'] if block.get('counts_per_rev') else np.nan
+        return float(factor * block.get('scale', 1.0)) if np.isfinite(factor) else None
+
+    def _contradicted_velocity(self, blocks: dict[str, dict[str, Any]], choice: Choice, t: Array,
+                               position: str, velocity: str) -> None:
+        """
+        Leave out a velocity without a unit that the derivative of the position contradicts.
+
+        blocks: of the joint. t: times [N], s. position, velocity: their names in blocks.
+        """
+        block = blocks.get(velocity)
+        if block is None or 'unit' in block or position not in blocks:
+            return
+        axis, own = self._axis(choice), blocks[position]
+        scale = self._scale_of(own, POSITION, axis)
+        per_second = f'{own["unit"]}/s' if own.get('unit') else ''
+        if per_second in units_of(VELOCITY, axis):
+            block['unit'] = per_second  # the unit of the position, per second
+        factor = self._scale_of(block, VELOCITY, axis)
+        by_column = {c.column: c.values for c in choice.roles.values()}
+        q, v = by_column[own['column']], by_column[block['column']]
+        valid = np.isfinite(q) & np.isfinite(v)
+        q, v, t = q[valid], v[valid], t[valid]
+        step = max(1, len(q) // 2000)
+        moved = np.abs(q[4 * step:] - q[:-4 * step]) / np.maximum(t[4 * step:] - t[:-4 * step],
+                                                                  1e-9)
+        if scale is None or factor is None or len(moved) < 10:
+            return
+        ratio = float(np.mean(np.abs(v)) * factor / max(np.mean(moved) * scale, 1e-12))
+        if not 1.0 / APART < ratio < APART:
+            label = next(c.meaning.stem for c in choice.roles.values()
+                         if c.column == block['column'])
+            choice.left[block['column']] = (f'no unit, and {ratio:.3g} times the derivative of '
+                                            f'the position: --unit {label}=UNIT')
+            del blocks[velocity]
+            role = next(r for r, c in choice.roles.items() if c.column == block['column'])
+            del choice.roles[role]
+
+    def _ratio(self, data: dict[str, Any], blocks: dict[str, dict[str, Any]], choice: Choice
+               ) -> None:
+        """Ask for the gear ratio and for a sign, where the two encoders do not move alike."""
+        roles = ('motor_position', 'arm_position')
+        scales = [self._scale_of(blocks[role], POSITION, self.kind) for role in roles]
+        motor, arm = (choice.roles[role].values for role in roles)
+        slope = robust_slope(arm, motor)
+        if slope is None:
+            return
+        if slope < 0.0 and not any(self._stated(f'signals.{role}.sign') for role in roles):
+            self._ask('sign', f'{choice.roles["arm_position"].meaning.label} runs against '
+                      f'{choice.roles["motor_position"].meaning.label}',
+                      '--set signals.arm_position.sign=-1 (or 1 if it does so)')
+        if scales[0] is None or scales[1] is None or self._stated('gear_ratio'):
+            return
+        ratio = abs(slope) * scales[0] / scales[1]
+        unit = next((name for name, factor in (('deg', 57.29578), ('turns', 1 / TURN), (
+            'mrad', 1e-3), ('deg', 1 / 57.29578), ('mrad', 1e3)) if abs(
+                ratio / factor - 1.0) < 0.03), '')
+        if unit:
+            self._ask('ratio', f'the motor moves {ratio:.4g} times as much as the arm, which '
+                      'looks like a unit', f'--unit motor={unit} (or arm), or --set gear_ratio=N')
+        elif abs(ratio - 1.0) > GEARED:
+            self._ask('ratio', f'the motor moves {ratio:.4g} times as much as the arm',
+                      f'--set gear_ratio={round(ratio) if ratio > 1.5 else 1} (1: both are at the '
+                      'output)')
+
+    def _grippers(self, data: dict[str, Any], choices: Sequence[Choice]) -> None:
+        """Ask for the unit of a gripper in percent among joints whose unit was stated."""
+        for choice in choices:
+            words = set(re.findall(r'[a-z]+', choice.joint.lower()))
+            role = next((r for r in ('motor_position', 'arm_position') if r in choice.roles), '')
+            if not words & vocabulary()['grippers'] or not role or choice.roles[
+                    role].meaning.unit:
+                continue
+            if self.answers.units.get(choice.joint) == NONE:
+                self.used.add(f'--unit {choice.joint}')
+                del data['joints'][choice.joint]
+                continue
+            values = choice.roles[role].values
+            if choice.joint not in self.answers.units and np.nanmin(values) >= 0.0 and \
+                    WIDE < np.nanmax(values) <= 100.0:
+                self._ask('gripper', f'{choice.joint}: from {np.nanmin(values):.3g} to '
+                          f'{np.nanmax(values):.3g}, maybe percent of its travel', '--unit '
+                          f'{choice.joint}=none (left out), or --unit {choice.joint}=deg (or m)')
+
+    def _blanks(self, data: dict[str, Any], time: FoundTime) -> None:
+        """Give each signal its own time where curves have their samples in different rows."""
+        blocks = [block for signals in (data.get('joints') or {'': data['signals']}).values()
+                  for block in signals.values()]
+        clocks = {self.columns[block['column']].clock for block in blocks}
+        if clocks != {''}:
+            values = [self.columns[clock].values for clock in clocks if clock]
+            if all(np.array_equal(values[0], other) for other in values):
+                return
+            for block in blocks:
+                clock = self.columns[block['column']].clock
+                block['time'] = {**time.block, **({'column': clock} if clock else {})}
+        elif time.named and any(np.isnan(self.columns[block['column']].values.astype(
+                float)).mean() > BLANK for block in blocks):
+            for block in blocks:
+                block['time'] = dict(time.block)
+            self.assumptions.append('Empty cells: each curve has its own samples; they are '
+                                    'interpolated onto those of the first signal.')
+
+    def _setpoints_beside(self, data: dict[str, Any], time: FoundTime) -> None:
+        """Add the setpoints of a robot in a file of their own to the mapping `data`, or ask."""
+        if any('setpoint' in joint for joint in data['joints'].values()):
+            return
+        path = self.table.path
+        states = states_beside(path, time, data['joints'])
+        if states and 'motor' not in self.answers.use:
+            self._ask('motor', f'setpoints by the name of the file, {states} beside it has '
+                      'the positions of the run', f'import {states}, or --use motor=COLUMN')
+        blocks = sibling_setpoints(path, time, data['joints'])
+        names = ', '.join(block['path'] for block in blocks)
+        if len(blocks) == 1:
+            data['second_file'] = blocks[0]
+            self.assumptions.append(f'Setpoints: {names} beside it, on the same clock.')
+        elif blocks:
+            self._ask('setpoint', f'{names}: setpoints of the same joints and time beside it',
+                      '--use setpoint=none, or second_file in a mapping (--map)')
+
+    def _require_effect(self, data: Mapping[str, Any], listed: Sequence[Meaning],
+                        choices: Sequence[Choice], time: FoundTime) -> None:
+        """Raise InputError: an answer was stated that nothing of `data` needs."""
+        answers = self.answers
+        roles = {name for choice in choices for role in choice.roles for name in _names_of(role)}
+        names = {*time.labels, 'time', *roles, *(
+            n for m in listed for n in (m.label, m.stem, m.joint))}
+        for name, unit in answers.units.items():
+            if name not in names and not self.questions:
+                raise InputError(f'--unit {name}={unit}: no such role, joint or column, expected '
+                                 f'one of {", ".join(sorted(filter(None, names)))[:400]}')
+        if self.questions:  # whose answers may need it
+            return
+        for option, value, why in (
+                ('--counts-per-turn', answers.counts, 'no signal is in counts'),
+                ('--torque-constant', answers.torque_constants, 'no effort needs one')):
+            if value and option not in self.used:
+                raise InputError(f'{option}: {why}, expected no such option')
+        if answers.episode is not None and 'segment' not in data['time']:
+            raise InputError(f'--episode {answers.episode}: no column tells episodes apart')
+
+    # --- table ----------------------------------------------------------------------------------
+    def _rows(self, listed: Sequence[Meaning], choices: Sequence[Choice], time: FoundTime
+              ) -> list[tuple[str, str, str, str]]:
+        """Return a line for each column; of joints that are alike one for all of them."""
+        rows = [(', '.join(time.labels) or 'none', 'time', f'{time.block["rate"]:g} Hz'
+                 if 'rate' in time.block else str(time.block.get('unit', 's')), 'given'
+                 if not time.named else time.remarks[0].partition(', ')[2])]
+        by_column = {c.column: (choice, role) for choice in choices
+                     for role, c in choice.roles.items()}
+        unused = {column: why for choice in choices for column, why in choice.left.items()}
+        families: dict[tuple[str, ...], tuple[str, list[str]]] = {}
+        for meaning in listed:
+            choice, role = by_column.get(meaning.label, (None, ''))
+            unit = meaning.unit
+            if choice is not None:
+                unit = self.units.get(meaning.label) or unit or SI[self._axis(choice)][
+                    kind_of(role).quantity]
+                unit += '' if meaning.stated else '?'
+                why = choice.reasons[role]
+            else:
+                why = unused.get(meaning.label) or (
+                    'no joint in its name' if choices[0].joint and not meaning.joint and (
+                        meaning.quantity in (POSITION, VELOCITY, EFFORT)) else
+                    f'{meaning.source} {meaning.quantity}'.strip() or 'nothing of a joint')
+            alike = re.sub(rf'\b{re.escape(meaning.joint)}\b', '', why) if meaning.joint else why
+            families.setdefault((meaning.stem, role, unit, alike), (why, []))[1].append(
+                meaning.label)
+        for (_, role, unit, _), (why, labels) in families.items():
+            rows.append((labels[0] if len(labels) == 1 else f'{labels[0]} ... {labels[-1]}', role,
+                         unit, why))
+        return rows
+
+
+def robust_slope(x: Array, y: Array) -> float | None:
+    """Return the slope of y [N] over x [N] that half of all pairs agree on, None: no motion."""
+    valid = np.isfinite(x) & np.isfinite(y)
+    x, y = x[valid], y[valid]
+    if len(x) < 20 or np.ptp(x) == 0.0 or np.ptp(y) == 0.0:
+        return None
+    order = np.argsort(x, kind='stable')
+    third = len(order) // 3
+    dx, dy = (values[order[-third:]] - values[order[:third]] for values in (x, y))
+    return float(np.median(dy[dx > 0.0] / dx[dx > 0.0])) if (dx > 0.0).any() else None
+
+
+def _names_of(role: str) -> list[str]:
+    """Return what --unit may call a role, the most special name first."""
+    return [role, *(name for name in ROLES if ROLES[name] == role), kind_of(role).quantity]
+
+
+def _renamed(table: Table, columns: str) -> Table:
+    """Return `table` with the names that the text `columns` gives all of its columns."""
+    if not columns:
+        return table
+    names: list[str] = []
+    for part in re.split(r',(?![^\[]*\])', columns):
+        match = re.fullmatch(r'\s*(.*?)\[(\d+)\]\s*(.*?)\s*', part)
+        if match and not 1 <= int(match[2]) <= MOST_JOINTS:
+            raise InputError(f'--columns: {part.strip()}, expected 1 to {MOST_JOINTS} in brackets')
+        names += [f'{match[1]}_{k + 1} {match[3]}'.strip() for k in range(int(match[2]))] \
+            if match else [part.strip()]
+    if len(names) != len(table.columns):
+        raise InputError(f'{table.path}: --columns names {len(names)} columns, expected '
+                         f'{len(table.columns)}, those of numbers: '
+                         f'{", ".join(c.name for c in table.columns)[:200]}')
+    return replace(table, named=True, columns=tuple(
+        replace(column, name=name, unit=unit_of_label(name)[1], factor=unit_of_label(name)[0])
+        for column, name in zip(table.columns, names) if name not in ('-', '')))

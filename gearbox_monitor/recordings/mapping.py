@@ -1,0 +1,393 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The mapping file: which columns of a recording are which signals of a drive or of a robot.
+
+A value of a signal is ``sign ((raw - zero) scale + offset)`` in its unit, which converts it to SI.
+A number may be ``{from_header: NAME, scale: 1.0}``: a number that the recording itself states.
+"""
+from collections.abc import Mapping as Table, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems
+from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.recordings.text import format_of, TextFormat
+from gearbox_monitor.recordings.units import (
+    axis_of, EFFORT, POSITION, PRISMATIC, ROTARY, TIME, unit_factor, units_of, VELOCITY)
+
+TURN = 6.283185307179586
+CODINGS = ('twos_complement', 'sign_magnitude')
+STAMPS = ('recorded', 'even')
+FROM_HEADER = 'from_header'
+KEYS = ('description', 'kind', 'gear_ratio', 'time', 'signals', 'joints', 'text', 'second_file')
+
+
+class SignalKind(NamedTuple):
+    """Quantity of a signal, whether it is an effort of the motor, or on the motor's side."""
+
+    quantity: str
+    motor_effort: bool
+    motor_side: bool
+
+
+SIGNALS = {
+    'motor_position': SignalKind(POSITION, False, True),
+    'motor_velocity': SignalKind(VELOCITY, False, True),
+    'motor_setpoint': SignalKind(POSITION, False, True),
+    'motor_effort': SignalKind(EFFORT, True, True),
+    'arm_position': SignalKind(POSITION, False, False),
+    'arm_velocity': SignalKind(VELOCITY, False, False),
+    'arm_effort': SignalKind(EFFORT, False, False),
+    'reference_torque': SignalKind(EFFORT, False, False),
+}
+JOINT_SIGNALS = {  # of a robot, all of them as the joint itself has them
+    'position': SignalKind(POSITION, False, False),
+    'velocity': SignalKind(VELOCITY, False, False),
+    'effort': SignalKind(EFFORT, True, False),
+    'setpoint': SignalKind(POSITION, False, False),
+}
+
+
+@dataclass(frozen=True)
+class TimeMapping:
+    """
+    Column of the time of a sample, or the constant `rate` (Hz) of a recording without time.
+
+    unit: of time, or 'iso8601'. nanosec: column of the nanoseconds that are added. segment: column
+    whose value changes where another recording begins, with its own time; only: its value in the
+    rows that are read. stamps: 'even' lays an even grid through them.
+    """
+
+    column: int | str | None = None
+    unit: str = 's'
+    scale: float = 1.0
+    rate: float | None = None
+    nanosec: int | str | None = None
+    segment: int | str | None = None
+    only: int | str | None = None
+    stamps: str = STAMPS[0]
+
+
+@dataclass(frozen=True)
+class SignalMapping:
+    """
+    One signal of the recording; `column` counts from 1 or is a name.
+
+    time: its own, where it was not sampled together with the others. unit_scale: of `unit`, to SI.
+    complete: the unit says what a value is, no constant of a model is needed.
+    """
+
+    column: int | str
+    scale: float = 1.0
+    offset: float = 0.0
+    counts_per_rev: float | None = None
+    torque_constant: float = 1.0
+    sign: int = 1
+    zero: float | str = 0.0
+    bits: int | None = None
+    coding: str = CODINGS[0]
+    unit: str = ''
+    time: TimeMapping | None = None
+    unit_scale: float = 1.0
+    complete: bool = True
+
+    def factor(self) -> float:
+        """Return the factor from the unit of `scale` to SI units."""
+        rev = TURN / self.counts_per_rev if self.counts_per_rev else 1.0
+        return self.sign * self.unit_scale * rev * self.torque_constant
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """
+    A checked mapping; `data` is its content as plain values, `source` its path.
+
+    joints: of a robot; their signals are called 'JOINT:QUANTITY'. second: the file beside the
+    first with further signals, (path, lag or 'estimated', its mapping).
+    """
+
+    source: str
+    data: Table[str, Any]
+    time: TimeMapping
+    signals: Table[str, SignalMapping]
+    kind: str = ROTARY
+    gear_ratio: float = 1.0
+    text: TextFormat = TextFormat()
+    joints: tuple[str, ...] = ()
+    second: 'tuple[str, float | str, Mapping] | None' = field(default=None)
+
+    def kind_of(self, name: str) -> SignalKind:
+        """Return the SignalKind of the signal `name`."""
+        return kind_of(name)
+
+
+def kind_of(name: str) -> SignalKind:
+    """Return the SignalKind of the signal `name`, 'JOINT:QUANTITY' of a robot."""
+    return JOINT_SIGNALS[name.rpartition(':')[2]] if ':' in name else SIGNALS[name]
+
+
+def key_of(name: str) -> str:
+    """Return the key of the signal `name` in a mapping."""
+    joint, colon, quantity = name.rpartition(':')
+    return f'joints.{joint}.{quantity}' if colon else f'signals.{name}'
+
+
+def load_mapping(name: str | Path, settings: Sequence[str] = ()) -> tuple[dict[str, Any], str]:
+    """
+    Return (content, path) of the mapping `name`: a file or a packaged mapping.
+
+    Args:
+        name: of it.
+        settings: ``KEY=VALUE`` that replace values.
+
+    Raises:
+        InputError: there is none, or it is no YAML.
+    """
+    path = Path(name)
+    if not path.is_file():
+        try:
+            path = config_path(f'import/{name}.yaml')
+        except InputError:
+            packaged = sorted(p.stem for p in config_path('import/emps.yaml').parent.glob(
+                '*.yaml'))
+            raise InputError(f'--map: {str(name)!r}, expected a mapping file or one of '
+                             f'{", ".join(packaged)}') from None
+    return with_settings(load_yaml(path).content, settings), str(path)
+
+
+def with_settings(data: Any, settings: Sequence[str]) -> Any:
+    """Return a copy of `data` with the values of the ``KEY=VALUE`` in `settings`."""
+    result = deepcopy(data)
+    for setting in settings:
+        key, equals, text = setting.partition('=')
+        if not equals or not key:
+            raise InputError(f'--set: {setting!r}, expected KEY=VALUE such as '
+                             'signals.arm_position.zero=12')
+        value: Any = {'true': True, 'false': False}.get(text, text)
+        for kind in (float, int):
+            try:
+                value = kind(text)
+            except ValueError:
+                continue
+        *parts, last = key.split('.')
+        target = result
+        for part in parts:
+            target = target.setdefault(part, {}) if isinstance(target, dict) else None
+        if not isinstance(target, dict):
+            raise InputError(f'--set: {setting!r}, expected a dotted key of the mapping')
+        target[last] = value
+    return result
+
+
+def text_of(data: Any, source: str) -> TextFormat:
+    """Return what the mapping `data` states of a text. Raises InputError."""
+    expect_keys(data, 'mapping', source, KEYS, whole=True)
+    return format_of(data.get('text', {}), source)
+
+
+def mapping_of(data: Any, source: str, header: Table[str, float], beside: str = '') -> Mapping:
+    """
+    Return the checked Mapping.
+
+    Args:
+        data: plain values, as in the mapping file.
+        source: name of the mapping in messages.
+        header: numbers that the recording states, for references.
+        beside: the keys of what a second file stands in, '' for the first file.
+
+    Raises:
+        InputError: it names all keys with a wrong value.
+    """
+    text = text_of(data, source)
+    data = _with_header(data, header, source)
+    if ('joints' in data) == ('signals' in data):
+        raise InputError(f'{source}: joints: expected either signals of a drive or joints of a '
+                         'robot')
+    if 'time' not in data:
+        raise InputError(f'{source}: time: missing, expected keys and values')
+    kind = expect_choice(data.get('kind', ROTARY), 'kind', source, (ROTARY, PRISMATIC))
+    problems = Problems()
+    values: dict[str, Any] = {}
+    with problems:
+        values['gear_ratio'] = _number(data.get('gear_ratio', 1.0), 'gear_ratio', source,
+                                       nonzero=True)
+    with problems:
+        values['time'] = _time(data['time'], source)
+    blocks = _blocks(data, source, problems)
+    signals: dict[str, SignalMapping] = {}
+    for name, block in blocks.items():
+        with problems:
+            joint = name.rpartition(':')[0]
+            axis = kind if ':' not in name else axis_of((
+                str(other['unit']) for key, other in blocks.items() if key.rpartition(':')[0]
+                == joint and isinstance(other, dict) and 'unit' in other), kind)
+            signals[name] = _signal(name, block, source, axis)
+    if 'joints' in data and 'gear_ratio' in data:
+        problems.found.append(f'{source}: gear_ratio: stated for joints, expected signals of the '
+                              'joints themselves')
+    if 'second_file' in data:
+        with problems:
+            values['second'] = _second_file(data, signals, source, header)
+    problems.raise_all()
+    second = values.get('second')
+    if not beside and not any(kind_of(name).quantity != EFFORT and not name.endswith('setpoint')
+                              for name in (*signals, *(second[2].signals if second else ()))):
+        raise InputError(f'{source}: signals: no position, expected motor_position, arm_position '
+                         'or both, or a velocity')
+    return Mapping(source, data, signals=signals, kind=kind, text=text, joints=tuple(
+        map(str, data.get('joints', ()))), **values)
+
+
+def _with_header(data: Any, header: Table[str, float], source: str) -> Any:
+    """Return a copy of `data` with the numbers of the `header` that it refers to."""
+    if not isinstance(data, dict):
+        return data
+    result: dict[str, Any] = {}
+    for key, value in data.items():
+        if isinstance(value, dict) and FROM_HEADER in value:
+            name, scale = value[FROM_HEADER], value.get('scale', 1.0)
+            if not isinstance(name, str) or set(value) - {FROM_HEADER, 'scale'}:
+                raise InputError(f'{source}: {key}: {value!r}, expected {{{FROM_HEADER}: NAME, '
+                                 'scale: NUMBER}')
+            if name not in header:
+                raise InputError(f'{source}: {key}: no number {name!r} in the header of the '
+                                 'recording, expected one of '
+                                 f'{", ".join(sorted(header))[:200] or "none"}')
+            value = header[name] * _number(scale, f'{key}.scale', source)
+        result[key] = _with_header(value, header, source)
+    return result
+
+
+def _blocks(data: Table[str, Any], source: str, problems: Problems) -> dict[str, Any]:
+    """Return {name of the signal: its block} of a mapping."""
+    if 'signals' in data:
+        with problems:
+            expect_keys(data['signals'], 'signals', source, SIGNALS)
+            return dict(data['signals'])
+        return {}
+    blocks: dict[str, Any] = {}
+    for joint, signals in data['joints'].items() if isinstance(data['joints'], dict) else ():
+        with problems:
+            expect_keys(signals, f'joints.{joint}', source, JOINT_SIGNALS)
+            blocks.update({f'{joint}:{name}': block for name, block in signals.items()})
+    if not blocks:
+        problems.found.append(f'{source}: joints: {str(data["joints"])[:40]!r}, expected signals '
+                              'by joint')
+    return blocks
+
+
+def _second_file(data: Table[str, Any], first: Table[str, SignalMapping], source: str,
+                 header: Table[str, float]) -> tuple[str, float | str, Mapping]:
+    """Return the second file of a mapping; axis and gear ratio are those of the first."""
+    block = data['second_file']
+    expect_keys(block, 'second_file', source, ('path', 'lag', *KEYS[:-1]))
+    path, lag = block.get('path'), block.get('lag')
+    if not isinstance(path, str) or not path or Path(path).name != path:
+        raise InputError(f'{source}: second_file.path: {path!r}, expected the name of a file '
+                         'beside the first')
+    if lag != 'estimated':
+        lag = _number(lag, 'second_file.lag', source, also="(s) or 'estimated'")
+    inner = {**{key: data[key] for key in ('kind', 'gear_ratio') if key in data},
+             **{key: value for key, value in block.items() if key not in ('path', 'lag')}}
+    mapping = mapping_of(inner, f'{source}: second_file', header, 'second_file')
+    both = set(mapping.signals) & set(first)
+    if both or not mapping.signals:
+        raise InputError(f'{source}: second_file.signals: {", ".join(sorted(both)) or "none"}, '
+                         'expected signals that the first file does not have')
+    return path, lag, mapping
+
+
+def _time(block: Any, source: str, where: str = 'time') -> TimeMapping:
+    expect_keys(block, where, source, [f.name for f in fields(TimeMapping)])
+    if 'rate' in block:
+        for key in ('column', 'scale', 'unit'):
+            if key in block:
+                raise InputError(f'{source}: {where}.{key}: with {where}.rate, expected one of '
+                                 'the two')
+        rate = _number(block['rate'], f'{where}.rate', source, positive=True)
+        if not 1e-3 <= rate <= 1e6:
+            raise InputError(f'{source}: {where}.rate: {rate:g}, expected 0.001 to 1e6 Hz')
+    else:
+        _column(block.get('column'), f'{where}.column', source)
+    for key in ('nanosec', 'segment'):
+        if key in block:
+            _column(block[key], f'{where}.{key}', source)
+    if 'only' in block and ('segment' not in block or not isinstance(block['only'], (int, str))):
+        raise InputError(f'{source}: {where}.only: {block["only"]!r}, expected a whole number '
+                         'or a name, with segment')
+    expect_choice(block.get('stamps', STAMPS[0]), f'{where}.stamps', source, STAMPS)
+    _number(block.get('scale', 1.0), f'{where}.scale', source, positive=True)
+    expect_choice(block.get('unit', 's'), f'{where}.unit', source, (*units_of(TIME), 'iso8601'))
+    return TimeMapping(**block)
+
+
+def _signal(name: str, block: Any, source: str, axis: str) -> SignalMapping:
+    quantity, motor_effort, _ = kind_of(name)
+    where = key_of(name)
+    allowed = ['column', 'scale', 'offset', 'sign', 'zero', 'bits', 'coding', 'unit', 'time']
+    allowed += ['counts_per_rev'] if quantity != EFFORT and axis == ROTARY else []
+    allowed += ['torque_constant'] if motor_effort else []
+    expect_keys(block, where, source, allowed)
+    _column(block.get('column'), f'{where}.column', source)
+    for key in ('scale', 'counts_per_rev', 'torque_constant'):
+        if key in block:
+            _number(block[key], f'{where}.{key}', source, positive=True)
+    if block.get('sign', 1) not in (1, -1):
+        raise InputError(f'{source}: {where}.sign: {block["sign"]!r}, expected 1 or -1')
+    _number(block.get('offset', 0.0), f'{where}.offset', source)
+    if block.get('zero') != 'first':
+        _number(block.get('zero', 0.0), f'{where}.zero', source, also="or 'first'")
+    bits = block.get('bits', 16)
+    if isinstance(bits, bool) or not isinstance(bits, int) or not 2 <= bits <= 52:
+        raise InputError(f'{source}: {where}.bits: {bits!r}, expected an integer from 2 to 52')
+    expect_choice(block.get('coding', CODINGS[0]), f'{where}.coding', source, CODINGS)
+    if 'coding' in block and 'bits' not in block:
+        raise InputError(f'{source}: {where}.bits: missing, expected the bits of this coding')
+    values = dict(block)
+    if 'unit' in block:
+        values['unit_scale'], values['complete'] = _unit(block, where, source, quantity, axis)
+    if 'time' in block:
+        values['time'] = _time(block['time'], source, f'{where}.time')
+    return SignalMapping(**values)
+
+
+def _unit(block: Table[str, Any], where: str, source: str, quantity: str, axis: str
+          ) -> tuple[float, bool]:
+    """Return (factor to SI, whether the unit and its constants make SI) of a block's unit."""
+    if not isinstance(block['unit'], str):
+        raise InputError(f'{source}: {where}.unit: {block["unit"]!r}, expected text')
+    try:
+        factor, complete = unit_factor(block['unit'], quantity, axis)
+    except InputError as error:
+        raise InputError(f'{source}: {where}.unit: {error}') from None
+    second = [key for key in ('counts_per_rev', 'torque_constant') if key in block]
+    if complete and second:
+        raise InputError(f'{source}: {where}.{second[0]}: with unit {block["unit"]!r}, expected '
+                         'one of the two')
+    if not complete and not second and quantity != EFFORT and 'scale' not in block:
+        raise InputError(f'{source}: {where}.unit: {block["unit"]!r} needs a factor to SI, '
+                         'expected counts_per_rev or scale')
+    return factor, complete or bool(second) or 'scale' in block
+
+
+def _column(column: Any, where: str, source: str) -> None:
+    """Check the `column` that the key `where` names."""
+    if isinstance(column, bool) or not (isinstance(column, str) and column or isinstance(
+            column, int) and column >= 1):
+        raise InputError(f'{source}: {where}: {column!r}, expected the name of a column or a '
+                         'number from 1')
+
+
+def _number(value: Any, name: str, source: str, positive: bool = False, nonzero: bool = False,
+            also: str = '') -> float:
+    finite = isinstance(value, (int, float)) and not isinstance(value, bool)
+    finite = finite and -1e100 < value < 1e100
+    if not finite or (positive and value < 1e-100) or (nonzero and abs(value) < 1e-100):
+        bound = ' > 0' if positive else ' other than 0' if nonzero else ''
+        raise InputError(f'{source}: {name}: {value!r}, expected a number{bound} {also}'.rstrip())
+    return float(value)

@@ -1,0 +1,113 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Open a recording of any kind, as a bag: the one way in of all commands."""
+from dataclasses import dataclass
+from pathlib import Path
+
+from gearbox_monitor.bag.read import BagReader, FORMATS, is_ros1, open_bag, ROS1
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import open_file
+from gearbox_monitor.interfaces.signals import JOINT_STATES
+from gearbox_monitor.recordings.guess import Answers, Guess, guessed
+from gearbox_monitor.recordings.mapping import load_mapping, Mapping, mapping_of, text_of
+from gearbox_monitor.recordings.messages import converted_bag, needs_conversion
+from gearbox_monitor.recordings.siblings import file_in
+from gearbox_monitor.recordings.table import load_table, Table
+from gearbox_monitor.recordings.virtual_bag import bag_of_table
+
+MAGIC = (b'\x89MCAP0\r\n', b'SQLite format 3\x00', ROS1)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """
+    How a user says that a recording is read.
+
+    map: mapping file, or the name of a packaged one; settings: ``KEY=VALUE`` that replace values
+    of it; answers: to the questions of a guess, where there is no mapping.
+    """
+
+    map: str = ''
+    settings: tuple[str, ...] = ()
+    answers: Answers = Answers()
+
+
+def is_bag(path: Path) -> bool:
+    """Return whether `path` is a ROS bag: a folder with one, or a file of a ROS 1 or 2 bag."""
+    if path.is_dir():
+        return any(file.name == 'metadata.yaml' or any(part in FORMATS for part in file.suffixes)
+                   for file in path.iterdir())
+    if any(part in FORMATS for part in path.suffixes):
+        return True
+    try:
+        with open_file(path) as stream:
+            return stream.read(16).startswith(MAGIC)
+    except OSError:
+        return False
+
+
+def open_recording(path: str | Path, reading: Reading = Reading(), topic: str = '',
+                   constants: bool = False) -> BagReader:
+    """
+    Return a recording of any kind as a bag.
+
+    Args:
+        path: of a bag, a table or a folder with one of them.
+        reading: how the user says that it is read.
+        topic: of the joint states, where a bag has to be converted; '' for the usual one.
+        constants: whether a current needs a constant here; a model may have it.
+
+    Raises:
+        InputError: it cannot be read; Undecided: something about it is open.
+    """
+    path, topic = Path(path), '' if topic == JOINT_STATES else topic
+    if not path.exists():
+        raise InputError(f'{path}: no such file or directory, expected a recording')
+    if is_bag(path):
+        return _opened_bag(path, reading, topic)
+    table, mapping, _ = read_mapping(path, reading, constants)
+    return bag_of_table(table, mapping)
+
+
+def _opened_bag(path: Path, reading: Reading, topic: str) -> BagReader:
+    stamps = reading.answers.stamps or 'recorded'
+    if reading.map or reading.settings or reading.answers != Answers(stamps=reading.answers.stamps):
+        raise InputError(f'{path}: a bag, which states what its columns are, expected no --map, '
+                         '--set, --use, --unit and the like')
+    if is_ros1(path) or stamps != 'recorded':
+        return converted_bag(path, topic, stamps)
+    reader = open_bag(path)
+    if not needs_conversion(reader):
+        return reader
+    reader.close()
+    return converted_bag(path, topic)
+
+
+def read_mapping(path: Path, reading: Reading = Reading(), constants: bool = True
+                 ) -> tuple[Table, Mapping, Guess | None]:
+    """
+    Return (table, how it is read, what was guessed of it, None with a mapping) of a file that is no bag.
+
+    Args:
+        path: of the file, or of a folder with one.
+        reading: how the user says that it is read.
+        constants: whether a current needs a constant here.
+
+    Raises:
+        InputError: it cannot be read; Undecided: something about it is open.
+    """
+    path = file_in(path)
+    if reading.map:
+        if reading.answers != Answers():
+            raise InputError('--map: with --use, --unit and the like, expected --set KEY=VALUE of '
+                             'the mapping, or no --map')
+        data, source = load_mapping(reading.map, reading.settings)
+        table = load_table(path, text_of(data, source))
+        return table, mapping_of(data, source, table.header), None
+    if reading.answers.stamps == 'received':
+        raise InputError(f'--stamps received: {path} is no bag, expected recorded or even')
+    table = load_table(path)
+    guess = guessed(table, reading.settings, reading.answers, constants)
+    guess.require_answers()
+    return table, mapping_of(guess.data, f'guess of {path.name}', table.header), guess

@@ -1,0 +1,229 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The Recording of a drive or of a robot, from an open recording of any kind."""
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+import re
+
+import numpy as np
+
+from gearbox_monitor.bag.joint_input import find_input, find_topic, topics_called
+from gearbox_monitor.bag.read import BagReader
+from gearbox_monitor.balance.robot_log import CURRENT, raw_log, RawLog, SETPOINT, TORQUE
+from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.recordings.units import EFFORT, units_of
+from gearbox_monitor.signals.recording import (
+    ARM, CURRENT as OF_CURRENT, JointSignals, MOTOR, Recording, UNKNOWN)
+
+SETPOINTS = 'joint_setpoints'
+ANY = '*'  # in place of a joint: all of them, with a prefix in the log
+NO_SERVO = 'the model has none'
+NEEDED = 'setpoints need position actuators of all joints in the model, or gains in --values'
+STILL = 'of a joint that stands still, its position: locked in --values'
+UNSIGNED = 'no value is below 0: sizes without a direction'
+HINT = '--recorded NAME=LOGNAME maps a name'
+
+
+def drive_recording(reader: BagReader, topic: str, motor: str, arm: str, setpoint: str = ''
+                    ) -> Recording:
+    """
+    Return the Recording of a drive.
+
+    Args:
+        reader: of it.
+        topic: of its joint states, see find_input.
+        motor: joint of the motor.
+        arm: joint of the arm; '' for none.
+        setpoint: joint whose position is the setpoint; '' for none.
+
+    Raises:
+        InputError: there is no such topic or joint.
+    """
+    topic = find_input(reader, topic).topic
+    names = [motor, arm, *([setpoint] if setpoint else [])]
+    states = reader.joint_states(topic, names)
+    rows = np.flatnonzero(states.named.any(axis=1))
+    whole = len(rows) == len(states.stamp_ns)
+    stamps = states.stamp_ns if whole else states.stamp_ns[rows]
+    position, velocity, effort = (x if whole else x[rows] for x in (
+        states.position, states.velocity, states.effort))
+    joints = {motor: JointSignals(
+        stamps, position[:, 0], velocity[:, 0], position[:, 2] if setpoint else None,
+        effort[:, 0], side=MOTOR, effort_is=_kind(reader, motor))}
+    if arm:
+        joints[arm] = JointSignals(stamps, position[:, 1], velocity[:, 1], effort=effort[:, 1],
+                                   side=ARM, measured=True)
+    return Recording(str(reader.path), joints, [reader.notice] if reader.notice else [])
+
+
+def _kind(reader: BagReader, joint: str) -> str:
+    """Return what the effort of a joint is, one of signals.recording.EFFORTS."""
+    unit = reader.effort_units.get(joint, '')
+    return OF_CURRENT if unit in units_of(EFFORT, 'input') else UNKNOWN
+
+
+def robot_recording(reader: BagReader, topic: str, joints: Sequence[str]) -> Recording:
+    """
+    Return the Recording of `joints` of a robot; setpoints hold until the next one.
+
+    Args:
+        reader: of it.
+        topic: of its joint states.
+        joints: names in the recording.
+
+    Raises:
+        InputError: there is no such topic or joint.
+    """
+    topic = find_topic(reader, topic)
+    states = reader.joint_states(topic, joints)
+    setpoints: dict[str, Array] = {}
+    others = [name for name in topics_called(reader, SETPOINTS) if name != topic]
+    if others:
+        named = [joint for joint in joints if joint in reader.joint_names(others[0])]
+        goal = reader.joint_states(others[0], named)
+        for joint, x in zip(named, goal.position.T):
+            good = np.isfinite(x)
+            order = np.argsort(goal.stamp_ns[good], kind='stable')
+            row = np.searchsorted(goal.stamp_ns[good][order], states.stamp_ns, 'right') - 1
+            setpoints[joint] = np.concatenate([[np.nan], x[good][order]])[row + 1]
+    return Recording(reader.path.name, {joint: JointSignals(
+        states.stamp_ns, states.position[:, k], states.velocity[:, k], setpoints.get(joint),
+        states.effort[:, k], effort_is=_kind(reader, joint)) for k, joint in enumerate(joints)},
+        [reader.notice] if reader.notice else [])
+
+
+# --- names --------------------------------------------------------------------------------------
+def names_in_log(path: str, present: Sequence[str], joints: Sequence[str],
+                 recorded: Mapping[str, str], serial: bool = True
+                 ) -> tuple[dict[str, str], list[str]]:
+    """
+    Return ({joint of the model: its name in the log}, notes about what was assumed).
+
+    Args:
+        path: of the log, for messages.
+        present: names in the log.
+        joints: of the model, in the order of a chain.
+        recorded: {joint: its name in the log} as stated; ANY: a prefix of all names.
+        serial: whether the joints are one chain, so that numbers count from its base.
+
+    Raises:
+        InputError: the log has some of the joints only.
+        Undecided: several prefixes fit.
+    """
+    prefix = recorded.get(ANY, '')
+    names = {joint: recorded.get(joint, prefix + joint) for joint in joints}
+    lacking = [joint for joint, name in names.items() if name not in present]
+    if not lacking:
+        return names, []
+    if not recorded:
+        fitting = {name.removesuffix(joints[0]) for name in present if name.endswith(joints[0])}
+        fitting = {p for p in fitting if p and all(p + joint in present for joint in joints)}
+        if len(fitting) == 1:
+            prefix = fitting.pop()
+            return {joint: prefix + joint for joint in joints}, [
+                f'the joints of the log begin with {prefix}, those of the model do not']
+        if fitting:
+            first = sorted(fitting)[0]
+            raise Undecided(f'{path}: {", ".join(sorted(fitting))}: {len(fitting)} robots with '
+                            f'these joints, expected one: --prefix {first}')
+        if numbers := _by_number(present, joints) if serial else {}:
+            why = 'a drive' if 'motor' in numbers.values() else \
+                'its joints have only numbers, taken from the base on'
+            return numbers, [f'{why}: ' + ', '.join(
+                f'{name} is {joint}' for joint, name in numbers.items())
+                + f' (others: {HINT})']
+    raise InputError(f'{path}: no {", ".join(lacking)} in the log, which has '
+                     f'{", ".join(present)[:200] or "none"}, expected all joints of the model '
+                     f'({HINT}); {STILL}')
+
+
+def _by_number(present: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
+    """
+    Return {joint: its name in a log whose joints have only numbers, one for each joint}, else {}.
+
+    The only joint of a robot is the motor in the bag of a drive.
+    """
+    if len(joints) == 1 and 'motor' in present:
+        return {joints[0]: 'motor'}
+    numbers = {int(match[1]): name for name in present
+               if (match := re.fullmatch(r'(?:joint_?|axis_?|[aj])?(\d+)', name))}
+    if len(numbers) != len(present) or set(present) & set(joints) or set(numbers) not in (
+            set(range(len(joints))), set(range(1, len(joints) + 1))):
+        return {}
+    return dict(zip(joints, (numbers[k] for k in sorted(numbers))))
+
+
+# --- the log of a robot -------------------------------------------------------------------------
+def unsigned(efforts: Array) -> bool:
+    """
+    Return whether `efforts` [N, J] are sizes: none is below 0, but one comes to 0 and rises again.
+
+    A joint may always push one way, against a weight; but then it does not turn around at 0.
+    """
+    return not (efforts < 0.0).any() and any((np.trim_zeros(x) == 0.0).any() for x in efforts.T)
+
+
+def robot_log(reader: BagReader, joints: Sequence[str], recorded: Mapping[str, str],
+              constants: Mapping[str, float] | None = None, no_servo: str = NO_SERVO,
+              topic: str = 'joint_states', locked: Mapping[str, float] | None = None,
+              serial: bool = True) -> RawLog:
+    """
+    Return the columns of a robot's recording that its model takes.
+
+    Args:
+        reader: of it.
+        joints: of the model.
+        recorded: {joint: its name in the log}, where they differ.
+        constants: torque per current, N m/A, of each joint; None where they are not known.
+        no_servo: why setpoints make no torque with the model, '' where they do.
+        topic: of the joint states.
+        locked: {joint that the model holds still: its position}; where the log has it is a note.
+        serial: whether the joints are one chain.
+
+    Raises:
+        InputError: the recording lacks a joint, or its torque.
+    """
+    path, locked = str(reader.path), locked or {}
+    topic = find_topic(reader, topic)
+    present = reader.joint_names(topic)
+    names, notes = names_in_log(path, present, joints, recorded, serial)
+    held = [joint for joint in locked if joint in present]
+    recording = robot_recording(reader, topic, [*names.values(), *held])
+    unused = [name for name in present if name not in (*names.values(), *held)]
+    if unused:
+        notes.append(f'joints that are not used: {", ".join(unused)[:200]}')
+    for joint in held:
+        q = recording[joint].position
+        if np.isfinite(q).any():
+            notes.append(f'{joint}: locked at {locked[joint]:g}; the log has it from '
+                         f'{np.nanmin(q):.3g} to {np.nanmax(q):.3g}')
+    signals = [recording[name] for name in names.values()]
+    efforts = np.column_stack([s.effort for s in signals])
+    has_effort = [s.has('effort') for s in signals]
+    has_setpoints = all(s.has('setpoint') for s in signals)
+    sizes = all(has_effort) and unsigned(efforts)
+    or_setpoints = ', or setpoints' + (f'; {NEEDED} ({no_servo})' if no_servo else '')
+    kind = CURRENT if any(s.effort_is == OF_CURRENT for s in signals) else TORQUE
+    if sizes and (no_servo or not has_setpoints):
+        raise InputError(f'{path}: effort: {UNSIGNED}, expected torques with their '
+                         f'sign{or_setpoints}')
+    if not all(has_effort) or sizes:
+        if no_servo or not has_setpoints:
+            without = [j for j, has in zip(joints, has_effort) if not has]
+            raise InputError(f'{path}: no effort of {", ".join(without)}, expected the torque of '
+                             f'all joints{or_setpoints}; {STILL}')
+        kind = SETPOINT
+        notes += [f'effort: {UNSIGNED}; the setpoints are used'] if sizes else []
+    elif has_setpoints:
+        notes.append('setpoints are recorded, too: the torques drive the model, they do not')
+    if kind == CURRENT and constants is not None:
+        lacking = [joint for joint in joints if joint not in constants]
+        if lacking:
+            raise InputError(f'{path}: torque_constants: none of {", ".join(lacking)}, expected '
+                             'N m/A of each joint')
+        notes.append('torque is current times its constant: masses come in the scale of the '
+                     'constants (m / K)')
+    raw = raw_log(recording, names, kind, constants)
+    return replace(raw, notes=(*raw.notes, *notes), measured=kind == CURRENT)

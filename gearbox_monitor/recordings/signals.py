@@ -1,0 +1,445 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Signals in SI units of a Table, as a Mapping reads it: in blocks, or all at once.
+
+Times become whole nanoseconds at once: a double resolves today's date to 256 ns only. Stamps are
+kept as they are recorded, repeated and unordered ones, too.
+"""
+from collections.abc import Callable, Iterable, Iterator, Mapping as Dict
+from dataclasses import dataclass, replace
+from datetime import timedelta
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+import re
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
+from gearbox_monitor.quality.stamps import evened
+from gearbox_monitor.recordings.clocks import estimated_lag, interpolated
+from gearbox_monitor.recordings.mapping import key_of, Mapping, SignalMapping, TimeMapping
+from gearbox_monitor.recordings.table import Block, load_table, MIN_SAMPLES, Table
+from gearbox_monitor.recordings.units import EFFORT, standard_unit, TIME, units_of
+
+FIRST_STAMP_NS = 1_000_000_000  # stamp 0 means "no stamp" to ROS and to the estimator
+EPOCH = 10 ** 18  # ns: a stamp from 2001 on is a date
+SHORTEST, LONGEST = 5e-6, 0.1  # s, sample times of drives: bus and servo rates
+PAUSE = 1_000_000_000  # ns between recordings in one file: longer than what a filter bridges
+LAST = 2 ** 31 * 1_000_000_000  # ns: the header of a message holds no later second
+EXACT = 2.0 ** 53  # ns from which on a double rounds
+LARGEST = 1e15     # of a value: no signal of a drive is beyond it
+ZONE = re.compile(r'\s*(Z|[+-]\d\d:?\d\d)$')
+
+
+@dataclass(frozen=True)
+class Signals:
+    """Stamps [N] in ns, values {name: float [N]} in SI units at them, NaN: not measured."""
+
+    stamp_ns: Integers
+    values: Dict[str, Array]
+    notes: tuple[str, ...] = ()
+
+
+def is_streamed(table: Table, mapping: Mapping) -> bool:
+    """Return whether `mapping` reads the text `table` block by block, without all of its rows."""
+    return (table.rows is not None and mapping.second is None and mapping.time.segment is None
+            and mapping.time.stamps == 'recorded'
+            and all(signal.time is None for signal in mapping.signals.values())
+            and not set(_integrated_names(mapping)))
+
+
+def signals_of(table: Table, mapping: Mapping) -> Signals:
+    """
+    Return the Signals of a recording, all on its first clock.
+
+    Args:
+        table: of the file.
+        mapping: how it is read.
+
+    Raises:
+        InputError: it names line or row, column, value and what was expected.
+    """
+    notes: list[str] = []
+    first, *further = [_one_clock(table, mapping, time, names, notes)
+                       for time, names in _clocks(mapping)]
+    _require_plausible(table.path, first.stamp_ns, mapping.time)
+    values = dict(first.values)
+    for part in further:
+        values.update(_at(table.path, first.stamp_ns, part, notes))
+    if mapping.second is not None:
+        values.update(_second_file(table.path, mapping, Signals(first.stamp_ns, values), notes))
+    for name, velocity in _integrated_names(mapping).items():
+        values[name] = _integrated(first.stamp_ns, values[velocity])
+        notes.append(f'{name}: integrated from {velocity}, from 0: its zero is arbitrary and an '
+                     'offset of the velocity makes it drift')
+    stamps = _begun(first.stamp_ns)
+    return Signals(stamps, values, (*table.notes, *notes, *_described(values, stamps)))
+
+
+def signal_blocks(table: Table, mapping: Mapping) -> Iterator[Signals]:
+    """Yield the Signals of a table that `is_streamed`, block by block. Raises InputError."""
+    zeros: dict[str, float] = {}
+    time, names = next(iter(_clocks(mapping)))
+    shift: int | None = None
+    for block, columns in _read(table, mapping, time, names):
+        stamps, rows = _stamps(table.path, block, columns, time, 0, mapping)
+        if not len(stamps):
+            continue
+        if shift is None:
+            shift = int(_begun(stamps[:1])[0] - stamps[0])
+        yield Signals(stamps + shift, {
+            name: _converted(table.path, mapping, name, block, columns[name], zeros)[rows]
+            for name in names})
+
+
+def _clocks(mapping: Mapping) -> list[tuple[TimeMapping, list[str]]]:
+    """Return [(time, names of its signals)]: first those of the common time."""
+    common = [name for name, signal in mapping.signals.items() if signal.time is None]
+    own = [(signal.time, [name]) for name, signal in mapping.signals.items()
+           if signal.time is not None]
+    return [*([(mapping.time, common)] if common else []), *own]
+
+
+def _read(table: Table, mapping: Mapping, time: TimeMapping, names: Iterable[str]
+          ) -> Iterator[tuple[Block, dict[str, str]]]:
+    """Yield (block, {signal, 'time', 'nanosec' or 'segment': column in it})."""
+    columns = {name: table.find(mapping.signals[name].column, f'{key_of(name)}.column')
+               for name in names}
+    texts = set()
+    for part in ('column', 'nanosec', 'segment'):
+        place = getattr(time, part)
+        if place is None:
+            continue
+        column = columns['time' if part == 'column' else part] = table.find(place, f'time.{part}')
+        if column.values.dtype.kind == 'U' or part != 'segment' and table.rows is not None and (
+                time.scale == 1.0 and time.unit != 'iso8601' and np.nanmax(np.abs(
+                    column.values), initial=0.0) * units_of(TIME)[
+                        'ns' if part == 'nanosec' else time.unit] > EXACT):
+            texts.add(column.name)
+    for name in set(columns) - {'time', 'nanosec', 'segment'}:
+        if columns[name].values.dtype.kind not in 'iuf':
+            raise InputError(f'{table.path}: column {columns[name].name} ({key_of(name)}): no '
+                             'numbers, expected a column of numbers')
+    numbers = {column.name for column in columns.values()} - texts
+    for block in table.blocks(numbers, texts):
+        yield block, {name: column.name for name, column in columns.items()}
+
+
+def _one_clock(table: Table, mapping: Mapping, time: TimeMapping, names: list[str],
+               notes: list[str]) -> Signals:
+    """Return the signals `names` of one clock."""
+    zeros: dict[str, float] = {}
+    stamps: list[Integers] = []
+    values: dict[str, list[Array]] = {name: [] for name in names}
+    segments: list[AnyArray] = []
+    count = 0
+    sparse = len(_clocks(mapping)) > 1
+    for block, columns in _read(table, mapping, time, names):
+        converted = {name: _converted(table.path, mapping, name, block, columns[name], zeros)
+                     for name in names}
+        part, rows = _stamps(table.path, block, columns, time, count, mapping)
+        count += len(block.numbers)
+        if sparse:  # empty cells where another curve has its samples
+            filled = np.any([np.isfinite(converted[name]) for name in names], axis=0)[rows]
+            part, rows = part[filled], rows[filled]
+        if 'segment' in columns:
+            own = block.values[columns['segment']][rows]
+            if time.only is not None:
+                part, rows = part[own == time.only], rows[own == time.only]
+                own = own[own == time.only]
+            segments.append(own)
+        stamps.append(part)
+        for name in names:
+            values[name].append(converted[name][rows])
+    all_stamps = np.concatenate(stamps) if stamps else np.empty(0, np.int64)
+    if len(all_stamps) < MIN_SAMPLES:
+        raise InputError(f'{table.path}: {len(all_stamps)} samples of {", ".join(names)[:200]}, '
+                         f'expected at least {MIN_SAMPLES}')
+    if segments:
+        all_stamps, note = in_one_line(all_stamps, np.concatenate(segments))
+        notes += note
+    if time.stamps == 'even':
+        all_stamps, note = even_stamps(table.path, all_stamps)
+        notes += note
+    if count - len(all_stamps) and not sparse and time.only is None:
+        notes.append(f'time: {count - len(all_stamps)} rows without a time are left out')
+    return Signals(all_stamps, {name: np.concatenate(parts) for name, parts in values.items()})
+
+
+# --- times --------------------------------------------------------------------------------------
+def _stamps(path: Path, block: Block, columns: Dict[str, str], time: TimeMapping, begun: int,
+            mapping: Mapping) -> tuple[Integers, Integers]:
+    """Return (stamps in ns, rows of `block` that have one); begun: rows before it."""
+    if time.rate is not None:
+        rows: Integers = np.arange(len(block.numbers))
+        return np.rint((rows + begun) * (1e9 / time.rate)).astype(np.int64), rows
+    raw = block.values[columns['time']]
+    if raw.dtype.kind == 'M':
+        rows = np.flatnonzero(~np.isnat(raw))
+    elif raw.dtype.kind == 'U':
+        rows = np.flatnonzero(raw != '')
+    else:
+        rows = np.flatnonzero(~np.isnan(raw.astype(float)))
+
+    def place(row: int, name: str = columns['time']) -> str:
+        return block.place(int(rows[row]), name)
+    stamps = absolute_ns(path, raw[rows], time, place)
+    if 'nanosec' in columns:
+        stamps = stamps + absolute_ns(path, block.values[columns['nanosec']][rows], replace(
+            time, unit='ns', scale=1.0), lambda row: place(row, columns['nanosec']))
+    return stamps, rows
+
+
+def absolute_ns(path: Path, raw: AnyArray, time: TimeMapping, place: Callable[[int], str]
+                ) -> Integers:
+    """
+    Return stamps, int64 [N], as whole nanoseconds of the recording's own clock.
+
+    Args:
+        path: of the recording, for messages.
+        raw: times [N] as recorded: numbers, texts or datetime64.
+        time: their unit and scale.
+        place: names the place of a row, for messages.
+
+    Raises:
+        InputError: a time is not a number or date, or outside the range of stamps.
+    """
+    def refused(row: int, ns: float) -> InputError:
+        return InputError(f'{path}: {place(row)}: {raw[row]}: stamp {ns * 1e-9:.9g} s, expected '
+                          'one > 0 and < 2^31 s (time.unit: ms, us or ns?)')
+    if raw.dtype.kind == 'M':
+        nanoseconds: Integers = raw.astype('M8[ns]').astype(np.int64)
+        return nanoseconds
+    if raw.dtype.kind == 'U':
+        stamps = []
+        for row, text in enumerate(raw.tolist()):
+            try:
+                stamps.append(_date_ns(text) if time.unit == 'iso8601' else _decimal_ns(
+                    text, units_of(TIME)[time.unit], time.scale))
+            except (ValueError, InvalidOperation):
+                expected = 'a date such as 2026-03-01T12:00:00.001' \
+                    if time.unit == 'iso8601' else 'a number'
+                raise InputError(f'{path}: {place(row)}: {text[:40]!r}, expected '
+                                 f'{expected}') from None
+            if not -LAST < stamps[-1] < LAST:
+                raise refused(row, stamps[-1])
+        return np.array(stamps, np.int64)
+    if time.unit == 'iso8601':
+        raise InputError(f'{path}: {place(0)}: {raw[0]:.12g}, expected a date such as '
+                         '2026-03-01T12:00:00.001 (time.unit: iso8601)')
+    factor = time.scale * units_of(TIME)[time.unit]
+    with np.errstate(over='ignore', invalid='ignore'):
+        implausible = np.flatnonzero(~(np.abs(raw.astype(float)) * factor < LAST))
+    if len(implausible):
+        raise refused(int(implausible[0]), float(raw[implausible[0]]) * factor)
+    if raw.dtype.kind == 'i' and time.scale == 1.0:
+        return raw * np.int64(units_of(TIME)[time.unit])
+    if not len(raw):
+        return np.empty(0, np.int64)
+    first = float(raw[0])
+    relative: Integers = np.rint((raw - first) * factor).astype(np.int64)
+    return relative + round(first * factor)
+
+
+def _date_ns(text: str) -> int:
+    """Return ns since 1970 (UTC, or the recording's own zone if it names none)."""
+    zone = ZONE.search(text)
+    plain = text[:zone.start()] if zone and 'T' in text.replace(' ', 'T') else text
+    stamp = np.datetime64(plain.strip().replace(' ', 'T').replace(',', '.'), 'ns')
+    if np.isnat(stamp):
+        raise ValueError('no date')
+    ns = int(stamp.astype(np.int64))
+    if zone and zone[1] != 'Z':
+        digits = zone[1].replace(':', '')
+        shift = timedelta(hours=int(digits[1:3]), minutes=int(digits[3:5])) // timedelta(seconds=1)
+        ns -= (shift if digits[0] == '+' else -shift) * 1_000_000_000
+    return ns
+
+
+def _decimal_ns(text: str, unit: float, scale: float) -> int:
+    whole, point, digits = text.replace(',', '.').partition('.')
+    if scale == 1.0 and whole.isdigit() and (not point or digits.isdigit()) and len(whole) < 20:
+        places = len(str(int(unit))) - 1 if unit in (1, 1000, 10 ** 6, 10 ** 9) else -1
+        if places >= len(digits):
+            return int(whole) * int(unit) + int(digits.ljust(places, '0') or 0)
+    number = Decimal(text.replace(',', '.'))
+    if not number.is_finite() or abs(number) > LAST:
+        raise ValueError('no finite number')
+    return round(number * Decimal(scale) * int(unit))
+
+
+def _begun(stamps: Integers) -> Integers:
+    """Return dates as they are, other times from FIRST_STAMP_NS on."""
+    low = int(stamps.min())
+    return stamps if low >= EPOCH else stamps - (low - FIRST_STAMP_NS)
+
+
+def _require_plausible(path: Path, stamp_ns: Integers, time: TimeMapping) -> None:
+    """Refuse times that were read in a wrong unit. Raises InputError."""
+    step = float(np.median(np.abs(np.diff(stamp_ns)))) * 1e-9
+    if not SHORTEST <= step < LONGEST * 1.001 and len(np.unique(stamp_ns)) > 0.5 * len(stamp_ns):
+        cure = 'is time.rate right?' if time.rate else \
+            f'time read in {time.unit}: is time.unit right?'
+        raise InputError(f'{path}: {len(stamp_ns)} samples, one per {step:.6g} s, expected one '
+                         f'per {SHORTEST:g} to {LONGEST:g} s ({cure})')
+
+
+def in_one_line(stamp_ns: Integers, segments: AnyArray) -> tuple[Integers, list[str]]:
+    """
+    Return stamps of recordings with times of their own, PAUSE after the end of the previous one.
+
+    Args:
+        stamp_ns: int64 [N], of each recording in its own time.
+        segments: [N], another value where another recording begins.
+
+    Returns:
+        The stamps, and a sentence about it if there are several recordings.
+    """
+    starts = np.flatnonzero(segments[1:] != segments[:-1]) + 1
+    if not len(starts):
+        return stamp_ns, []
+    shift: Integers = np.zeros(len(stamp_ns), np.int64)
+    shift[starts] = stamp_ns[starts - 1] + PAUSE - stamp_ns[starts]
+    return stamp_ns + np.cumsum(shift), [
+        f'time: {len(starts) + 1} recordings one after another, each {PAUSE * 1e-9:g} s after the '
+        'end of the previous one (--episode N reads one of them)']
+
+
+def even_stamps(path: Path, stamp_ns: Integers) -> tuple[Integers, list[str]]:
+    """
+    Return evenly spaced stamps: a line through those of each stretch without a dropout.
+
+    For samples of a device with a steady clock, stamped late and in bursts by who received them.
+
+    Args:
+        path: of the recording, for messages.
+        stamp_ns: int64 [N], not decreasing.
+
+    Returns:
+        The stamps, int64 [N], strictly increasing, and a sentence about it.
+
+    Raises:
+        InputError: a stamp goes back, or too many are alike.
+    """
+    step = np.diff(stamp_ns)
+    if (step < 0).any() or len(step) < 2 or stamp_ns[-1] - stamp_ns[0] < len(step):
+        raise InputError(f'{path}: --stamps even: {int((step < 0).sum())} stamps go back and '
+                         f'{int((step == 0).sum())} of {len(stamp_ns)} repeat, expected stamps '
+                         'that grow on the whole')
+    even = evened(stamp_ns)
+    shift = float(np.abs(even - stamp_ns).max()) * 1e-9
+    rate = (len(even) - 1) / (float(even[-1] - even[0]) * 1e-9)
+    return even, [f'time: stamps laid on an even grid of {rate:.5g} Hz on average, moved by up to '
+                  f'{shift:.3g} s']
+
+
+# --- values -------------------------------------------------------------------------------------
+def _converted(path: Path, mapping: Mapping, name: str, block: Block, column: str,
+               zeros: dict[str, float]) -> Array:
+    """Return the values of signal `name` in SI units on the arm side; zeros: those of 'first'."""
+    signal, raw = mapping.signals[name], block.values[column].astype(float)
+
+    def refuse(wrong: Flags, expected: str) -> None:
+        rows = np.flatnonzero(wrong)
+        if len(rows):
+            raise InputError(f'{path}: {block.place(int(rows[0]), column)} ({key_of(name)}): '
+                             f'{raw[rows[0]]:.12g}, expected {expected}')
+    missing = np.isnan(raw)
+    refuse(np.abs(raw) > LARGEST, 'a finite number')
+    value: Array = raw
+    if signal.bits:
+        full = 2.0 ** signal.bits
+        refuse(~missing & ((raw < 0) | (raw >= full) | (raw != np.floor(raw))),
+               f'an integer from 0 to {int(full) - 1}')
+        negative = full / 2 - raw if signal.coding == 'sign_magnitude' else raw - full
+        value = np.where(raw >= full / 2, negative, raw)
+    zero = signal.zero
+    if zero == 'first':
+        if name not in zeros and not missing.all():
+            zeros[name] = float(value[~missing][0])
+        zero = zeros.get(name, 0.0)
+    value = ((value - float(zero)) * signal.scale + signal.offset) * signal.factor()
+    kind = mapping.kind_of(name)
+    if kind.motor_side:
+        ratio = mapping.gear_ratio
+        value = value * ratio if kind.quantity == EFFORT else value / ratio
+    return value
+
+
+def effort_unit(signal: SignalMapping | None) -> str:
+    """Return the unit of an effort that no constant has made a torque, '' of a torque."""
+    return '' if signal is None or signal.complete else standard_unit(signal.unit)
+
+
+def _at(path: Path, stamps: Integers, part: Signals, notes: list[str]
+        ) -> Iterator[tuple[str, Array]]:
+    """Yield (name, values) of `part` at `stamps`; say what was not covered."""
+    for name, values in part.values.items():
+        result = interpolated(stamps, part.stamp_ns, values)
+        count = int(np.isfinite(result).sum())
+        if count < MIN_SAMPLES:
+            raise InputError(f'{path}: {name}: measured at {count} of {len(stamps)} stamps, '
+                             f'expected clocks with at least {MIN_SAMPLES} in common')
+        if not np.array_equal(stamps, part.stamp_ns):
+            notes.append(f'{name}: {len(values)} samples of another clock, interpolated')
+        yield name, result
+
+
+def _second_file(path: Path, mapping: Mapping, first: Signals, notes: list[str]
+                 ) -> Iterator[tuple[str, Array]]:
+    """Yield (name, values) of the second file at the stamps of the first."""
+    assert mapping.second is not None
+    name, lag, own = mapping.second
+    beside = path.parent / name.replace('{stem}', path.name.partition('.')[0])
+    table = load_table(beside, own.text)
+    for time, names in _clocks(own):
+        part = _one_clock(table, own, time, names, notes)
+        _require_plausible(beside, part.stamp_ns, time)
+        if isinstance(lag, str):
+            lag, explained = estimated_lag(mapping.source, first.stamp_ns, first.values,
+                                           part.stamp_ns, part.values)
+            notes.append(f'{beside.name}: its clock is {lag:+.6g} s off, which explains '
+                         f'{explained:.2%} of its variance')
+        yield from _at(beside, first.stamp_ns, Signals(
+            part.stamp_ns + round(lag * 1e9), part.values), notes)
+
+
+def _described(values: Dict[str, Array], stamps: Integers) -> Iterator[str]:
+    """Yield sentences on missing and constant values, and on stamps."""
+    for name, column in values.items():
+        missing = int(np.isnan(column).sum())
+        if missing:
+            yield f'{name}: {missing} of {len(column)} samples not measured'
+        if missing < len(column) and np.nanmax(column) == np.nanmin(column):
+            yield f'{name}: the same value in all samples'
+    step = np.diff(stamps)
+    backward = int((stamps < np.maximum.accumulate(stamps)).sum())
+    if backward or (step == 0).any():
+        yield (f'time: {backward} samples with an earlier stamp than one before, '
+               f'{int((step == 0).sum())} with the same, as they are recorded')
+    dropouts = int((step > 3 * np.median(step)).sum())
+    if dropouts:
+        yield (f'time: {dropouts} dropouts of more than 3 sample times, longest '
+               f'{step.max() * 1e-9:.3g} s')
+
+
+def _integrated_names(mapping: Mapping) -> dict[str, str]:
+    """Return {position that is missing: the velocity that it is integrated from} of a drive."""
+    every = {*mapping.signals, *(mapping.second[2].signals if mapping.second else ())}
+    return {f'{side}_position': f'{side}_velocity' for side in ('motor', 'arm')
+            if f'{side}_velocity' in every and f'{side}_position' not in every}
+
+
+def _integrated(stamps: Integers, velocity: Array) -> Array:
+    """Return the integral of `velocity` [N] from 0 by the trapezoidal rule, NaN where it is."""
+    valid = ~np.isnan(velocity)
+    position = np.full(len(velocity), np.nan)
+    if valid.any():
+        step, v = np.diff(stamps[valid]) * 1e-9, velocity[valid]
+        position[valid] = np.concatenate([[0.0], np.cumsum(step * (v[1:] + v[:-1]) / 2.0)])
+    return position
+
+

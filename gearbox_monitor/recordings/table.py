@@ -1,0 +1,442 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+A file of columns as a Table: text, MATLAB, JSON, YAML, HDF5, NumPy, Parquet, Feather, RSI XML.
+
+The first bytes of a file say its kind. Text is read in blocks; all other kinds are read at once,
+in a child with limits of time and memory. All may be gzipped.
+"""
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+import contextlib
+from dataclasses import dataclass, field, replace
+import gzip
+import json
+from pathlib import Path
+import re
+import subprocess
+import sys
+import tempfile
+from typing import Any
+import zlib
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.packed_files import BoundedGzip, open_unpacked
+from gearbox_monitor.kernels.types import AnyArray, Integers
+from gearbox_monitor.recordings import container_child
+from gearbox_monitor.recordings.text import (
+    BLOCK, DATE, layout_of, MIN_SAMPLES, number_of, numbers_of_list, text_rows, TextFormat,
+    TextLayout, TextRows)
+from gearbox_monitor.recordings.units import (
+    EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
+
+HDF5, MATLAB_HEADER = b'\x89HDF\r\n\x1a\n', 512  # bytes before the HDF5 content of MATLAB 7.3
+KINDS = ((b'MATLAB', 'mat'), (HDF5, 'hdf5'), (b'PAR1', 'parquet'), (b'ARROW1', 'feather'),
+         (b'FEA1', 'feather'), (b'\x93NUMPY', 'numpy'), (b'PK\x03\x04', 'numpy'),
+         (b'{', 'json'), (b'[', 'json'), (b'<', 'xml'))
+PICKLES = (b'\x80\x02', b'\x80\x03', b'\x80\x04', b'\x80\x05')
+CPU_SECONDS, MEMORY = 20, 1 << 30  # of the child
+LEAST_FILLED = 0.01  # share of the cells of a column that holds numbers
+MOST_KEYS = 64       # words that tell rows apart, as names of joints do
+NUMBERED = frozenset('id joint motor servo axis device actuator node can name channel topic'.split())
+NO_JOINT = frozenset('temp temperature status mode error fault'.split())
+TURNS, EVEN = 0.3, 0.5  # share of rows behind which another's follows; rows of the rarest
+JOINT_LIST = 'joint_list.txt'  # beside a recording
+
+
+@dataclass(frozen=True)
+class Column:
+    """
+    A column of a table.
+
+    values: all, or of a text that is read in blocks those of its first rows. unit: standard name,
+    '' = not stated; factor: of the number in front of it. clock: column of its own time, '' for
+    the common one.
+    """
+
+    name: str
+    values: AnyArray
+    unit: str = ''
+    factor: float = 1.0
+    clock: str = ''
+
+
+@dataclass(frozen=True)
+class Table:
+    """
+    Columns of a file, of one length.
+
+    named: the file names them; joints: names of joints that it lists; rate: Hz, as a file beside
+    it states; header: numbers by name. rows: of a text that is read in blocks.
+    """
+
+    path: Path
+    columns: tuple[Column, ...]
+    named: bool = True
+    joints: tuple[str, ...] = ()
+    rate: float | None = None
+    header: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    rows: Callable[[Collection[str], Collection[str]], Iterator['Block']] | None = None
+
+    def find(self, place: int | str, key: str) -> Column:
+        """
+        Return the column that a mapping calls `place`, a name or a number from 1.
+
+        Raises InputError with the `key` of the mapping: there is none, or several.
+        """
+        if isinstance(place, int):
+            found = list(self.columns[place - 1:place])
+        else:
+            found = [c for c in self.columns if c.name == place] or [
+                c for c in self.columns if place in c.name.split() or plain(c.name) == plain(place)]
+        if len(found) == 1:
+            return found[0]
+        raise InputError(f'{self.path}: column {place!r} ({key}): '
+                         f'{"stands several times" if found else "missing"}, expected one of '
+                         + (', '.join(column.name for column in self.columns)[:500] or 'none'))
+
+    def blocks(self, numbers: Collection[str], texts: Collection[str] = ()) -> Iterator['Block']:
+        """Yield rows of the columns `numbers` and, as they are written, `texts`, in blocks."""
+        if self.rows is not None:
+            yield from self.rows(numbers, texts)
+            return
+        values = {c.name: c.values for c in self.columns if c.name in (*numbers, *texts)}
+        lengths = {len(v) for v in values.values()} or {0}
+        yield Block(values, np.arange(1, max(lengths) + 1), 'row')
+
+
+@dataclass(frozen=True)
+class Block:
+    """Rows of some columns {name: [N]}; `numbers` [N] of the lines or rows that hold them."""
+
+    values: Mapping[str, AnyArray]
+    numbers: AnyArray
+    unit: str = 'line'
+
+    def place(self, row: int, name: str) -> str:
+        """Return where the value of column `name` in `row` stands, for messages."""
+        return f'{self.unit} {self.numbers[row]}, column {name}'
+
+
+def plain(name: str) -> str:
+    """Return a dotted `name` however it is written: 'run/q' is 'run.q'."""
+    return name.strip('/').replace('/', '.')
+
+
+@contextlib.contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """Turn errors of reading the file `path` into InputErrors."""
+    try:
+        yield
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise InputError(f'{path}: {error}, expected a whole gzip file') from None
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror or error}, expected a readable file') from None
+
+
+def kind_of(path: Path) -> str:
+    """Return the kind of a file by its first bytes. Raises InputError for a pickle."""
+    with readable(path), open_unpacked(path) as stream:
+        head = stream.read(4096)
+    if head[:2] in PICKLES or head.startswith(b'PK') and b'/data.pkl' in head:
+        raise InputError(f'{path}: a Python pickle, which can run any program when it is loaded, '
+                         'expected data: save it as .npz, .csv or .parquet')
+    if head.startswith(b'MATLAB') and head[MATLAB_HEADER:MATLAB_HEADER + 8] == HDF5:
+        return 'hdf5'
+    start = head.removeprefix(b'\xef\xbb\xbf').lstrip()
+    kind = next((kind for mark, kind in KINDS if head.startswith(mark) or start.startswith(mark)
+                 and len(mark) == 1), 'text')
+    # Documents of 'ros2 topic echo': keys with values in further lines.
+    yaml = re.match(rb'(---\s*\n)?\w+:\s*\n(\s+\w+:|- )', start) and b'\n---' in head
+    return 'yaml' if kind == 'text' and yaml else kind
+
+
+def load_table(path: Path, text: TextFormat = TextFormat(), whole: bool = False) -> Table:
+    """
+    Return the Table of a file.
+
+    Args:
+        path: of the file.
+        text: what a mapping states of a text.
+        whole: read all rows of a text, too.
+
+    Raises:
+        InputError: it cannot be read, or holds no columns of numbers.
+    """
+    kind = kind_of(path)
+    with readable(path):
+        if kind == 'text':
+            table = _text_table(path, layout_of(path, text), whole)
+        else:
+            table = _with_siblings(_in_child(path, kind))
+    table = _long_pivoted(table)
+    clocks = {column.clock for column in table.columns} - {''}
+    lengths = Counter(len(column.values) for column in table.columns)
+    length = max(lengths, key=lambda n: (lengths[n] > 1, n >= MIN_SAMPLES, lengths[n]), default=0)
+    columns = tuple(column for column in table.columns if len(column.values) == length
+                    or column.clock or column.name in clocks)
+    left = [column.name for column in table.columns if column not in columns]
+    if len(columns) < 1 or length < MIN_SAMPLES:
+        raise InputError(f'{path}: {len(columns)} columns of {length} numbers, read as {kind}: '
+                         f'expected two or more of at least {MIN_SAMPLES}')
+    names = Counter(column.name for column in columns)
+    return replace(table, columns=tuple(
+        column for column in columns if names[column.name] == 1 or not column.name), notes=(
+            *table.notes, *([f'columns of another length, not used: {", ".join(left)[:200]}']
+                            if left else []),
+            *(f'column {name}: stands {n} times, not used' for name, n in names.items()
+              if n > 1 and name)))
+
+
+# --- text ---------------------------------------------------------------------------------------
+def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
+    """Return the Table of a text; columns of lists become a column for each place."""
+    width = len(layout.names)
+    names, units = list(layout.names), list(layout.units)
+    named = any(names)
+    if not named:
+        names = [str(k + 1) for k in range(width)]
+    names = [name or str(k + 1) for k, name in enumerate(names)]
+    head = next(text_rows(path, layout, (), range(width)), None)
+    if head is None:
+        raise InputError(f'{path}: no rows of data, expected a recording')
+    cells = {k: head.columns[k] for k in range(width)}
+    places: dict[str, tuple[int, int | None]] = {}  # name: column, place in its list
+    texts: set[str] = set()
+    columns: list[Column] = []
+    listed = {k: numbers_of_list(cells[k][0]) for k in cells}
+    for k, own in listed.items():
+        factor, stated = unit_of_label(names[k])
+        unit = units[k] or stated
+        if own is not None:
+            for place in range(len(own)):
+                places[f'{names[k]}.{place + 1}'] = k, place
+                columns.append(Column(f'{names[k]}.{place + 1}', np.empty(0), unit, factor))
+            continue
+        kind = _kind_of_cells(cells[k], layout)
+        if kind == 'texts':
+            texts.add(names[k])
+        elif not kind:
+            continue
+        places[names[k]] = k, None
+        clock = layout.clocks.get(k)
+        columns.append(Column(names[k], np.empty(0), unit, factor,
+                              '' if clock is None else names[clock]))
+    rows = _Rows(path, layout, places)
+    wanted = [c.name for c in columns if c.name not in texts]
+    looked = list(rows(wanted, texts)) if whole else [next(rows(wanted, texts))]
+    columns = [replace(column, values=np.concatenate([b.values[column.name] for b in looked]))
+               for column in columns]
+    siblings = _listed_joints(path)
+    return Table(path, tuple(columns), named, siblings, None, _text_header(path, layout), (
+        f'one row per signal ({width} rows of {len(columns[0].values)} samples): column numbers '
+        'count the rows',) if layout.by_signal and columns else (),
+        None if whole or path.stat().st_size < BLOCK and not _is_packed(path) else rows)
+
+
+def _is_packed(path: Path) -> bool:
+    with open_unpacked(path) as stream:
+        return isinstance(stream, BoundedGzip)
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """What reads a text in blocks; places {name: (column, place in its list or None)}."""
+
+    path: Path
+    layout: TextLayout
+    places: Mapping[str, tuple[int, int | None]]
+
+    def __call__(self, numbers: Collection[str], texts: Collection[str]) -> Iterator[Block]:
+        lists = {name for name in numbers if self.places[name][1] is not None}
+        plain_numbers = {self.places[name][0] for name in numbers if name not in lists}
+        plain_texts = {self.places[name][0] for name in (*texts, *lists)}
+        with readable(self.path):
+            for rows in text_rows(self.path, self.layout, plain_numbers, plain_texts):
+                values = {name: rows.columns[self.places[name][0]] for name in texts}
+                values |= {name: self._of_list(name, rows) if name in lists else
+                           rows.columns[self.places[name][0]] for name in numbers}
+                yield Block(values, rows.lines)
+
+    def _of_list(self, name: str, rows: TextRows) -> AnyArray:
+        k, place = self.places[name]
+        values = np.empty(len(rows.lines))
+        for row, cell in enumerate(rows.columns[k].tolist()):
+            own = numbers_of_list(cell) or []
+            if place is None or len(own) <= place:
+                raise InputError(f'{self.path}: line {rows.lines[row]}, column {name}: '
+                                 f'{cell[:40]!r}, expected a list of at least {(place or 0) + 1} '
+                                 'numbers')
+            values[row] = own[place]
+        return values
+
+
+def _kind_of_cells(cells: AnyArray, layout: TextLayout) -> str:
+    """Return 'numbers', 'texts' (dates, or words that come back) or '' of a column of texts."""
+    if DATE.match(str(cells[0])):
+        return 'texts'
+    sample = cells[:20_000].tolist()
+    filled = [cell for cell in sample if cell]
+    words = set(sample)
+    if 1 < len(words) <= MOST_KEYS and all(words) and not any(
+            number_of(word, layout.text) is not None for word in words):
+        return 'texts'
+    numbers = sum(number_of(cell, layout.text) is not None or bool(number_with_unit(cell))
+                  for cell in filled)
+    # Where another curve has its samples a cell is empty, which says nothing against this one.
+    return 'numbers' if numbers > 0.5 * len(filled) and numbers >= LEAST_FILLED * len(
+        sample) and numbers else ''
+
+
+def _text_header(path: Path, layout: TextLayout) -> dict[str, float]:
+    """Return the numbers 'NAME = VALUE' above the data and in the first comments."""
+    header: dict[str, float] = {}
+    with open_unpacked(path) as stream:
+        for number, raw in enumerate(iter(lambda: stream.readline(10_000), b''), 1):
+            line = raw.decode(layout.text.encoding, 'replace').strip()
+            if number >= layout.first and not line.startswith(layout.text.comment):
+                break
+            match = re.match(r'\W*(\w[\w. ]*?)\W*?[=:,;\t ]\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\b',
+                             line)
+            if match:
+                _put_number(header, match[1].strip(), match[2])
+    return header
+
+
+def _put_number(header: dict[str, float], name: str, text: str) -> None:
+    """Put the number in `text` into the `header`, the first of its `name` counts."""
+    with contextlib.suppress(ValueError):
+        header.setdefault(name, float(text))
+
+
+# --- all other kinds ----------------------------------------------------------------------------
+def _in_child(path: Path, kind: str) -> Table:
+    """Return the Table of a file that is read in a child with limits. Raises InputError."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / 'columns.npz'
+        done = subprocess.run(
+            [sys.executable, '-I', container_child.__file__, str(path), kind, str(out),
+             str(CPU_SECONDS), str(MEMORY)], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE, check=False)
+        if done.returncode == container_child.FAILED:
+            raise InputError(f'{path}: ' + done.stderr.decode('utf-8', 'replace').strip())
+        if done.returncode:
+            why = {-11: 'its library crashes while it reads it', -24: '', -9: ''}.get(
+                done.returncode)
+            raise InputError(f'{path}: ' + (why or f'takes more than {CPU_SECONDS} s or '
+                                            f'{MEMORY >> 30} GB of memory to read')
+                             + ', expected a smaller, sound recording')
+        with np.load(out) as archive:
+            index: dict[str, Any] = json.loads(archive['index'].tobytes())
+            values = [archive[f'c{k}'] for k in range(len(index['columns']))]
+    columns = []
+    for (name, unit), array in zip(index['columns'], values):
+        factor, stated = scaled_unit(unit) if unit else (1.0, '')
+        if not stated:
+            factor, stated = unit_of_label(re.sub(r' \d+$', '', name))
+        columns.append(Column(name, array, stated, factor))
+    if kind == 'numpy' and all(not re.sub(r'\d', '', c.name) for c in columns):
+        return Table(path, tuple(columns), False, header=index['header'])
+    return Table(path, tuple(columns), any(c.name for c in columns), tuple(index['joints']),
+                 None, index['header'], tuple(index['notes']))
+
+
+def _listed_joints(path: Path) -> tuple[str, ...]:
+    """Return the names in JOINT_LIST beside the file, one in a line."""
+    try:
+        text = path.with_name(JOINT_LIST).read_text(encoding='utf-8')
+    except (OSError, ValueError):
+        return ()
+    return tuple(line.strip() for line in text.splitlines() if line.strip())
+
+
+def _with_siblings(table: Table) -> Table:
+    """Return `table` with joints and rate of a dataset, by 'meta/info.json' above its file."""
+    for folder in list(table.path.absolute().parents)[:4]:
+        try:
+            content = json.loads((folder / 'meta' / 'info.json').read_text(encoding='utf-8'))
+            names = content['features']['observation.state']['names']
+            names = names.get('motors', []) if isinstance(names, dict) else names
+            return replace(table, rate=float(content['fps']), joints=tuple(
+                str(name).removesuffix('.pos') for name in names or ()))
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            continue
+    return table
+
+
+# --- a row for each joint -----------------------------------------------------------------------
+def _long_pivoted(table: Table) -> Table:
+    """
+    Return a table with a row for each joint, or for each signal, with a column for each.
+
+    A column says whose row it is: they take turns, or the time restarts with each block of rows.
+    """
+    key = next((c for c in table.columns if _is_key(c, table)), None)
+    if key is None:
+        return table
+    if table.rows is not None:
+        table = _whole(table)
+        key = next(c for c in table.columns if c.name == key.name)
+    time_words, *signals = (vocabulary()['quantities'][q] for q in (
+        TIME, POSITION, VELOCITY, EFFORT))
+    words, place = np.unique(key.values, return_inverse=True)
+    order = np.argsort([int(np.flatnonzero(place == k)[0]) for k in range(len(words))])
+    values = [c for c in table.columns if c is not key and c.values.dtype.kind in 'iufM'
+              and (c.values.dtype.kind == 'M' or np.isfinite(c.values).any())]
+    times = [c for c in values if _names(c) & time_words or c.values.dtype.kind == 'M']
+    single = [c for c in values if c not in times]
+    columns: list[Column] = []
+    for k in order:
+        rows = np.flatnonzero(place == k)
+        word = str(words[k]) if words.dtype.kind == 'U' else f'joint_{int(words[k])}'
+        for c in values:
+            alone = len(single) == 1 and c is single[0] and not _names(c) & frozenset().union(*signals)
+            columns.append(Column(word if alone else f'{c.name} {word}', c.values[rows], c.unit,
+                                  c.factor, '' if c in times else f'{times[0].name} {word}'))
+    clocks = {f'{t.name} {w}' for t in times for w in words}
+    return replace(table, rows=None, columns=tuple(columns), notes=(
+        *table.notes, f'a row for each {key.name}: {", ".join(map(str, words[order]))[:200]}'),
+        header=table.header) if clocks else table
+
+
+def _whole(table: Table) -> Table:
+    """Return a `table` of text with all of its rows."""
+    assert table.rows is not None
+    texts = [c.name for c in table.columns if c.values.dtype.kind == 'U']
+    blocks = list(table.rows([c.name for c in table.columns if c.name not in texts], texts))
+    return replace(table, rows=None, columns=tuple(replace(c, values=np.concatenate(
+        [b.values[c.name] for b in blocks])) for c in table.columns))
+
+
+def _names(column: Column) -> set[str]:
+    return {word.lower() for word in re.findall(r'[A-Za-z]+', column.name)}
+
+
+def _is_key(column: Column, table: Table) -> bool:
+    """Return whether a column tells the rows of joints or signals apart."""
+    values = column.values
+    is_named = bool(_names(column) & NUMBERED) and not _names(column) & NO_JOINT
+    if values.dtype.kind == 'U':
+        if DATE.match(str(values[0])):
+            return False
+    elif not is_named or values.dtype.kind not in 'iuf' or (
+            column.unit or not np.isfinite(values).all() or (values != np.floor(values)).any()):
+        return False
+    words, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+    if not 1 < len(words) <= MOST_KEYS:
+        return False
+    turns: Integers = np.diff(place) != 0
+    if table.rows is not None and is_named and values.dtype.kind == 'U' and turns.sum() < len(
+            words):  # blocks of which the head shows some
+        return True
+    if counts.min() < EVEN * counts.max():
+        return False
+    times = [c for c in table.columns if c.values.dtype.kind in 'iuf'
+             and _names(c) & vocabulary()['quantities'][TIME]]
+    blocks = turns.sum() == len(words) - 1 and is_named and any(
+        np.array_equal(np.diff(time.values) < 0, turns) for time in times)
+    return bool(turns.mean() > TURNS or blocks)

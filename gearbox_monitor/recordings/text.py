@@ -1,0 +1,468 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Text recordings: their layout, found in the first lines, and their rows in blocks.
+
+The layout is encoding, comments, delimiter, decimal point, rows of names and units, and where the
+data begin. Blocks of plain numbers are read by numpy at once, others cell by cell.
+"""
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+import csv
+from dataclasses import dataclass, field, fields, replace
+from itertools import islice
+from pathlib import Path
+import re
+from typing import Any
+import warnings
+
+import numpy as np
+
+from gearbox_monitor.errors import expect_choice, expect_keys, InputError
+from gearbox_monitor.files.packed_files import LONGEST_LINE, open_unpacked
+from gearbox_monitor.kernels.types import AnyArray, Array
+from gearbox_monitor.recordings.units import number_with_unit, standard_unit
+
+DATE = re.compile(r'\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d')
+COMMENTS = ('#', '%', '//')
+DELIMITERS = (',', ';', '\t', 'whitespace')
+MISSING = frozenset(('', 'nan', 'na', 'n/a', 'null', 'none', '-'))
+HEAD_LINES = 300   # from which the layout is seen
+MAX_HEADER = 5     # rows of names
+MAX_COLUMNS = 4096
+BLOCK = 1 << 22    # bytes of text that are read at once
+MIN_SAMPLES = 100  # of a recording; a matrix with fewer rows and more columns has rows of samples
+
+
+@dataclass(frozen=True)
+class TextFormat:
+    """
+    Format of a text file; what is None or '' is found in its first lines.
+
+    delimiter: 'whitespace' is any run of blanks and tabs. skip: lines before the header. header:
+    rows of names.
+    """
+
+    delimiter: str = ''
+    comment: str = ''
+    encoding: str = ''
+    decimal: str = ''
+    skip: int | None = None
+    header: int | None = None
+
+
+@dataclass(frozen=True)
+class TextLayout:
+    """
+    A complete format and what stands above the data.
+
+    names, units: of the columns, '' for none; first: number of the first line of data, from 1.
+    by_signal: a row for each signal, with its name in front where it has one. clocks {column:
+    column of its time}, of curves with a time of their own.
+    """
+
+    text: TextFormat
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    first: int
+    by_signal: bool = False
+    clocks: Mapping[int, int] = field(default_factory=dict)
+
+
+def format_of(block: Any, source: str) -> TextFormat:
+    """Return the TextFormat of a `block` of the mapping `source`. Raises InputError."""
+    expect_keys(block, 'text', source, [f.name for f in fields(TextFormat)])
+    for name in ('skip', 'header'):
+        value = block.get(name, 0)
+        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 10_000:
+            raise InputError(f'{source}: text.{name}: {value!r}, expected a number of lines')
+    for name in ('delimiter', 'comment', 'encoding', 'decimal'):
+        if not isinstance(block.get(name, ''), str):
+            raise InputError(f'{source}: text.{name}: {block[name]!r}, expected text')
+    text = TextFormat(**block)
+    if text.delimiter not in ('', 'whitespace') and len(text.delimiter) != 1:
+        raise InputError(f'{source}: text.delimiter: {text.delimiter!r}, expected one character '
+                         "or 'whitespace'")
+    expect_choice(text.decimal or '.', 'text.decimal', source, ('.', ','))
+    if text.decimal and text.decimal == text.delimiter:
+        raise InputError(f'{source}: text.decimal: {text.decimal!r}, expected another character '
+                         'than text.delimiter')
+    try:
+        assert b'x\n'.decode(text.encoding or 'utf-8') == 'x\n'
+    except (LookupError, UnicodeError, AssertionError):
+        raise InputError(f'{source}: text.encoding: {text.encoding!r}, expected an encoding such '
+                         'as utf-8 or latin-1') from None
+    return text
+
+
+# --- layout -------------------------------------------------------------------------------------
+def layout_of(path: Path, text: TextFormat = TextFormat()) -> TextLayout:
+    """
+    Return the TextLayout of a file.
+
+    Args:
+        path: of the file, gzipped or not.
+        text: what a mapping states of its format.
+
+    Raises:
+        InputError: it is empty or binary.
+    """
+    with open_unpacked(path) as stream:
+        raw = list(islice(iter(lambda: stream.readline(1 << 22), b''), HEAD_LINES))
+    head = b''.join(raw)
+    if text.encoding:
+        encoding = text.encoding
+    elif head.startswith((b'\xff\xfe', b'\xfe\xff')):
+        raise InputError(f'{path}: text in UTF-16, expected UTF-8: convert it (iconv -f utf-16)')
+    else:
+        encoding = 'utf-8' if _decodes(head) else 'latin-1'
+    if head.count(0):
+        raise InputError(f'{path}: bytes of zero, expected a table of text: is it binary?')
+    lines = [line.decode(encoding, 'replace').removeprefix('\ufeff').rstrip('\r\n')
+             for line in raw]
+    first = next((line.strip() for line in lines if line.strip()), '')
+    comment = text.comment or next((mark for mark in COMMENTS if first.startswith(mark)), '#')
+    text = replace(text, encoding=encoding, comment=comment)
+    numbered = [(k, line) for k, line in enumerate(lines, 1) if k > (text.skip or 0)
+                and line.strip() and not line.lstrip().startswith(comment)]
+    if not numbered:
+        raise InputError(f'{path}: no rows of data, expected a recording')
+    text = _with_delimiter(text, [line for _, line in numbered[len(numbered) // 2:]])
+    rows = [(k, split_line(line, text)) for k, line in numbered]
+    width = max(len(cells) for _, cells in rows)
+    if width > MAX_COLUMNS and len(rows) >= MIN_SAMPLES:
+        raise InputError(f'{path}: {width} columns, expected at most {MAX_COLUMNS}')
+    if len(rows) < MIN_SAMPLES and len(lines) < HEAD_LINES and all(
+            len(cells) >= MIN_SAMPLES for _, cells in rows):
+        names = tuple('' if is_number(cells[0], text) else cells[0] for _, cells in rows)
+        return TextLayout(text, names, ('',) * len(names), rows[0][0], True)
+    return _named(text, rows, lines)
+
+
+def _decodes(data: bytes) -> bool:
+    try:
+        data.decode('utf-8')
+    except UnicodeDecodeError as error:
+        return error.start >= len(data) - 3  # cut within a character
+    return True
+
+
+def _with_delimiter(text: TextFormat, body: Sequence[str]) -> TextFormat:
+    """Return `text` with the delimiter and decimal point that make most of `body` numbers."""
+    layouts = [(delimiter, decimal) for delimiter in DELIMITERS for decimal in '.,'
+               if delimiter != decimal and text.delimiter in ('', delimiter)
+               and text.decimal in ('', decimal)] or [(text.delimiter, text.decimal or '.')]
+
+    def _score(layout: tuple[str, str]) -> tuple[float, int]:
+        trial = replace(text, delimiter=layout[0], decimal=layout[1])
+        cells = [split_line(line, trial) for line in body]
+        flat = [cell for row in cells for cell in row]
+        numeric = sum(_is_datum(cell, trial) or not cell.strip() for cell in flat)
+        return (round(numeric / max(len(flat), 1), 2) * (max(map(len, cells), default=0) > 1),
+                layout[1] == '.')
+    delimiter, decimal = max(layouts, key=_score)
+    return replace(text, delimiter=delimiter, decimal=decimal)
+
+
+def _named(text: TextFormat, rows: Sequence[tuple[int, list[str]]], lines: Sequence[str]
+           ) -> TextLayout:
+    """Return the layout of `rows` [(line number, cells)] of samples; `lines`: all of the head."""
+    body = rows[len(rows) // 2:]
+    width = Counter(len(cells) for _, cells in body).most_common(1)[0][0]
+    scope = _scope_layout(text, rows, width)
+    if scope is not None:
+        return scope
+    if text.header is not None:
+        begin, header = text.header, text.header
+    else:
+        is_data = [len(cells) == width and sum(_is_datum(cell, text) for cell in cells) > sum(
+            map(bool, cells)) / 2 for _, cells in rows]
+        half = len(rows) // 2 if len(rows) > 2 else len(rows)
+        # Numbers of a preamble stand before the names: data begin behind the last row of words.
+        words = [k for k in range(half) if not is_data[k] and _of_words(rows[k][1], text)]
+        begin = next((k for k in range(words[-1] + 1 if words else 0, len(rows)) if is_data[k]),
+                     0)
+        header = 0
+        while header < min(begin, MAX_HEADER):
+            cells = rows[begin - 1 - header][1]
+            if len(cells) != width or is_data[begin - 1 - header] or sum(map(bool, cells)) <= min(
+                    1, width - 1):
+                break
+            header += 1
+    first = rows[begin][0] if begin < len(rows) else rows[-1][0] + 1
+    cells_above = [[cell.strip() for cell in cells] for _, cells in rows[begin - header:begin]]
+    names, units = _labels(cells_above, width)
+    if not any(units):
+        units = _preamble_units(rows[:begin - header], width)
+    if not header and begin < len(rows):
+        comments = [line.strip().lstrip(text.comment) for line in lines[:first - 1]
+                    if line.lstrip().startswith(text.comment)]
+        listed = [cell.strip() for cell in split_line(comments[-1], text)] if comments else []
+        if len(listed) == width and not any(is_number(cell, text) for cell in listed):
+            names = listed  # numpy.savetxt and others: names in the last comment
+        else:
+            names = _echoed(rows[begin][1], text) or names
+    return TextLayout(text, tuple(names), tuple(units), first)
+
+
+def _scope_layout(text: TextFormat, rows: Sequence[tuple[int, list[str]]], width: int
+                  ) -> TextLayout | None:
+    """Return the layout of a TwinCAT scope: properties by row, each curve behind its time."""
+    by_key: dict[str, list[str]] = {}
+    first = 0
+    for number, cells in rows:
+        if len(cells) == width and is_number(cells[0], text) and by_key:
+            first = number
+            break
+        if len(cells) == width:
+            by_key[cells[0].strip()] = [cell.strip() for cell in cells]
+    names = by_key.get('Name', [])
+    if not first or width < 2 or 'SampleTime[ms]' not in by_key:
+        return None
+    units = by_key.get('Unit', [''] * width)
+    clocks: dict[int, int] = {}
+    time = 0
+    for k, name in enumerate(names):
+        if name == 'Name':
+            time = k
+        else:
+            clocks[k] = time
+    labels = [f'time {names[k + 1] if k + 1 < width else k}' if name == 'Name' else name
+              for k, name in enumerate(names)]
+    return TextLayout(text, tuple(labels), tuple(
+        'ms' if name == 'Name' else standard_unit(unit) for name, unit in zip(names, units)),
+        first, clocks=clocks)
+
+
+def _labels(rows: list[list[str]], width: int) -> tuple[list[str], list[str]]:
+    """Return (names, units) of columns from the header `rows`: the last may hold units."""
+    rows = [[*row, *[''] * (width - len(row))][:width] for row in rows]
+    units = [''] * width
+    if len(rows) > 1:
+        last = [standard_unit(cell.strip('[]()')) for cell in rows[-1]]
+        cells = [cell for cell in rows[-1] if cell.strip('-[]() ')]
+        if cells and sum(map(bool, last)) >= 0.5 * len(cells):
+            units, rows = last, rows[:-1]
+    if len(rows) > 1:
+        group = ''
+        for k, cell in enumerate(rows[0]):
+            group = cell or group
+            rows[0][k] = group if rows[1][k] else cell
+    return [' '.join(filter(None, column)) for column in zip(*rows)] or [''] * width, units
+
+
+def _preamble_units(rows: Sequence[tuple[int, list[str]]], width: int) -> list[str]:
+    """Return the units in a row above the header with as many cells, most of them units."""
+    for _, cells in rows:
+        units = [standard_unit(cell) for cell in cells]
+        if len(cells) == width and 2 * sum(map(bool, units)) > sum(
+                bool(cell.strip()) for cell in cells):
+            return units
+    return [''] * width
+
+
+def _echoed(row: Sequence[str], text: TextFormat) -> list[str]:
+    """Return the labels of joint states as 'ros2 topic echo --csv' writes them, [] for others."""
+    if len(row) < 6 or not (row[0].strip().isdigit() and row[1].strip().isdigit()):
+        return []
+    count = next((k for k, cell in enumerate(row[3:]) if is_number(cell, text)), 0)
+    joints = [cell.strip() for cell in row[3:3 + count]]
+    quantities = (len(row) - 3 - count) / count if count else 0.0
+    if quantities not in (1.0, 2.0, 3.0) or is_number(row[2], text):
+        return []
+    return ['header.stamp.sec', 'header.stamp.nanosec', 'frame_id', *(
+        f'name {k}' for k in range(count)), *(
+        f'{quantity} {joint}' for quantity in ('position', 'velocity', 'effort')[:int(quantities)]
+        for joint in joints)]
+
+
+def split_line(line: str, text: TextFormat) -> list[str]:
+    """Return the cells of `line` in the format `text`. Raises InputError."""
+    if text.delimiter == 'whitespace':
+        return line.split()
+    try:
+        return next(csv.reader([line.rstrip('\n').replace('\r', '')], delimiter=text.delimiter,
+                               skipinitialspace=True), [])
+    except csv.Error as error:
+        raise InputError(f'{error}, expected a table of text with cells of numbers: is it '
+                         'binary?') from None
+
+
+def is_number(cell: str, text: TextFormat) -> bool:
+    """Return whether `cell` holds a number in the format `text`."""
+    return number_of(cell, text) is not None
+
+
+def number_of(cell: str, text: TextFormat) -> float | None:
+    """Return the number in `cell`, None where there is none."""
+    try:
+        return float(cell.replace(',', '.') if text.decimal == ',' else cell)
+    except ValueError:
+        return None
+
+
+def numbers_of_list(cell: str) -> list[float] | None:
+    """Return the numbers of a cell such as '[1.0, 2.0]', None if it is none."""
+    brackets = re.fullmatch(r'\s*[\[(](.*)[\])]\s*', cell, re.DOTALL)
+    if brackets is None:
+        return None
+    try:
+        return [float(part) for part in brackets[1].replace(',', ' ').split()]
+    except ValueError:
+        return None
+
+
+def _is_datum(cell: str, text: TextFormat) -> bool:
+    """Return whether `cell` holds a number, a date or a list of numbers."""
+    return (is_number(cell, text) or bool(DATE.match(cell)) or numbers_of_list(cell) is not None
+            or number_with_unit(cell) is not None)
+
+
+def _of_words(row: Sequence[str], text: TextFormat) -> bool:
+    """Return whether most cells of a row that are not empty are words."""
+    filled = [cell for cell in row if cell.strip()]
+    return 2 * sum(not _is_datum(cell, text) for cell in filled) > len(filled)
+
+
+# --- rows ---------------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class TextRows:
+    """Columns {number from 0: floats or texts [N]} of some rows, and the line [N] of each."""
+
+    lines: AnyArray
+    columns: Mapping[int, AnyArray]
+
+
+def text_rows(path: Path, layout: TextLayout, numbers: Collection[int] = (),
+              texts: Collection[int] = ()) -> Iterator[TextRows]:
+    """
+    Yield the rows of a file in blocks.
+
+    Args:
+        path: of the file, gzipped or not.
+        layout: of it.
+        numbers: columns that are read as numbers, NaN for an empty cell.
+        texts: columns that are read as texts.
+
+    Raises:
+        InputError: it names line, column and value.
+    """
+    with open_unpacked(path) as stream:
+        number, rest = 1, b''
+        while chunk := stream.read(BLOCK):
+            data = rest + chunk
+            if len(chunk) == BLOCK or stream.peek(1):  # type: ignore[attr-defined]
+                cut = data.rfind(b'\n') + 1
+                data, rest = data[:cut], data[cut:]
+                if not cut:
+                    if len(rest) > 64 * LONGEST_LINE:
+                        raise InputError(f'{path}: a line of more than {len(rest) >> 20} MB, '
+                                         'expected a table of text: is it binary?')
+                    continue
+            else:
+                rest = b''
+            yield from _block(path, layout, data, number, numbers, texts)
+            number += data.count(b'\n')
+        if rest:
+            yield from _block(path, layout, rest, number, numbers, texts)
+
+
+def _block(path: Path, layout: TextLayout, data: bytes, number: int, numbers: Collection[int],
+           texts: Collection[int]) -> Iterator[TextRows]:
+    """Yield the rows in `data`, whose first line is line `number` of the file."""
+    if number < layout.first:
+        lines = data.split(b'\n', layout.first - number)
+        if len(lines) <= layout.first - number:
+            return
+        data, number = lines[-1], layout.first
+    count = data.count(b'\n') + (not data.endswith(b'\n') and bool(data))
+    if not texts and not layout.by_signal:
+        table = _numbers(data, layout, count)
+        if table is not None and max(numbers, default=0) < table.shape[1]:
+            yield TextRows(np.arange(number, number + count),
+                           {k: table[:, k].copy() for k in numbers})
+            return
+    try:
+        decoded = data.decode(layout.text.encoding)
+    except UnicodeDecodeError as error:
+        raise InputError(f'{path}: byte {error.object[error.start]:#04x} is not '
+                         f'{error.encoding}, expected text in one encoding') from None
+    kept = [(k, line) for k, line in enumerate(decoded.splitlines(), number)
+            if line.strip() and not line.lstrip().startswith(layout.text.comment)]
+    if kept:
+        yield _cells(path, layout, kept, numbers, texts)
+
+
+def _numbers(data: bytes, layout: TextLayout, rows: int) -> Array | None:
+    """Return the numbers [rows, columns] of `data`, None where a cell holds something else."""
+    text, columns = layout.text, len(layout.names)
+    if text.encoding.lower().replace('-', '') not in ('utf8', 'latin1', 'ascii') or not rows:
+        return None
+    if b'\r' in data:
+        data = data.replace(b'\r\n', b'\n')
+    if text.decimal == ',':
+        data = data.replace(b',', b'.')
+    separator = ' '
+    if text.delimiter != 'whitespace':
+        mark, separator = text.delimiter.encode(), ','
+        for cut in (mark, b'\n'):  # empty cells
+            pair, filled = mark + cut, mark + b'nan' + cut
+            if pair in data:
+                data = data.replace(pair, filled).replace(pair, filled)
+        data = data.replace(b'\n' + mark, b'\nnan' + mark).replace(mark, b',')
+        data = data.rstrip(b'\n').replace(b'\n', b',')
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        try:
+            values = np.fromstring(data, sep=separator)  # type: ignore[call-overload]
+        except (DeprecationWarning, ValueError):
+            return None
+    return values.reshape(rows, columns) if len(values) == rows * columns else None
+
+
+def _cells(path: Path, layout: TextLayout, lines: Sequence[tuple[int, str]],
+           numbers: Collection[int], texts: Collection[int]) -> TextRows:
+    """Return the columns of `lines`, read cell by cell."""
+    rows: list[list[str]] = []
+    try:
+        for number, line in lines:
+            rows.append(split_line(line, layout.text))
+    except InputError as error:
+        raise InputError(f'{path}: line {number}: {error}') from None
+    at = [number for number, _ in lines]
+    if layout.by_signal:
+        length = max(map(len, rows))
+        rows = [[*row[bool(name):], *[''] * (length - len(row))]
+                for row, name in zip(rows, layout.names)]
+        rows, at = [list(row) for row in zip(*rows)], list(range(1, length + 1))
+        # A row that has no sample any more is behind the end.
+        while rows and not any(cell.strip() for cell in rows[-1]):
+            rows, at = rows[:-1], at[:-1]
+    last = max((*numbers, *texts), default=0)
+    columns: dict[int, AnyArray] = {}
+    for row, number in zip(rows, at):
+        if len(row) <= last:
+            if layout.clocks:
+                row += [''] * (last + 1 - len(row))
+                continue
+            raise InputError(f'{path}: line {number}: {len(row)} columns, expected at least '
+                             f'{last + 1}')
+    for k in texts:
+        columns[k] = np.array([row[k].strip() for row in rows])
+    for k in numbers:
+        values = np.empty(len(rows))
+        for i, row in enumerate(rows):
+            cell = row[k].strip()
+            value = number_of(cell, layout.text)
+            if value is None and cell.lower() in MISSING:
+                value = np.nan
+            elif value is None and (pair := number_with_unit(cell)):
+                value = pair[0]
+            if value is None:
+                name = layout.names[k] or k + 1
+                raise InputError(f'{path}: line {at[i]}, column {name}: {cell[:40]!r}, expected a '
+                                 'number')
+            values[i] = value
+        columns[k] = values
+    return TextRows(np.array(at), columns)

@@ -1,0 +1,165 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A recording of any kind as a bag: joint states are encoded where they are read, in blocks."""
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gearbox_monitor.bag.cdr import joint_state_rows
+from gearbox_monitor.bag.message_block import MessageBlock
+from gearbox_monitor.bag.read import BagReader, BLOCK_MESSAGES, JOINT_STATE
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.recordings.mapping import Mapping as Columns
+from gearbox_monitor.recordings.signals import (
+    effort_unit, is_streamed, signal_blocks, Signals, signals_of)
+from gearbox_monitor.recordings.table import Table
+
+JOINT_TOPIC, SETPOINT_TOPIC = '/joint_states', '/joint_setpoints'
+REFERENCE_TOPIC = '/reference/transmission_state'
+
+
+@dataclass(frozen=True)
+class Frames:
+    """
+    Messages [N] on one topic that name the same J joints.
+
+    stamp_ns, log_ns [N]: of measurement, of receipt. position, velocity, effort [N, J], None: the
+    messages leave the field empty.
+    """
+
+    topic: str
+    joints: tuple[str, ...]
+    stamp_ns: Integers
+    log_ns: Integers
+    position: Array | None
+    velocity: Array | None = None
+    effort: Array | None = None
+
+
+class VirtualBag(BagReader):
+    """
+    The bag of a recording that is none.
+
+    Args:
+        path: of the recording.
+        topics: {topic: number of messages, as far as it is known}.
+        chunks: yields the Frames of the recording in parts, in order of time.
+        span: (start_ns, end_ns) as far as it is known.
+        notes: sentences for the user.
+        arm_side: positions of the motor are at the output, whatever the model's gear ratio.
+        units: {joint: unit of its effort}, where that is no torque or force.
+    """
+
+    def __init__(self, path: Path, topics: Mapping[str, int],
+                 chunks: Callable[[], Iterator[Sequence[Frames]]], span: tuple[int, int],
+                 notes: Sequence[str] = (), arm_side: bool = False,
+                 units: Mapping[str, str] | None = None) -> None:
+        super().__init__(path)
+        self.topics = {topic: (JOINT_STATE, count) for topic, count in topics.items()}
+        self.start_ns, self.end_ns = span
+        self.notes, self.notice = tuple(notes), '; '.join(notes)
+        self.arm_side = arm_side
+        self.effort_units = dict(units or {})
+        self._chunks = chunks
+
+    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
+        names = tuple(self.topics if topics is None else topics)
+        for frames in self._chunks():
+            block = block_of_frames(names, [f for f in frames if f.topic in names])
+            for begin in range(0, len(block), BLOCK_MESSAGES):
+                yield block.take(slice(begin, begin + BLOCK_MESSAGES))
+
+
+def block_of_frames(topics: Sequence[str], frames: Sequence[Frames]) -> MessageBlock:
+    """Return the messages of all `frames` on `topics`, by log time, then in the given order."""
+    rows = [joint_state_rows(f.stamp_ns, f.joints, f.position, f.velocity, f.effort)
+            for f in frames]
+    sizes = [np.full(len(data), data.shape[1], np.int64) for data in rows]
+    size = np.concatenate([np.empty(0, np.int64), *sizes])
+    offset = np.cumsum(size) - size
+    log_ns = np.concatenate([np.empty(0, np.int64), *(f.log_ns for f in frames)])
+    topic = np.concatenate([np.empty(0, np.int32), *(
+        np.full(len(data), topics.index(f.topic), np.int32) for f, data in zip(frames, rows))])
+    data = np.concatenate([np.empty(0, np.uint8), *(data.ravel() for data in rows)])
+    block = MessageBlock(tuple(topics), data, offset, size, topic, log_ns, log_ns)
+    return block if len(frames) < 2 else block.take(np.argsort(log_ns, kind='stable'))
+
+
+def bag_of_table(table: Table, mapping: Columns) -> VirtualBag:
+    """Return the bag of a table as `mapping` reads it. Raises InputError."""
+    units = {name.rpartition(':')[0] or 'motor': unit for name, signal in mapping.signals.items()
+             if name.endswith((':effort', 'motor_effort')) and (unit := effort_unit(signal))}
+    topics = [JOINT_TOPIC]
+    if mapping.joints:
+        second = mapping.second[2].signals if mapping.second else {}
+        quantities = {name.rpartition(':')[2] for name in (*mapping.signals, *second)}
+        topics = [JOINT_TOPIC] * bool(quantities - {'setpoint'}) + [
+            SETPOINT_TOPIC] * ('setpoint' in quantities)
+    elif 'reference_torque' in mapping.signals or mapping.second and 'reference_torque' in \
+            mapping.second[2].signals:
+        topics.append(REFERENCE_TOPIC)
+    if is_streamed(table, mapping):
+        count, begin, end = _extent(table, mapping)
+
+        def chunks() -> Iterator[Sequence[Frames]]:
+            latest = 0
+            for part in signal_blocks(table, mapping):
+                frames = _frames(part, mapping, topics, latest)
+                latest = int(frames[0].log_ns[-1])
+                yield frames
+        return VirtualBag(table.path, dict.fromkeys(topics, count), chunks, (begin, end),
+                          table.notes, True, units)
+    signals = signals_of(table, mapping)
+    frames = _frames(signals, mapping, topics, 0)
+    return VirtualBag(table.path, dict.fromkeys(topics, len(signals.stamp_ns)), lambda: iter(
+        [frames]), (int(frames[0].log_ns[0]), int(frames[0].log_ns[-1])), signals.notes, True,
+        units)
+
+
+def _extent(table: Table, mapping: Columns) -> tuple[int, int, int]:
+    """Return (number of rows, first and last stamp) of a text that is read in blocks."""
+    first = next(signal_blocks(table, mapping)).stamp_ns
+    per_row = (int(first[-1]) - int(first[0])) / max(len(first) - 1, 1)
+    with table.path.open('rb') as stream:
+        count = sum(piece.count(b'\n') for piece in iter(lambda: stream.read(1 << 20), b''))
+    return count, int(first[0]), int(first[0] + count * per_row)
+
+
+def _frames(part: Signals, mapping: Columns, topics: Sequence[str], latest: int) -> list[Frames]:
+    """Return the messages of signals; their log times are not before `latest`."""
+    stamps, values = part.stamp_ns, part.values
+    log_ns: Integers = np.maximum(np.maximum.accumulate(stamps), latest)
+    none = np.broadcast_to(np.nan, len(stamps))
+
+    def table(names: Sequence[str]) -> Array | None:
+        if not any(name in values for name in names):
+            return None
+        return np.column_stack([values.get(name, none) for name in names])
+    if mapping.joints:
+        joints = mapping.joints
+        position, velocity, effort, setpoint = (
+            table([f'{joint}:{quantity}' for joint in joints])
+            for quantity in ('position', 'velocity', 'effort', 'setpoint'))
+        empty = np.full((len(stamps), len(joints)), np.nan)
+        of_topic = {JOINT_TOPIC: (empty if position is None else position, velocity, effort),
+                    SETPOINT_TOPIC: (setpoint, None, None)}
+        return [Frames(topic, joints, stamps, log_ns, *of_topic[topic]) for topic in topics]
+    sides = ['motor', 'arm']
+    position, velocity, effort = (table([f'{side}_{quantity}' for side in sides])
+                                  for quantity in ('position', 'velocity', 'effort'))
+    empty = np.full((len(stamps), 2), np.nan)
+    position, effort = (empty if x is None else x for x in (position, effort))
+    setpoint = values.get('motor_setpoint')
+    if setpoint is not None:
+        sides.append('setpoint')
+        position = np.column_stack([position, setpoint])
+        velocity, effort = (None if x is None else np.column_stack([x, none])
+                            for x in (velocity, effort))
+    frames = [Frames(JOINT_TOPIC, tuple(sides), stamps, log_ns, position, velocity, effort)]
+    if REFERENCE_TOPIC in topics:
+        frames.append(Frames(REFERENCE_TOPIC, ('transmission',), stamps, log_ns, empty[:, :1],
+                             None, values['reference_torque'][:, None]))
+    return frames
