@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.balance.robot_log import checked_log, CURRENT, RobotLog, TORQUE
+from gearbox_monitor.balance.robot_log import (
+    checked_log, continuous, CURRENT, RawLog, read_by, RobotLog, TORQUE)
 from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError, unknown
@@ -18,7 +19,8 @@ from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.recordings.reading import open_recording, Reading
-from gearbox_monitor.recordings.recording import robot_log
+from gearbox_monitor.recordings.recording import NO_SERVO, robot_log
+from gearbox_monitor.signals.convention import conventions_of
 
 KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
         'kd', 'gain_tolerance', 'compensated', 'locked')
@@ -130,6 +132,31 @@ def _gains(stated: Mapping[str, float], of_file: Array | None, file: ChainFile) 
     return np.array([stated.get(joint, gain) for joint, gain in zip(file.chain.joints, base)])
 
 
+def load_columns(path: str, file: ChainFile, values: RobotValues, recorded: Mapping[str, str],
+                 topic: str, reading: Reading, no_servo: str = NO_SERVO) -> RawLog:
+    """
+    Return the columns of a robot's log as its description counts them, without jumps.
+
+    Args:
+        path: of a recording of any kind.
+        file: of the robot.
+        values: of the user.
+        recorded: {joint: its name in the log}, where they differ.
+        topic: of the joint states, in bags.
+        reading: how columns and joints are read.
+        no_servo: why setpoints make no torque with the model, '' where they do.
+
+    Raises:
+        InputError: it cannot be read, or lacks a joint.
+    """
+    joints = file.chain.joints
+    conventions = conventions_of(reading.conventions, joints)
+    with open_recording(path, reading, topic) as reader:
+        raw = robot_log(reader, joints, recorded, values.constants, no_servo, topic, file.locked,
+                        bool(file.chain.serial))
+    return continuous(read_by(raw, conventions))
+
+
 def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
              recorded: Mapping[str, str], topic: str = 'joint_states',
              reading: Reading = Reading()) -> RobotLog:
@@ -146,13 +173,11 @@ def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
         reading: how columns are read whose names and units do not say it.
     """
     servo = robot.kp is not None and bool(np.all(robot.kp > 0.0))
-    joints = file.chain.joints
-    with open_recording(path, reading, topic) as reader:
-        raw = robot_log(reader, joints, recorded, values.constants, '' if servo else
-                        file.no_servo, topic, file.locked, bool(file.chain.serial))
+    raw = load_columns(path, file, values, recorded, topic, reading, '' if servo else
+                       file.no_servo)
     if raw.kind == CURRENT and values.constants is None:
         raise InputError(f'{path}: current without torque_constants, expected N m/A of each joint '
                          'in --values: a rough one does, masses come in its scale')
     if values.measured and raw.kind == TORQUE:
         raw = replace(raw, measured=True)
-    return checked_log(raw, joints)
+    return checked_log(raw, file.chain.joints)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.bag.robot_values import robot_model
+from gearbox_monitor.bag.robot_values import load_columns, robot_model
 from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.payload import PayloadTracker, SECOND
 from gearbox_monitor.balance.robot_log import SETPOINT
@@ -18,8 +18,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.robot import expect_robot, learn_robot, Robot
 from gearbox_monitor.presentation import Drawn
-from gearbox_monitor.recordings.reading import open_recording, Reading
-from gearbox_monitor.recordings.recording import robot_log
+from gearbox_monitor.recordings.reading import Reading
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,8 +89,7 @@ def track_payload(log: str | Path, robot: Robot, *,
     knowledge = learn_robot(
         reference, robot, recorded=recorded, topic=topic, reading=reading)[0] if (
         reference is not None) else None
-    with open_recording(path, reading, topic) as reader:
-        raw = robot_log(reader, joints, recorded or {}, values.constants, topic=topic)
+    raw = load_columns(str(path), robot.file, values, recorded or {}, topic, reading)
     if raw.kind == SETPOINT:
         raise InputError(f'{path}: setpoints, expected the torque or current of all joints')
     lacking = [joint for joint in joints if joint not in raw.position]

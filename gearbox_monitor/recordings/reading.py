@@ -25,12 +25,14 @@ class Reading:
     How a user says that a recording is read.
 
     map: mapping file, or the name of a packaged one; settings: ``KEY=VALUE`` that replace values
-    of it; answers: to the questions of a guess, where there is no mapping.
+    of it; answers: to the questions of a guess, where there is no mapping. conventions:
+    ``JOINT=RULE`` by which joints of a robot count unlike its description.
     """
 
     map: str = ''
     settings: tuple[str, ...] = ()
     answers: Answers = Answers()
+    conventions: tuple[str, ...] = ()
 
 
 def is_bag(path: Path) -> bool:
