@@ -14,7 +14,7 @@ mounting, friction of any size, a motor of another gain), and that no payload of
 reading is named if it is better than the log as recorded, with all effects, by the log likelihood
 of `margin`, and leaves little unexplained.
 """
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
 from typing import NamedTuple
@@ -23,7 +23,7 @@ import numpy as np
 
 from gearbox_monitor.balance.local_cosines import local_cosines, TestFunctions
 from gearbox_monitor.balance.motion import motion_of, RobotMotion, smooth_sign
-from gearbox_monitor.balance.robot_log import RobotLog, SETPOINT
+from gearbox_monitor.balance.robot_log import LogSection, RawLog, read_by, RobotLog, SETPOINT
 from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import PER_LINK
@@ -55,14 +55,14 @@ class ConventionLimits:
     samples: float = 20.0
     accuracy: float = 0.1
     least: float = 0.01
-    explained: float = 0.3
+    explained: float = 0.5
     load: float = 0.1
-    links: float = 0.3
+    links: float = 0.2
     gain: float = 0.2
     tilt: float = 0.3
     friction: float = 0.3
     offset: float = 0.3
-    bent: float = 0.15
+    bent: float = 0.1
     rotor: float = 0.05
     highest: float = 2.0
     seconds: int = 30
@@ -106,8 +106,8 @@ class NamedReading(NamedTuple):
     recorded: ReadingScore
 
 
-def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array] | None = None
-                   ) -> list[NamedReading]:
+def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array] | None = None,
+                   settled: Collection[int] = ()) -> list[NamedReading]:
     """
     Return the readings that explain a log far better than any effect, the strongest first.
 
@@ -115,19 +115,21 @@ def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array]
         log: of the robot.
         robot: its model.
         limits: lowest and highest position [J] of the joints in the description; None: unknown.
+        settled: joints whose convention a user has stated.
 
     Returns:
         One after the other: each is read with those before it.
     """
     motion = thinned(motion_of(log))
-    balance = ConventionBalance(robot, log.kind == SETPOINT, limits)
     found: list[NamedReading] = []
-    for _ in range(len(robot.chain.links) + 1):
+    for _ in robot.chain.links:
+        balance = ConventionBalance(robot, log.kind == SETPOINT, limits, settled)
         named = balance.named(motion)
         if named is None:
             break
         found.append(named)
         motion = as_read(motion, named.reading, balance.setpoint)
+        settled = {*settled, *(named.reading.swapped or named.reading.joints)}
     return found
 
 
@@ -155,6 +157,37 @@ def as_read(motion: RobotMotion, reading: RobotReading, setpoint: bool = False) 
             given[:, j])
     return replace(motion, q=q, v=v, input=given, input_speed=speed, sigma_v=sigma_v,
                    sigma_q=sigma_q)
+
+
+def columns_as_read(raw: RawLog, readings: Sequence[RobotReading]) -> RawLog:
+    """Return the columns of a log as `readings` have them, one after the other."""
+    joints = list(raw.position)
+    for reading in readings:
+        raw = read_by(raw, {joints[j]: c for j, c in reading.joints.items()})
+        if reading.swapped:
+            first, second = (joints[j] for j in reading.swapped)
+            other = {first: second, second: first}
+            raw = replace(raw, position={j: raw.position[other.get(j, j)] for j in joints},
+                          input={j: raw.input[other.get(j, j)] for j in joints})
+    return raw
+
+
+def log_as_read(log: RobotLog, readings: Sequence[RobotReading]) -> RobotLog:
+    """Return a log as `readings` have it, one after the other."""
+    for reading in readings:
+        sections = []
+        for section in log.sections:
+            order = np.arange(section.position.shape[1])
+            if reading.swapped:
+                order[list(reading.swapped)] = reading.swapped[::-1]
+            q, given = section.position[:, order], section.input[:, order]
+            for j, convention in reading.joints.items():
+                q[:, j] = convention.position(q[:, j])
+                given[:, j] = convention.position(given[:, j]) if log.kind == SETPOINT else \
+                    convention.torque(given[:, j])
+            sections.append(LogSection(section.t, q, given))
+        log = replace(log, sections=tuple(sections))
+    return log
 
 
 class _Terms(NamedTuple):
@@ -188,8 +221,8 @@ class ConventionBalance:
     """
 
     def __init__(self, robot: RobotModel, setpoint: bool,
-                 limits: tuple[Array, Array] | None) -> None:
-        self.robot, self.setpoint = robot, setpoint
+                 limits: tuple[Array, Array] | None, settled: Collection[int] = ()) -> None:
+        self.robot, self.setpoint, self.settled = robot, setpoint, settled
         chain = robot.chain
         self.limits = limits or (np.full(len(chain.links), -math.inf),
                                  np.full(len(chain.links), math.inf))
@@ -199,7 +232,7 @@ class ConventionBalance:
         self.body = np.concatenate([
             *(LIMITS.links * link.mass * np.repeat(
                 [1.0, reach, reach ** 2], [1, 3, 6]) + 1e-9 for link in chain.links),
-            *(LIMITS.load * mass * np.repeat([1.0, 0.5 * reach], [1, LOAD - 1])
+            *(LIMITS.load * mass * np.repeat([1.0, 0.3 * reach], [1, LOAD - 1])
               for _ in chain.links)])
 
     def named(self, motion: RobotMotion) -> NamedReading | None:
@@ -244,7 +277,8 @@ class ConventionBalance:
     def _scored(self, motion: RobotMotion, tests: TestFunctions) -> Iterator[tuple[RobotReading, ReadingScore]]:
         """Yield readings of one joint, of two that are swapped, of all joints, and their score."""
         chain, joints = self.robot.chain, range(motion.q.shape[1])
-        turned = [{j} for j in joints] + ([set(joints)] if len(joints) > 1 else [])
+        turned = [{j} for j in joints if j not in self.settled]
+        turned += [set(joints)] if len(joints) > 1 and not self.settled else []
         terms, effort = self._terms(motion, tests), self._effort(motion)
         for group in turned:
             for factor in (-1.0, *_factors()) if not self.setpoint else ():
@@ -270,7 +304,9 @@ class ConventionBalance:
                     yield (RobotReading({j: replace(convention, effort=-1.0) for j in group}),
                            self._fitted(terms, scale * effort))
         for j in joints:
-            for k in range(j):
+            for k in range(j) if j not in self.settled else ():
+                if k in self.settled:
+                    continue
                 reading = RobotReading(swapped=(k, j))
                 yield reading, self.score(motion, tests, reading)
 

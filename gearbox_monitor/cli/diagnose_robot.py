@@ -60,7 +60,7 @@ def run(args: Namespace) -> int:
     if args.out:
         _write(args, diagnosis, data)
     show(args, data, lambda: robot_text(data))
-    return 0 if data['verdict'] == 'none' else 1
+    return 0 if data['verdict'] == 'none' and not data['readings'] else 1
 
 
 def _effects(args: Namespace) -> list[str] | None:
