@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.balance.robot_log import (
-    checked_log, continuous, CURRENT, RawLog, read_by, RobotLog, TORQUE)
+    checked_log, continuous, CURRENT, RawLog, read_by, RobotLog, TORQUE, TURNED)
 from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError, unknown
@@ -22,6 +22,7 @@ from gearbox_monitor.recordings.reading import open_recording, Reading
 from gearbox_monitor.recordings.recording import NO_SERVO, robot_log
 from gearbox_monitor.signals.convention import conventions_of
 
+BEYOND = 0.05  # rad or m: a joint that leaves its range by less is at its stop
 KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
         'kd', 'gain_tolerance', 'compensated', 'locked')
 
@@ -157,6 +158,19 @@ def load_columns(path: str, file: ChainFile, values: RobotValues, recorded: Mapp
     return continuous(read_by(raw, conventions))
 
 
+def beyond_range(raw: RawLog, file: ChainFile) -> dict[str, str]:
+    """Return {joint: words} of the joints of a log that leave the range of the description."""
+    notes = {}
+    for joint, low, high in zip(file.chain.joints, file.low, file.high):
+        q = raw.position[joint][np.isfinite(raw.position[joint])]
+        turned = any(note.startswith(f'{joint}: {TURNED}') for note in raw.notes)
+        if len(q) and not turned and (q.min() < low - BEYOND or q.max() > high + BEYOND):
+            share = float(((q < low) | (q > high)).mean())
+            notes[joint] = (f'{joint}: from {q.min():.4g} to {q.max():.4g}, {100.0 * share:.2g} % '
+                            f'beyond the range of the model ({low:.4g} to {high:.4g})')
+    return notes
+
+
 def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
              recorded: Mapping[str, str], topic: str = 'joint_states',
              reading: Reading = Reading()) -> RobotLog:
@@ -180,4 +194,5 @@ def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
                          'in --values: a rough one does, masses come in its scale')
     if values.measured and raw.kind == TORQUE:
         raw = replace(raw, measured=True)
-    return checked_log(raw, file.chain.joints)
+    return checked_log(replace(raw, notes=(*raw.notes, *beyond_range(raw, file).values())),
+                       file.chain.joints)

@@ -140,11 +140,14 @@ def continuous(raw: RawLog) -> RawLog:
     return replace(raw, t=t, position=position, input=given, notes=tuple(notes))
 
 
+TURNED = 'the position jumps by a turn'
+
+
 def jump_words(finding: JumpFinding, seconds: float) -> str:
     """Return a `finding` about a joint's positions in words, the first one at `seconds`."""
     size, times = f'{abs(finding.size):.4g}', f'{finding.count} times' if finding.count > 1 else \
         'once'
-    return {TURNS: f'the position jumps by a turn ({size}) {times}, first at {seconds:.4g} s: '
+    return {TURNS: f'{TURNED} ({size}) {times}, first at {seconds:.4g} s: '
                    'turns are counted on',
             OUTLIER: f'{finding.count} outliers, the first one {size} off at {seconds:.4g} s: not '
                      'used',

@@ -29,9 +29,11 @@ from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Paged, Saved
+from gearbox_monitor.quality.finding import BAD, DataFinding, hurts, WARN
 from gearbox_monitor.recordings.reading import Reading
 from gearbox_monitor.recordings.recording import ANY
 from gearbox_monitor.report.robot_words import reading_words, robot_headline
+from gearbox_monitor.report.words import counted
 from gearbox_monitor.signals.convention import conventions_of
 
 Progress = Callable[[int, int], None]
@@ -261,6 +263,46 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     text, refused = closed_file(file, data['findings'], f'gearbox_monitor {__version__} diagnose')
     return RobotDiagnosis(verdict, robot, {'summary': robot_headline(data), **data}, text,
                           tuple(refused))
+
+
+def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | None = None,
+                topic: str = JOINT_STATES, reading: Reading = Reading()) -> list[DataFinding]:
+    """
+    Return what a log says of itself and of its conventions, joint by joint.
+
+    Args:
+        log: a recording of any kind.
+        robot: of `load_robot`.
+        recorded: {joint: its name in the log}, where they differ.
+        topic: of the joints, in bags.
+        reading: how columns and joints are read.
+
+    Raises:
+        InputError: the log cannot be read, lacks a joint, or is too short or slow.
+    """
+    read = robot_logs(log, robot, recorded=recorded, topic=topic, reading=reading)
+    found = read[0]
+    findings = [DataFinding(
+        'log', 'length', f'{found.seconds:.4g} s of {found.kind} at {found.rate:.4g} samples/s in '
+        f'{counted(len(found.sections), "part")}', values={
+            'seconds': found.seconds, 'rate_hz': found.rate, 'parts': len(found.sections)})]
+    for note in found.notes:
+        joint, colon, words = note.partition(': ')
+        of_joint = bool(colon) and joint in robot.joints
+        advice, grade = '', WARN
+        if 'beyond the range' in note:
+            advice = ('check zero, direction and unit of the joint (--convention '
+                      f'{joint}=zero:RAD, reversed or deg), or the range in the model')
+        findings.append(DataFinding(joint if of_joint else 'log', 'note', words if of_joint else
+                                    note, advice, hurts(diagnosis=grade)))
+    _, doubts = as_named(read, robot, reading)
+    findings += [DataFinding('conventions', 'reading', doubt.partition(': ')[2], '',
+                             hurts(diagnosis=BAD)) for doubt in doubts]
+    if not doubts:
+        findings.append(DataFinding('conventions', 'reading', 'direction, zero, unit and order of '
+                                    'all joints contradict no weight and inertia of the model'))
+    places = ['log', 'conventions', *robot.joints]
+    return sorted(findings, key=lambda finding: places.index(finding.group))
 
 
 def as_named(logs: Sequence[RobotLog], robot: Robot, reading: Reading
