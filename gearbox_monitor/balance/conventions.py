@@ -61,8 +61,8 @@ class ConventionLimits:
     gain: float = 0.2
     tilt: float = 0.3
     friction: float = 0.3
-    offset: float = 0.3
-    bent: float = 0.1
+    offset: float = 0.15
+    bent: float = 0.05
     rotor: float = 0.05
     highest: float = 2.0
     seconds: int = 30
@@ -122,7 +122,7 @@ def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array]
     """
     motion = thinned(motion_of(log))
     found: list[NamedReading] = []
-    for _ in robot.chain.links:
+    while len(settled) < len(robot.chain.links):
         balance = ConventionBalance(robot, log.kind == SETPOINT, limits, settled)
         named = balance.named(motion)
         if named is None:
