@@ -35,16 +35,16 @@ class ConventionLimits:
     """
     What decides about a reading of a robot's log, each with its reason.
 
-    margin: 2 log likelihood that another reading must gain; effects that priors allow gain less
-    than a third of it on random robots (test/system/robot_conventions.py). samples: independent
-    ones of a joint at most: the error of a model does not average out. accuracy: share of a
-    joint's effort (rms) that no description is better than; least: the same
-    of the largest effort of the robot: what a light wrist needs is known to that. explained: share of the effort's
-    power that an accepted reading leaves at most, of the joints that it changes.
+    margin: 2 log likelihood that another reading must gain; none of the effects of random robots
+    gives it to a wrong one (test/system/robot_conventions.py). samples: independent ones of a
+    joint at most: the error of a model does not average out. accuracy: share of a joint's effort
+    (rms) that no description is better than; least: the same of the largest effort of the robot,
+    for a light wrist. explained: share of the effort's power that an accepted reading leaves at
+    most, of the joints that it changes.
 
-    Deviations of the priors. load: mass on any link, of the mass of the robot; links: of
-    the mass of a link itself; gain: of a motor; tilt: of gravity, of 9.81 m/s^2; friction, offset, bent:
-    of the rms effort of the joint (bent: sine and cosine of its angle); rotor: kg m^2 per N m.
+    Deviations of the priors. load: mass on any link, of the mass of the robot; links: of the mass
+    of a link itself; gain: of a motor; tilt: of gravity, of 9.81 m/s^2; friction, offset, bent: of
+    the rms effort of the joint (bent: sine and cosine of its angle); rotor: kg m^2 per N m.
 
     highest: Hz of the test functions, below resonances and delays. seconds, rate: of the motion
     that is fitted. zero: least offset, rad, that is a convention and no effect of a calibration.
@@ -265,7 +265,8 @@ class ConventionBalance:
         if reading.swapped:
             order = np.arange(motion.q.shape[1])
             order[list(reading.swapped)] = reading.swapped[::-1]
-            tests = replace(tests, mask=tests.mask[:, order], mask_slope=tests.mask_slope[:, order])
+            tests = replace(tests, mask=tests.mask[:, order],
+                            mask_slope=tests.mask_slope[:, order])
         scale = np.ones(motion.q.shape[1])  # of efforts, whose power as recorded is the measure
         for j, convention in reading.joints.items():
             scale[j] = convention.effort
@@ -274,7 +275,8 @@ class ConventionBalance:
             reading.swapped), self.setpoint)
         return self._fitted(self._terms(read, tests), scale * self._effort(read))
 
-    def _scored(self, motion: RobotMotion, tests: TestFunctions) -> Iterator[tuple[RobotReading, ReadingScore]]:
+    def _scored(self, motion: RobotMotion, tests: TestFunctions
+                ) -> Iterator[tuple[RobotReading, ReadingScore]]:
         """Yield readings of one joint, of two that are swapped, of all joints, and their score."""
         chain, joints = self.robot.chain, range(motion.q.shape[1])
         turned = [{j} for j in joints if j not in self.settled]

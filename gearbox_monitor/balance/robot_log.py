@@ -92,7 +92,7 @@ def raw_log(recording: Recording, joints: Mapping[str, str], kind: str,
         inputs = {joint: x * constants[joint] for joint, x in inputs.items()}
     return RawLog(recording.name, (stamps - stamps[:1]) * 1e-9,
                   {joint: s.position for joint, s in by_joint.items()}, inputs, kind,
-                  all(s.measured for s in signals), recording.notes)
+                  all(s.measured for s in signals), tuple(recording.notes))
 
 
 def read_by(raw: RawLog, conventions: Mapping[str, Convention]) -> RawLog:
@@ -103,7 +103,8 @@ def read_by(raw: RawLog, conventions: Mapping[str, Convention]) -> RawLog:
             position[joint] = convention.position(position[joint])
             given[joint] = convention.position(given[joint]) if raw.kind == SETPOINT else \
                 convention.torque(given[joint])
-    stated = [f'{joint}: read as {c.rules}' for joint, c in conventions.items() if c != AS_RECORDED]
+    stated = [f'{joint}: read as {c.rules}' for joint, c in conventions.items()
+              if c != AS_RECORDED]
     return replace(raw, position=position, input=given, notes=(*raw.notes, *stated))
 
 

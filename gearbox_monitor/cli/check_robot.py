@@ -37,9 +37,9 @@ def run(args: Namespace) -> int:
                            reading=reading_of_robot(args))
     lines = [{'group': f.group, 'name': f.name, 'verdict': f.verdict().name.lower(),
               'figure': f.figure, 'advice': f.advice, 'values': f.values} for f in findings]
-    data = {'bag': str(args.bag), 'model': str(args.model), 'lines': lines}
-    show(args, {'summary': summary(data['bag'], findings), **data},
-         lambda: text(summary(data['bag'], findings), lines))
+    head = summary(str(args.bag), findings)
+    show(args, {'summary': head, 'bag': str(args.bag), 'model': str(args.model), 'lines': lines},
+         lambda: text(head, lines))
     return int(any(f.verdict() == BAD for f in findings))
 
 
@@ -61,4 +61,3 @@ def text(head: str, lines: Sequence[Mapping[str, Any]]) -> str:
         rows += wrapped(line['figure'], f'  {line["name"]:16s} {line["verdict"]:4s} ', ' ' * 24)
         rows += wrapped(f'-> {line["advice"]}', ' ' * 24, ' ' * 27) if line['advice'] else []
     return '\n'.join(rows)
-

@@ -157,7 +157,8 @@ def reading_words(named: NamedReading, joints: Sequence[str]) -> str:
 def robot_headline(data: Mapping[str, Any]) -> str:
     """Return the verdict `data` in words: what differs, by how much, whether that is all."""
     if data.get('readings'):
-        return f'{"; ".join(data["readings"])}. Read so: {robot_headline({**data, "readings": []})}'
+        rest = robot_headline({**data, 'readings': []})
+        return f'{"; ".join(data["readings"])}. Read so: {rest}'
     findings, remainders, axes = data['findings'], data['remainders'], axes_of(data)
     against = 'the references' if data.get('references') else 'the model file'
     if data['verdict'] == 'none':

@@ -100,5 +100,6 @@ def _ruled(convention: Convention, rule: str, where: str) -> Convention:
         except ValueError:
             value = math.nan
         if math.isfinite(value) and (word == 'zero' or value != 0.0):
-            return replace(convention, **{word: value})
+            return replace(convention, zero=value) if word == 'zero' else replace(
+                convention, effort=value)
     raise InputError(f'{where}: {rule!r}, expected a rule of {RULES}')

@@ -19,7 +19,8 @@ JOINTS = ('base', 'shoulder', 'elbow')
 
 def arm():
     """Return a chain: about the vertical, then two about the horizontal."""
-    rows = [('base', -1, (0, 0, 0.2), (0, 0, 1), 5.0), ('shoulder', 0, (0, 0, 0.1), (0, 1, 0), 4.0),
+    rows = [('base', -1, (0, 0, 0.2), (0, 0, 1), 5.0),
+            ('shoulder', 0, (0, 0, 0.1), (0, 1, 0), 4.0),
             ('elbow', 1, (0.4, 0.03, 0), (0, 1, 0), 2.0)]
     links = tuple(Link(name, name, parent, np.eye(3), np.array(at, float), np.array(axis, float),
                        False, inertial(mass, np.array([0.18, 0.01, 0.02]),

@@ -86,8 +86,9 @@ def same(named, truth):
 
 def words(reading):
     """Return a reading in a few words."""
-    return 'exchanged %d %d' % reading.swapped if reading.swapped else ' '.join(
-        f'{j}={c.rules}' for j, c in reading.joints.items())
+    if reading.swapped:
+        return f'exchanged {reading.swapped[0]} {reading.swapped[1]}'
+    return ' '.join(f'{j}={c.rules}' for j, c in reading.joints.items())
 
 
 def case_of(seed):
@@ -132,11 +133,11 @@ def table(records):
         if seen:
             right = sum(w['how'].startswith('right') for _, w in seen)
             false = sum(w['how'] == 'false' for _, w in rows)
-            lines.append(
-                f'{kind or "all"}: visible {len(seen)} of {len(rows)}, right '
-                f'{interval(right, len(seen))}; false in all {false}' + ('' if not kind else ' ' + str(
-                    [(seed, w['truth'], w['named']) for seed, w in rows if w['how'] == 'false'
-                     or w['visible'] and w['how'] == 'none'][:8])))
+            others = [(seed, w['truth'], w['named']) for seed, w in rows if w['how'] == 'false'
+                      or w['visible'] and w['how'] == 'none']
+            lines.append(f'{kind or "all"}: visible {len(seen)} of {len(rows)}, right '
+                         f'{interval(right, len(seen))}; false in all {false}'
+                         + (f' {others[:8]}' if kind else ''))
     return lines
 
 

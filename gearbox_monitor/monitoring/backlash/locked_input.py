@@ -111,13 +111,15 @@ def _fit(twist: Array, torque: Array, direction: Array, stamp_ns: int) -> Backla
     def remainder(shape: Sequence[float]) -> Array:
         table = columns(shape)
         return np.asarray(y - table @ np.linalg.lstsq(table, y, rcond=None)[0]) / scale
-    best = min((scipy.optimize.least_squares(
-        remainder, (share * span, middle), x_scale=span, loss='soft_l1', f_scale=0.1,
-        bounds=((0.0, x.min()), (0.5 * span, x.max()))) for share in STARTS),
-        key=lambda fitted: float(fitted.cost))
-    table = columns(best.x)
+    shapes: list[tuple[float, Array]] = []
+    for share in STARTS:
+        fitted = scipy.optimize.least_squares(
+            remainder, (share * span, middle), x_scale=span, loss='soft_l1', f_scale=0.1,
+            bounds=((0.0, x.min()), (0.5 * span, x.max())))
+        shapes.append((float(fitted.cost), fitted.x))
+    half_gap, zero = min(shapes, key=lambda shape: shape[0])[1]
+    table = columns((half_gap, zero))
     stiffness, friction, offset = np.linalg.lstsq(table, y, rcond=None)[0]
-    half_gap, zero = best.x
     side = np.sign(x - zero) * (np.abs(x - zero) > half_gap)
     flank = float(min((side > 0).mean(), (side < 0).mean()))
     if flank < 0.02 or not stiffness > 0.0:
