@@ -33,6 +33,7 @@ MOST_JOINTS = 1000  # that q[6] in --columns may stand for
 GEARED = 0.2  # from 1: lost motion and noise make a ratio of 1 look that different
 BLANK = 0.05  # share of empty cells from which on curves have samples of their own
 APART = 3.0   # times: a velocity that differs as much from the derivative has another unit
+STILL = 20.0  # steps from row to row: a range below is noise
 ROLES = {'motor': 'motor_position', 'arm': 'arm_position', 'position': 'motor_position',
          'velocity': 'motor_velocity', 'effort': 'motor_effort', 'setpoint': 'motor_setpoint',
          'reference': 'reference_torque'}
@@ -126,7 +127,7 @@ def guessed(table: Table, settings: Sequence[str] = (), answers: Answers = Answe
 def _of_names(table: Table) -> dict[str, Any]:
     """Return the mapping of a table in this package's own names and SI, {} for another one."""
     names = [column.name for column in table.columns]
-    if 't' not in names:
+    if 't' not in names or table.joints:
         return {}
     time = {'column': 't'}
     if set(names) & {'motor', 'arm'} and set(names) & {'u', 'torque', 'setpoint'}:
@@ -138,12 +139,14 @@ def _of_names(table: Table) -> dict[str, Any]:
     for prefix, quantity in OF_ROBOT_TABLE.items():
         for name in names:
             if name.startswith(prefix) and name != prefix:
-                joints.setdefault(name.removeprefix(prefix), {})[quantity] = {
+                joint = name.removeprefix(prefix)
+                joints.setdefault(f'joint_{joint}' if joint.isdigit() else joint, {})[quantity] = {
                     'column': name, **({'unit': 'A'} if prefix == 'i_' else {})}
     driven = [joint for joint, own in joints.items() if {'effort', 'setpoint'} & set(own)]
     plain = all('position' in own or not {'effort', 'setpoint'} & set(own)
                 for own in joints.values()) and all(
-        meaning_of(f'q_{joint}').source in ('', 'measured') for joint in joints)
+        meaning_of(own['position']['column']).source in ('', 'measured')
+        for own in joints.values() if 'position' in own)
     return {'time': time, 'joints': {joint: own for joint, own in joints.items()
                                      if 'position' in own}} if driven and plain else {}
 
@@ -327,8 +330,8 @@ class _Proposal:
         """Return the unit of a column in a `role` as the user states it, '' if not."""
         names = [candidate.meaning.label, candidate.meaning.stem, candidate.meaning.joint,
                  *_names_of(role)]
-        name = next((n for n in names if n in self.answers.units), None)
-        if name is None or self.answers.units[name] == NONE:
+        name = next((n for n in names if self.answers.units.get(n, NONE) != NONE), None)
+        if name is None:
             return ''
         unit = standard_unit(self.answers.units[name])
         quantity = kind_of(role).quantity
@@ -500,7 +503,8 @@ class _Proposal:
         step = max(1, len(q) // 2000)
         moved = np.abs(q[4 * step:] - q[:-4 * step]) / np.maximum(t[4 * step:] - t[:-4 * step],
                                                                   1e-9)
-        if scale is None or factor is None or len(moved) < 10:
+        still = len(q) < 20 or np.ptp(q) < STILL * float(np.median(np.abs(np.diff(q))))
+        if scale is None or factor is None or len(moved) < 10 or still:
             return
         ratio = float(np.mean(np.abs(v)) * factor / max(np.mean(moved) * scale, 1e-12))
         if not 1.0 / APART < ratio < APART:

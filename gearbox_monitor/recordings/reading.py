@@ -103,6 +103,7 @@ def read_mapping(path: Path, reading: Reading = Reading(), constants: bool = Tru
             raise InputError('--map: with --use, --unit and the like, expected --set KEY=VALUE of '
                              'the mapping, or no --map')
         data, source = load_mapping(reading.map, reading.settings)
+        mapping_of(data, source, None)  # its own problems before those of the file
         table = load_table(path, text_of(data, source))
         return table, mapping_of(data, source, table.header), None
     if reading.answers.stamps == 'received':

@@ -45,7 +45,7 @@ class Signals:
 
 def is_streamed(table: Table, mapping: Mapping) -> bool:
     """Return whether `mapping` reads the text `table` block by block, without all of its rows."""
-    return (table.rows is not None and mapping.second is None and mapping.time.segment is None
+    return (table.streamed and mapping.second is None and mapping.time.segment is None
             and mapping.time.stamps == 'recorded'
             and all(signal.time is None for signal in mapping.signals.values())
             and not set(_integrated_names(mapping)))

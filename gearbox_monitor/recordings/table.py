@@ -70,7 +70,8 @@ class Table:
     Columns of a file, of one length.
 
     named: the file names them; joints: names of joints that it lists; rate: Hz, as a file beside
-    it states; header: numbers by name. rows: of a text that is read in blocks.
+    it states; header: numbers by name. rows: reads a text again, in blocks; streamed: its columns hold
+    the first rows only, else `lines` is the line of each row.
     """
 
     path: Path
@@ -81,6 +82,8 @@ class Table:
     header: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     rows: Callable[[Collection[str], Collection[str]], Iterator['Block']] | None = None
+    streamed: bool = False
+    lines: Integers | None = None
 
     def find(self, place: int | str, key: str) -> Column:
         """
@@ -101,12 +104,19 @@ class Table:
 
     def blocks(self, numbers: Collection[str], texts: Collection[str] = ()) -> Iterator['Block']:
         """Yield rows of the columns `numbers` and, as they are written, `texts`, in blocks."""
-        if self.rows is not None:
+        if self.rows is not None and self.streamed:
             yield from self.rows(numbers, texts)
             return
         values = {c.name: c.values for c in self.columns if c.name in (*numbers, *texts)}
+        exact = [name for name in texts if name in values and values[name].dtype.kind == 'f']
+        if exact and self.rows is not None:
+            parts = list(self.rows((), exact))
+            values |= {name: np.concatenate([b.values[name] for b in parts]) for name in exact}
         lengths = {len(v) for v in values.values()} or {0}
-        yield Block(values, np.arange(1, max(lengths) + 1), 'row')
+        if self.lines is not None and lengths == {len(self.lines)}:
+            yield Block(values, self.lines)
+        else:
+            yield Block(values, np.arange(1, max(lengths) + 1), 'row')
 
 
 @dataclass(frozen=True)
@@ -231,11 +241,11 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
     looked = list(rows(wanted, texts)) if whole else [next(rows(wanted, texts))]
     columns = [replace(column, values=np.concatenate([b.values[column.name] for b in looked]))
                for column in columns]
-    siblings = _listed_joints(path)
-    return Table(path, tuple(columns), named, siblings, None, _text_header(path, layout), (
+    streamed = not whole and (path.stat().st_size >= BLOCK or _is_packed(path))
+    return Table(path, tuple(columns), named, _listed_joints(path), None, _text_header(path, layout), (
         f'one row per signal ({width} rows of {len(columns[0].values)} samples): column numbers '
         'count the rows',) if layout.by_signal and columns else (),
-        None if whole or path.stat().st_size < BLOCK and not _is_packed(path) else rows)
+        rows, streamed, np.concatenate([block.numbers for block in looked]))
 
 
 def _is_packed(path: Path) -> bool:
@@ -378,7 +388,7 @@ def _long_pivoted(table: Table) -> Table:
     key = next((c for c in table.columns if _is_key(c, table)), None)
     if key is None:
         return table
-    if table.rows is not None:
+    if table.streamed:
         table = _whole(table)
         key = next(c for c in table.columns if c.name == key.name)
     time_words, *signals = (vocabulary()['quantities'][q] for q in (
@@ -398,7 +408,7 @@ def _long_pivoted(table: Table) -> Table:
             columns.append(Column(word if alone else f'{c.name} {word}', c.values[rows], c.unit,
                                   c.factor, '' if c in times else f'{times[0].name} {word}'))
     clocks = {f'{t.name} {w}' for t in times for w in words}
-    return replace(table, rows=None, columns=tuple(columns), notes=(
+    return replace(table, rows=None, streamed=False, lines=None, columns=tuple(columns), notes=(
         *table.notes, f'a row for each {key.name}: {", ".join(map(str, words[order]))[:200]}'),
         header=table.header) if clocks else table
 
@@ -408,7 +418,7 @@ def _whole(table: Table) -> Table:
     assert table.rows is not None
     texts = [c.name for c in table.columns if c.values.dtype.kind == 'U']
     blocks = list(table.rows([c.name for c in table.columns if c.name not in texts], texts))
-    return replace(table, rows=None, columns=tuple(replace(c, values=np.concatenate(
+    return replace(table, rows=None, streamed=False, columns=tuple(replace(c, values=np.concatenate(
         [b.values[c.name] for b in blocks])) for c in table.columns))
 
 
@@ -430,7 +440,7 @@ def _is_key(column: Column, table: Table) -> bool:
     if not 1 < len(words) <= MOST_KEYS:
         return False
     turns: Integers = np.diff(place) != 0
-    if table.rows is not None and is_named and values.dtype.kind == 'U' and turns.sum() < len(
+    if table.streamed and is_named and values.dtype.kind == 'U' and turns.sum() < len(
             words):  # blocks of which the head shows some
         return True
     if counts.min() < EVEN * counts.max():

@@ -128,8 +128,11 @@ def layout_of(path: Path, text: TextFormat = TextFormat()) -> TextLayout:
                 and line.strip() and not line.lstrip().startswith(comment)]
     if not numbered:
         raise InputError(f'{path}: no rows of data, expected a recording')
-    text = _with_delimiter(text, [line for _, line in numbered[len(numbered) // 2:]])
-    rows = [(k, split_line(line, text)) for k, line in numbered]
+    try:
+        text = _with_delimiter(text, [line for _, line in numbered[len(numbered) // 2:]])
+        rows = [(k, split_line(line, text)) for k, line in numbered]
+    except InputError as error:
+        raise InputError(f'{path}: {error}') from None
     width = max(len(cells) for _, cells in rows)
     if width > MAX_COLUMNS and len(rows) >= MIN_SAMPLES:
         raise InputError(f'{path}: {width} columns, expected at most {MAX_COLUMNS}')
