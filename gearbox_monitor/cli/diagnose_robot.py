@@ -39,8 +39,8 @@ def is_robot(args: Namespace) -> bool:
     """Return whether the options `args` of diagnose are about a whole robot."""
     if args.joint is None and Path(args.model).suffix.lower() in SUFFIXES:
         return True
-    refuse(args, ('reference', 'recorded', 'prefix'), 'of a whole robot, expected an MJCF or URDF file as '
-           '--model, and no --joint')
+    refuse(args, ('reference', 'recorded', 'prefix'), 'of a whole robot, expected an MJCF or '
+           'URDF file as --model, and no --joint')
     return False
 
 

@@ -24,7 +24,7 @@ from gearbox_monitor.recordings.siblings import sibling_setpoints, states_beside
 from gearbox_monitor.recordings.table import Column, Table
 from gearbox_monitor.recordings.times import found_time, FoundTime
 from gearbox_monitor.recordings.units import (
-    axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, TIME, unit_factor,
+    axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, unit_factor,
     unit_of_label, units_of, VELOCITY, vocabulary)
 
 COARSE = 100.0  # whole numbers over a wider range are counts
@@ -67,6 +67,9 @@ class Answers:
     stamps: str = ''
 
 
+NO_ANSWERS = Answers()
+
+
 @dataclass(frozen=True)
 class Guess:
     """
@@ -104,7 +107,7 @@ class Unsettled(Undecided):
         self.guess = guess
 
 
-def guessed(table: Table, settings: Sequence[str] = (), answers: Answers = Answers(),
+def guessed(table: Table, settings: Sequence[str] = (), answers: Answers = NO_ANSWERS,
             constants: bool = True) -> Guess:
     """
     Return the Guess of a mapping for a table.
@@ -119,7 +122,7 @@ def guessed(table: Table, settings: Sequence[str] = (), answers: Answers = Answe
         InputError: the file holds no motion that can be recognised.
         Undecided: its columns have no names, or none of them is a time.
     """
-    if answers == Answers() and (data := _of_names(table)):
+    if answers == NO_ANSWERS and (data := _of_names(table)):
         return Guess(table.path.name, with_settings(data, settings), ())
     return _Proposal(table, settings, answers, constants).guess()
 
@@ -130,7 +133,7 @@ def _of_names(table: Table) -> dict[str, Any]:
     if 't' not in names or table.joints:
         return {}
     time = {'column': 't'}
-    if set(names) & {'motor', 'arm'} and set(names) & {'u', 'torque', 'setpoint'}:
+    if set(names) & {'motor', 'arm'} and set(names) & set(OF_TABLE):
         if {'u', 'torque'} <= set(names):
             raise InputError(f'{table.path}: torque: stands with u, expected one of them')
         return {'time': time, 'signals': {OF_TABLE[name]: {'column': name} for name in names
@@ -172,8 +175,9 @@ class _Proposal:
         table, answers = self.table, self.answers
         for name, unit in answers.units.items():
             if unit != NONE and not standard_unit(unit):
-                raise InputError(f'--unit {name}={unit}: unknown unit, expected one of ' + ', '.join(
-                    dict.fromkeys(u for q in vocabulary()['units'] for u in units_of(q))))
+                known = dict.fromkeys(u for q in vocabulary()['units'] for u in units_of(q))
+                raise InputError(f'--unit {name}={unit}: unknown unit, expected one of '
+                                 + ', '.join(known))
         time = self._time()
         clocks = {column.clock for column in table.columns}
         columns = [c for c in table.columns if c.name not in (*time.labels, *clocks)
@@ -264,7 +268,7 @@ class _Proposal:
         block: dict[str, Any] = {'rate': rate}
         episode = next((c for c in table.columns if c.name in ('episode', 'episode_index')
                         and len(np.unique(c.values)) > 1), None)
-        labels = ()
+        labels: tuple[str, ...] = ()
         if episode is not None:
             block['segment'], labels = episode.name, (episode.name,)
             if answers.episode is not None:
@@ -532,9 +536,8 @@ class _Proposal:
         if scales[0] is None or scales[1] is None or self._stated('gear_ratio'):
             return
         ratio = abs(slope) * scales[0] / scales[1]
-        unit = next((name for name, factor in (('deg', 57.29578), ('turns', 1 / TURN), (
-            'mrad', 1e-3), ('deg', 1 / 57.29578), ('mrad', 1e3)) if abs(
-                ratio / factor - 1.0) < 0.03), '')
+        unit = next((name for name, factor in units_of(POSITION, ROTARY).items() for ends in (
+            factor, 1.0 / factor) if factor != 1.0 and abs(ratio / ends - 1.0) < 0.02), '')
         if unit:
             self._ask('ratio', f'the motor moves {ratio:.4g} times as much as the arm, which '
                       'looks like a unit', f'--unit motor={unit} (or arm), or --set gear_ratio=N')

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
-from gearbox_monitor.recordings.text import format_of, TextFormat
+from gearbox_monitor.recordings.text import format_of, FOUND, TextFormat
 from gearbox_monitor.recordings.units import (
     axis_of, EFFORT, POSITION, PRISMATIC, ROTARY, TIME, unit_factor, units_of, VELOCITY)
 
@@ -117,7 +117,7 @@ class Mapping:
     signals: Table[str, SignalMapping]
     kind: str = ROTARY
     gear_ratio: float = 1.0
-    text: TextFormat = TextFormat()
+    text: TextFormat = FOUND
     joints: tuple[str, ...] = ()
     second: 'tuple[str, float | str, Mapping] | None' = field(default=None)
 

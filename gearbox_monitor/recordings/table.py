@@ -8,7 +8,7 @@ The first bytes of a file say its kind. Text is read in blocks; all other kinds 
 in a child with limits of time and memory. All may be gzipped.
 """
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 import contextlib
 from dataclasses import dataclass, field, replace
 import gzip
@@ -28,7 +28,7 @@ from gearbox_monitor.files.packed_files import BoundedGzip, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Integers
 from gearbox_monitor.recordings import container_child
 from gearbox_monitor.recordings.text import (
-    BLOCK, DATE, layout_of, MIN_SAMPLES, number_of, numbers_of_list, text_rows, TextFormat,
+    BLOCK, DATE, FOUND, layout_of, MIN_SAMPLES, number_of, numbers_of_list, text_rows, TextFormat,
     TextLayout, TextRows)
 from gearbox_monitor.recordings.units import (
     EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
@@ -41,7 +41,8 @@ PICKLES = (b'\x80\x02', b'\x80\x03', b'\x80\x04', b'\x80\x05')
 CPU_SECONDS, MEMORY = 20, 1 << 30  # of the child
 LEAST_FILLED = 0.01  # share of the cells of a column that holds numbers
 MOST_KEYS = 64       # words that tell rows apart, as names of joints do
-NUMBERED = frozenset('id joint motor servo axis device actuator node can name channel topic'.split())
+NUMBERED = frozenset(
+    'id joint motor servo axis device actuator node can name channel topic'.split())
 NO_JOINT = frozenset('temp temperature status mode error fault'.split())
 TURNS, EVEN = 0.3, 0.5  # share of rows behind which another's follows; rows of the rarest
 JOINT_LIST = 'joint_list.txt'  # beside a recording
@@ -70,8 +71,8 @@ class Table:
     Columns of a file, of one length.
 
     named: the file names them; joints: names of joints that it lists; rate: Hz, as a file beside
-    it states; header: numbers by name. rows: reads a text again, in blocks; streamed: its columns hold
-    the first rows only, else `lines` is the line of each row.
+    it states; header: numbers by name. rows: reads a text again, in blocks; streamed: its columns
+    hold the first rows only, else `lines` is the line of each row.
     """
 
     path: Path
@@ -95,7 +96,8 @@ class Table:
             found = list(self.columns[place - 1:place])
         else:
             found = [c for c in self.columns if c.name == place] or [
-                c for c in self.columns if place in c.name.split() or plain(c.name) == plain(place)]
+                c for c in self.columns if place in c.name.split()
+                or plain(c.name) == plain(place)]
         if len(found) == 1:
             return found[0]
         raise InputError(f'{self.path}: column {place!r} ({key}): '
@@ -165,7 +167,7 @@ def kind_of(path: Path) -> str:
     return 'yaml' if kind == 'text' and yaml else kind
 
 
-def load_table(path: Path, text: TextFormat = TextFormat(), whole: bool = False) -> Table:
+def load_table(path: Path, text: TextFormat = FOUND, whole: bool = False) -> Table:
     """
     Return the Table of a file.
 
@@ -242,10 +244,12 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
     columns = [replace(column, values=np.concatenate([b.values[column.name] for b in looked]))
                for column in columns]
     streamed = not whole and (path.stat().st_size >= BLOCK or _is_packed(path))
-    return Table(path, tuple(columns), named, _listed_joints(path), None, _text_header(path, layout), (
+    notes = () if not layout.by_signal or not columns else (
         f'one row per signal ({width} rows of {len(columns[0].values)} samples): column numbers '
-        'count the rows',) if layout.by_signal and columns else (),
-        rows, streamed, np.concatenate([block.numbers for block in looked]))
+        'count the rows',)
+    return Table(path, tuple(columns), named, _listed_joints(path), None,
+                 _text_header(path, layout), notes, rows, streamed,
+                 np.concatenate([block.numbers for block in looked]))
 
 
 def _is_packed(path: Path) -> bool:
@@ -404,7 +408,7 @@ def _long_pivoted(table: Table) -> Table:
         rows = np.flatnonzero(place == k)
         word = str(words[k]) if words.dtype.kind == 'U' else f'joint_{int(words[k])}'
         for c in values:
-            alone = len(single) == 1 and c is single[0] and not _names(c) & frozenset().union(*signals)
+            alone = [id(s) for s in single] == [id(c)] and not _names(c) & frozenset().union(*signals)
             columns.append(Column(word if alone else f'{c.name} {word}', c.values[rows], c.unit,
                                   c.factor, '' if c in times else f'{times[0].name} {word}'))
     clocks = {f'{t.name} {w}' for t in times for w in words}
@@ -418,8 +422,9 @@ def _whole(table: Table) -> Table:
     assert table.rows is not None
     texts = [c.name for c in table.columns if c.values.dtype.kind == 'U']
     blocks = list(table.rows([c.name for c in table.columns if c.name not in texts], texts))
-    return replace(table, rows=None, streamed=False, columns=tuple(replace(c, values=np.concatenate(
-        [b.values[c.name] for b in blocks])) for c in table.columns))
+    values = {c.name: np.concatenate([b.values[c.name] for b in blocks]) for c in table.columns}
+    return replace(table, rows=None, streamed=False, columns=tuple(
+        replace(c, values=values[c.name]) for c in table.columns))
 
 
 def _names(column: Column) -> set[str]:

@@ -52,6 +52,9 @@ class TextFormat:
     header: int | None = None
 
 
+FOUND = TextFormat()
+
+
 @dataclass(frozen=True)
 class TextLayout:
     """
@@ -97,7 +100,7 @@ def format_of(block: Any, source: str) -> TextFormat:
 
 
 # --- layout -------------------------------------------------------------------------------------
-def layout_of(path: Path, text: TextFormat = TextFormat()) -> TextLayout:
+def layout_of(path: Path, text: TextFormat = FOUND) -> TextLayout:
     """
     Return the TextLayout of a file.
 
@@ -418,7 +421,7 @@ def _numbers(data: bytes, layout: TextLayout, rows: int) -> Array | None:
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         try:
-            values = np.fromstring(data, sep=separator)  # type: ignore[call-overload]
+            values = np.fromstring(data, sep=separator)
         except (DeprecationWarning, ValueError):
             return None
     return values.reshape(rows, columns) if len(values) == rows * columns else None

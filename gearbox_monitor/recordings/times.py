@@ -164,7 +164,7 @@ def _stamps(path: Path, column: Column, unit: str, nano: Column | None) -> Array
 
 
 def _is_even(stamps: Array, starts: Flags, is_named: bool) -> bool | None:
-    """Return whether `stamps` want an even grid, as stamped on receipt; None: they are no times."""
+    """Return whether `stamps` want an even grid, as if stamped on receipt; None: no times."""
     step = np.diff(stamps)[~starts]
     if not len(step):
         return None

@@ -5,7 +5,6 @@
 from datetime import datetime, timedelta, timezone
 import json
 import math
-import sys
 
 import numpy as np
 import pyarrow as pa
@@ -18,7 +17,7 @@ from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings.mapping import load_mapping, mapping_of
-from gearbox_monitor.recordings.signals import signals_of
+from gearbox_monitor.recordings.signals import described, signals_of
 from gearbox_monitor.recordings.table import load_table
 from gearbox_monitor.recordings.text import format_of
 from gearbox_monitor.recordings.units import standard_unit, unit_factor, unit_of_label
@@ -102,7 +101,8 @@ def test_text_with_a_row_per_signal_has_its_names_in_front(tmp_path):
 def test_mat_with_a_row_per_signal_is_recognised_by_its_shape(tmp_path, capsys):
     scipy.io.savemat(tmp_path / 'm.mat', {'M': np.array([T, Q, U])})
     mapping = {'time': {'column': 'M 1'},
-               'signals': {name: {'column': f'M {place["column"]}'} for name, place in SIGNALS.items()}}
+               'signals': {name: {'column': f'M {place["column"]}'}
+                           for name, place in SIGNALS.items()}}
     assert_same(imported(tmp_path, mapping, tmp_path / 'm.mat'))
     assert 'M: one row per signal (3 rows of 200 samples)' in capsys.readouterr().out
 
@@ -175,7 +175,8 @@ def test_mat_7_3(tmp_path):
     with open(tmp_path / 'r.mat', 'r+b') as file:
         file.write(b'MATLAB 7.3 MAT-file'.ljust(124) + b'\x00\x02IM')
     mapping = {'time': {'column': 'run.M 1'},
-               'signals': {name: {'column': f'run.M {place["column"]}'} for name, place in SIGNALS.items()}}
+               'signals': {name: {'column': f'run.M {place["column"]}'}
+                           for name, place in SIGNALS.items()}}
     assert_same(imported(tmp_path, mapping, tmp_path / 'r.mat'))
 
 
@@ -266,7 +267,7 @@ def test_stamps_are_kept_as_recorded(tmp_path):
     np.testing.assert_array_equal(np.rint((recording.stamp_ns - 10 ** 9) * 1e-6),
                                   np.rint(t * 1e3))
     assert any('1 samples with an earlier stamp than one before, 1 with the same' in note
-               for note in recording.notes)
+               for note in described(recording))
 
 
 # --- units, codings, velocities -----------------------------------------------------------------
@@ -367,7 +368,7 @@ def test_second_file_with_a_stated_lag(tmp_path):
     recording, response = two_files(tmp_path, TRUE_LAG - 50.0)
     inside = ~np.isnan(recording.values['arm_position'])
     assert FINE[inside][0] == pytest.approx(0.3) and inside.sum() > 3700
-    np.testing.assert_allclose(recording.values['arm_position'][inside], response[inside], atol=4e-4)
+    np.testing.assert_allclose(recording['arm_position'][inside], response[inside], atol=4e-4)
 
 
 @pytest.mark.parametrize('name', ['arm_position', 'motor_effort'])
