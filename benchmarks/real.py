@@ -72,7 +72,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def load_runs(folder: str | Path) -> tuple[dict[str, real_fit.DriveRecording], float]:
     """Return the recordings in `folder` by name, and the step of the arm encoder in rad."""
     mapping = Reading('davinci_backend')
-    constant = mapping.signals['motor_effort'].torque_constant
+    signals = load_mapping('davinci_backend')[0]['signals']
+    constant = signals['motor_effort']['torque_constant']
     runs = {}
     for name in NAMES:
         paths = [p for p in (Path(folder) / f'{name}.TXT.gz', Path(folder) / f'{name}.TXT')
@@ -86,8 +87,7 @@ def load_runs(folder: str | Path) -> tuple[dict[str, real_fit.DriveRecording], f
         runs[name] = real_fit.DriveRecording(
             name, r.stamp_ns, r['motor_effort'] / constant,
             np.column_stack([r['motor_position'], r['arm_position']]), r['reference_torque'])
-    counts = load_mapping('davinci_backend')[0]['signals']['arm_position']['counts_per_rev']
-    return runs, 2.0 * np.pi / counts
+    return runs, 2.0 * np.pi / signals['arm_position']['counts_per_rev']
 
 
 def compare(runs: dict[str, real_fit.DriveRecording], arm_step: float, split: str,

@@ -502,12 +502,14 @@ class _Proposal:
         factor = self._scale_of(block, VELOCITY, axis)
         by_column = {c.column: c.values for c in choice.roles.values()}
         q, v = by_column[own['column']], by_column[block['column']]
+        if not len(q) == len(v) == len(t):  # of clocks of their own
+            return
         valid = np.isfinite(q) & np.isfinite(v)
         q, v, t = q[valid], v[valid], t[valid]
         step = max(1, len(q) // 2000)
-        moved = np.abs(q[4 * step:] - q[:-4 * step]) / np.maximum(t[4 * step:] - t[:-4 * step],
-                                                                  1e-9)
-        still = len(q) < 20 or np.ptp(q) < STILL * float(np.median(np.abs(np.diff(q))))
+        passed = np.maximum(t[4 * step:] - t[:-4 * step], 1e-9)
+        moved: Array = np.abs(q[4 * step:] - q[:-4 * step]) / passed
+        still = len(q) < 20 or float(np.ptp(q)) < STILL * float(np.median(np.abs(np.diff(q))))
         if scale is None or factor is None or len(moved) < 10 or still:
             return
         ratio = float(np.mean(np.abs(v)) * factor / max(np.mean(moved) * scale, 1e-12))
@@ -658,6 +660,8 @@ class _Proposal:
 
 def robust_slope(x: Array, y: Array) -> float | None:
     """Return the slope of y [N] over x [N] that half of all pairs agree on, None: no motion."""
+    if len(x) != len(y):
+        return None
     valid = np.isfinite(x) & np.isfinite(y)
     x, y = x[valid], y[valid]
     if len(x) < 20 or np.ptp(x) == 0.0 or np.ptp(y) == 0.0:

@@ -191,7 +191,8 @@ def load_table(path: Path, text: TextFormat = FOUND, whole: bool = False) -> Tab
     length = max(lengths, key=lambda n: (lengths[n] > 1, n >= MIN_SAMPLES, lengths[n]), default=0)
     columns = tuple(column for column in table.columns if len(column.values) == length
                     or column.clock or column.name in clocks)
-    left = [column.name for column in table.columns if column not in columns]
+    kept = {column.name for column in columns}
+    left = [column.name for column in table.columns if column.name not in kept]
     if len(columns) < 1 or length < MIN_SAMPLES:
         raise InputError(f'{path}: {len(columns)} columns of {length} numbers, read as {kind}: '
                          f'expected two or more of at least {MIN_SAMPLES}')
@@ -402,15 +403,19 @@ def _long_pivoted(table: Table) -> Table:
     values = [c for c in table.columns if c is not key and c.values.dtype.kind in 'iufM'
               and (c.values.dtype.kind == 'M' or np.isfinite(c.values).any())]
     times = [c for c in values if _names(c) & time_words or c.values.dtype.kind == 'M']
-    single = [c for c in values if c not in times]
+    if not times:
+        return table
+    single = [c for c in values if all(c is not time for time in times)]
     columns: list[Column] = []
     for k in order:
         rows = np.flatnonzero(place == k)
         word = str(words[k]) if words.dtype.kind == 'U' else f'joint_{int(words[k])}'
         for c in values:
-            alone = [id(s) for s in single] == [id(c)] and not _names(c) & frozenset().union(*signals)
+            alone = [id(s) for s in single] == [id(c)] and not any(
+                _names(c) & named for named in signals)
             columns.append(Column(word if alone else f'{c.name} {word}', c.values[rows], c.unit,
-                                  c.factor, '' if c in times else f'{times[0].name} {word}'))
+                                  c.factor, '' if any(c is time for time in times) else
+                                  f'{times[0].name} {word}'))
     clocks = {f'{t.name} {w}' for t in times for w in words}
     return replace(table, rows=None, streamed=False, lines=None, columns=tuple(columns), notes=(
         *table.notes, f'a row for each {key.name}: {", ".join(map(str, words[order]))[:200]}'),

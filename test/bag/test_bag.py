@@ -550,6 +550,7 @@ FULL_DISK = """
 import resource, sys
 from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.recordings.reading import open_recording
+from gearbox_monitor.recordings.reading import open_recording
 limit = 50_000
 resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 bag = BagWriter(sys.argv[1], compression='none', chunk_seconds=1e9)
