@@ -27,7 +27,6 @@ import yaml
 
 from benchmarks import bam
 from benchmarks.harness import progress_line
-from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.balance.evidence import Prior, RobotEvidence
 from gearbox_monitor.balance.robot_log import checked_log, RawLog, RobotLog, TORQUE
 from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
@@ -44,6 +43,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
+from gearbox_monitor.recordings.reading import read_signals, Reading
 from gearbox_monitor.robot.chain import Chain
 
 FREE = ('m1', 'Cv', 'Cc', 'u0', 'kt')
@@ -150,9 +150,10 @@ def _swinging(servo: bam.BenchServo, log: bam.ServoLog, inertia: float,
 
 def _backend_recording(path: Path) -> UniformRecording:
     """Return a recording of the back end: its motor, current and torque sensor."""
-    raw = read_recording(path, load_mapping('davinci_backend'))
-    readings = np.column_stack([raw.motor_position, np.full(len(raw.stamp_ns), np.nan)])
-    return admitted(raw.stamp_ns, raw.motor_effort, readings, raw.arm_effort, path.name, None,
+    raw = read_signals(path, Reading('davinci_backend'))
+    readings = np.column_stack([raw['motor_position'], np.full(len(raw.stamp_ns), np.nan)])
+    return admitted(raw.stamp_ns, raw['motor_effort'], readings, raw['arm_effort'], path.name,
+                    None,
                     BACKEND, 'the model')[0]
 
 

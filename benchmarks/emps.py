@@ -23,7 +23,6 @@ import numpy as np
 
 from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, require_whole)
-from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.identification.nominal import fit_nominal
@@ -31,6 +30,7 @@ from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.recordings.reading import read_signals, Reading
 
 FILES = ('DATA_EMPS.mat', 'DATA_EMPS_PULSES.mat')  # identification, test
 START = 20           # samples from which the state of the test recording may be taken
@@ -58,9 +58,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def recording_of(path: Path) -> UniformRecording:
     """Return the recording in the file `path`, admitted as diagnose admits it."""
-    raw = read_recording(path, load_mapping('emps'))
-    readings = np.column_stack([raw.motor_position, raw.arm_position])
-    return admitted(raw.stamp_ns, raw.motor_effort, readings, None, str(path), None, GUESSED,
+    raw = read_signals(path, Reading('emps'))
+    readings = np.column_stack([raw['motor_position'], raw['arm_position']])
+    return admitted(raw.stamp_ns, raw['motor_effort'], readings, None, str(path), None, GUESSED,
                     'the model')[0]
 
 

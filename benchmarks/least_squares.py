@@ -15,10 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.bag.csv import read_csv, TEXTS
-from gearbox_monitor.bag.joint_input import find_input
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recorded_samples import read_samples
 from gearbox_monitor.bag.robot_values import load_log, load_values, robot_model
 from gearbox_monitor.balance.candidates import Candidate, library as effects_of_robot
 from gearbox_monitor.balance.evidence import RobotEvidence
@@ -28,7 +24,7 @@ from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.files.knowledge_file import load_knowledge
 from gearbox_monitor.identification.candidates import CandidateModel, Starts
 from gearbox_monitor.identification.torque_regression import torque_regression
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import SETPOINT
@@ -114,18 +110,10 @@ def _criterion(recordings: Sequence[UniformRecording], candidates: Sequence[Cand
 
 
 def _recording(path: str, model: DriveModel) -> UniformRecording:
-    """Return the recording in a bag with the joints motor and arm, or in a CSV file."""
-    t: Array | Integers
-    if path.lower().endswith(TEXTS):
-        c = read_csv(path)
-        t, u, y = c.t, c.u * model.torque_constant, np.column_stack([c.motor, c.arm])
-        arm = c.arm_torque
-    else:
-        with open_bag(path) as reader:
-            topic = find_input(reader, 'joint_states').topic
-            samples = read_samples(reader, 'motor', 'arm', model, topic).samples
-        t, u, y, arm = samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1]
-    return prepared(t, u, y, arm, path, None, model, 'model')[0]
+    """Return the recording in a file with the joints motor and arm."""
+    samples = load_recording(path, model).readings
+    return prepared(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1], path, None,
+                    model, 'model')[0]
 
 
 def _ordered(gains: Mapping[Cause, float]) -> list[tuple[Cause, float]]:

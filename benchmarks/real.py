@@ -38,11 +38,12 @@ import numpy as np
 from benchmarks import real_fit
 from benchmarks.harness import all_met, bar_lines, BarTable
 from benchmarks.static_compensation import fit_static
-from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification.unit_adaptation import adapt
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.recordings.mapping import load_mapping
+from gearbox_monitor.recordings.reading import read_signals, Reading
 
 NAMES = [f'{x}{y}' for x in range(5) for y in range(4)]
 SPLITS = {
@@ -70,8 +71,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def load_runs(folder: str | Path) -> tuple[dict[str, real_fit.DriveRecording], float]:
     """Return the recordings in `folder` by name, and the step of the arm encoder in rad."""
-    mapping = load_mapping('davinci_backend')
-    constant = mapping.signals['motor_effort'].torque_constant
+    mapping = Reading('davinci_backend')
+    signals = load_mapping('davinci_backend')[0]['signals']
+    constant = signals['motor_effort']['torque_constant']
     runs = {}
     for name in NAMES:
         paths = [p for p in (Path(folder) / f'{name}.TXT.gz', Path(folder) / f'{name}.TXT')
@@ -79,16 +81,13 @@ def load_runs(folder: str | Path) -> tuple[dict[str, real_fit.DriveRecording], f
         if not paths:
             continue
         path = paths[0]
-        r = read_recording(path, mapping)
-        if r.reference_torque is None:
+        r = read_signals(path, mapping)
+        if 'reference_torque' not in r.values:
             raise InputError(f'{path}: no reference torque, expected a measured one')
         runs[name] = real_fit.DriveRecording(
-            name, r.stamp_ns, r.motor_effort / constant,
-            np.column_stack([r.motor_position, r.arm_position]), r.reference_torque)
-    counts = mapping.signals['arm_position'].counts_per_rev
-    if counts is None:
-        raise InputError(f'{folder}: arm_position has no counts_per_rev, expected a number')
-    return runs, 2.0 * np.pi / counts
+            name, r.stamp_ns, r['motor_effort'] / constant,
+            np.column_stack([r['motor_position'], r['arm_position']]), r['reference_torque'])
+    return runs, 2.0 * np.pi / signals['arm_position']['counts_per_rev']
 
 
 def compare(runs: dict[str, real_fit.DriveRecording], arm_step: float, split: str,

@@ -8,7 +8,7 @@ The public names follow. Each is imported from its room when it is first used, s
 of the package alone is cheap. docs/python.md shows them at work:
 
     load_model            the model of a drive, from a model file, MJCF, URDF or SDF
-    load_recording        a recording of a drive, from a bag, a table, a DataFrame or arrays
+    load_recording        a recording of a drive or a robot, from a file of any kind, or arrays
     estimate              torque, twist, trust and backlash over a recording
     backlash              gap and stiffness of a recording, window by window
     diagnose              the effects that the model of a drive lacks in recordings
@@ -24,12 +24,13 @@ of the package alone is cheap. docs/python.md shows them at work:
     diagnose_robot        what is different about it, beside its file or a healthy reference
     learn_robot           a healthy robot as a reference
     track_payload         what it held over a log, and the external torque on its joints
-    load_robot_logs       logs of all joints, checked
     suggest_robot         the motion in which it shows a payload, or effects, best
 
     DriveModel            the drive: inertias, friction, transmission, effects
     simulate              its motion under a torque, with noise and effects
-    Recording             what load_recording returns
+    Recording             what load_recording returns: signals of all joints
+    DriveRecording        the same, with a model of the drive
+    Reading               how columns of a log are read whose names do not say it
     RecordingEstimates    what estimate returns
     BacklashWindows       what backlash returns
     Verdict               what diagnose returns
@@ -67,7 +68,8 @@ _PUBLIC = {
     'Estimates': 'estimation.estimates', 'EstimatorParameters': 'parameters',
     'InputError': 'errors', 'NominalFit': 'identification.nominal',
     'Verdict': 'identification.verdict', 'load_model': 'library.drive_file',
-    'Recording': 'library.recording', 'load_recording': 'library.recording',
+    'Recording': 'signals.recording', 'load_recording': 'library.recording',
+    'DriveRecording': 'library.recording', 'Reading': 'recordings.reading',
     'RecordingEstimates': 'library.estimation', 'BacklashWindows': 'library.estimation',
     'estimate': 'library.estimation', 'backlash': 'library.estimation',
     'diagnose': 'library.identify', 'fit': 'library.identify',
@@ -75,7 +77,7 @@ _PUBLIC = {
     'Adapted': 'identification.unit_adaptation', 'export_model': 'library.simulator_file',
     'SimulatorFile': 'library.simulator_file', 'write_report': 'library.recording_report',
     'ReportPages': 'library.recording_report', 'load_robot': 'library.robot',
-    'load_robot_logs': 'library.robot', 'learn_robot': 'library.robot',
+    'learn_robot': 'library.robot',
     'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
     'RobotDiagnosis': 'library.robot',
     'track_payload': 'library.payload_track', 'PayloadTrack': 'library.payload_track',
@@ -90,7 +92,9 @@ __all__ = list(_PUBLIC)
 def __getattr__(name: str) -> Any:
     """Import the public `name` from the module that defines it."""
     if name not in _PUBLIC:
-        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+        from gearbox_monitor.removed import refusal
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}; {refusal(name)}'
+                             .rstrip('; '))
     return getattr(import_module(f'{__name__}.{_PUBLIC[name]}'), name)
 
 

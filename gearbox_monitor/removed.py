@@ -11,6 +11,16 @@ same words. The table goes with the release after 0.3.
 REMOVED = {
     # commands
     'benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
+    # keys of mappings
+    'format': 'the first bytes of a file say its format',
+    'json': 'the list of entries is found',
+    'field': 'column: NAME names a field, too: run.q, or run.q 2 for a column of a matrix',
+    'missing': 'empty cells are not measured',
+    'repeated': 'stamps are kept as recorded; commands take --repeated',
+    'unordered': 'stamps are kept as recorded',
+    'start_stamp_ns': 'dates are kept, other times begin at 1 s',
+    # functions
+    'load_robot_logs': 'load_recording(path, robot) returns the log of a robot',
 }
 
 

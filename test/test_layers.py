@@ -4,7 +4,7 @@
 """
 The layers: each module imports only from its own layer or from below.
 
-cli -> ros, fleet, library -> report, bag, export -> files -> interfaces
+cli -> ros, fleet, library -> report, bag, recordings, export -> files -> interfaces
 -> monitoring -> identification -> signals -> estimation, parameters -> robot -> plant -> kernels
 """
 import ast
@@ -21,7 +21,7 @@ LAYERS = {
     'signals': 3, 'quality': 3,
     'identification': 4, 'balance': 4, 'monitoring': 4, 'interfaces': 4,
     'files': 5,
-    'report': 6, 'bag': 6, 'export': 6,
+    'report': 6, 'bag': 6, 'recordings': 6, 'export': 6,
     'ros': 7, 'fleet': 7, 'library': 7,
     'cli': 8, '__main__': 9,
 }

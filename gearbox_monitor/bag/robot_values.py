@@ -18,7 +18,7 @@ from gearbox_monitor.errors import expect_choice, expect_keys, InputError, unkno
 from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.recordings.reading import open_recording, Reading
+from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, Reading
 from gearbox_monitor.recordings.recording import NO_SERVO, robot_log
 from gearbox_monitor.signals.convention import conventions_of
 
@@ -173,7 +173,7 @@ def beyond_range(raw: RawLog, file: ChainFile) -> dict[str, str]:
 
 def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
              recorded: Mapping[str, str], topic: str = 'joint_states',
-             reading: Reading = Reading()) -> RobotLog:
+             reading: Reading = BY_NAMES) -> RobotLog:
     """
     Return the checked log in the file `path`. Raises InputError.
 

@@ -69,7 +69,8 @@ def settings_of(args: Namespace, reader: BagReader, source: JointInput, stated: 
         model = load_model(model_file)
     values = {**usual, **recorded, **stated}
     values.pop('model', None)
-    changed, parameters = resolve(reader.referred(model or DriveModel()), values, args.params or str(reader.path))
+    changed, parameters = resolve(reader.referred(model or DriveModel()), values,
+                                  args.params or str(reader.path))
     return changed, parameters, model is not None
 
 

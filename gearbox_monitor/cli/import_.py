@@ -106,7 +106,7 @@ def run(args: Namespace) -> int:
         reader = converted_bag(path, args.topic, args.stamps, args.joint_of_log)
         return _written(args, reader, path, [])
     if args.map:
-        _refuse_others(args, ('map', 'set'), '--map', '--set KEY=VALUE of the mapping, or no --map')
+        _refuse_others(args, ('map', 'set'), '--map', '--set KEY=VALUE, or no --map')
     else:
         _refuse_others(args, set(OPTIONS) - {'topic'}, 'a log as FILE', 'a bag as FILE')
     try:

@@ -149,8 +149,9 @@ def estimate(recording: DriveRecording, model: DriveModel | None = None, *,
         notes=(*recording.notes, *estimator.warnings, *estimator.divergence_notes()))
 
 
-def backlash(recording: DriveRecording, model: DriveModel | None = None, *, window: float | None = None,
-             parameters: Parameters = None, **changes: object) -> BacklashWindows:
+def backlash(recording: DriveRecording, model: DriveModel | None = None, *,
+             window: float | None = None, parameters: Parameters = None,
+             **changes: object) -> BacklashWindows:
     """
     Return the backlash of a recording, from torque over twist in windows that stand alone.
 

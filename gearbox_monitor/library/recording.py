@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Recordings of all kinds of files, of DataFrames and arrays, and a drive's as its model has it."""
+"""Recordings of all kinds of files, of DataFrames and arrays; a drive's with its model."""
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,10 +23,10 @@ from gearbox_monitor.plant.simulate import Trajectory
 from gearbox_monitor.presentation import Drawn
 from gearbox_monitor.quality.admission import admitted, prepared, require_samples, weighed
 from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
-from gearbox_monitor.recordings.reading import open_recording, Reading
-from gearbox_monitor.recordings.recording import drive_recording, robot_recording
+from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, Reading
+from gearbox_monitor.recordings.recording import drive_recording, robot_recording, signals_at
 from gearbox_monitor.signals.recording import (
-    ARM, drive_samples, JointSignals, MOTOR, Recording)
+    ARM, drive_samples, MOTOR, Recording)
 
 ROLES = ('motor', 'arm', 'setpoint')  # of joints in a bag
 WORDS = {'t': 'time in s', 'u': 'torque in N m, or current in A with torque_constant in the model',
@@ -41,8 +41,9 @@ class DriveRecording(Drawn):
     """
     The recording of a drive, as its model refers it to the arm side.
 
-    name: what messages call it. limits: of the simulator's file that the model is from. arm_side: the motor is at the output already, whatever the gear
-    ratio of the model. repeated: what is used of samples with one stamp.
+    name: what messages call it. limits: of the simulator's file that the model is from. arm_side:
+    the motor is at the output already, whatever the gear ratio of the model. repeated: what is
+    used of samples with one stamp.
     """
 
     name: str
@@ -58,10 +59,12 @@ class DriveRecording(Drawn):
         model, name = self.model, self.recording.on_side(MOTOR)
         servo = model.controller is not None
         motor = self.recording.joints.get(name or '')
-        if motor is not None and servo != motor.has('setpoint') and servo == motor.has('effort'):
+        has = (motor.has('setpoint'), motor.has('effort')) if motor is not None else (True, True)
+        if has == (not servo, servo):
             raise InputError(
-                f'{self.name}: no setpoint, expected one with the controller in the model; without '
-                'the key controller (controller: null in --values) the torque is used' if servo
+                f'{self.name}: no setpoint, expected one with the controller in the model; '
+                'without the key controller (controller: null in --values) the torque is used'
+                if servo
                 else f'{self.name}: a setpoint and no torque, expected the key controller in the '
                 'model: it makes a torque of the setpoint')
         samples = drive_samples(self.recording, replace(model, gear_ratio=1.0)
@@ -190,7 +193,7 @@ class DriveRecording(Drawn):
 
 def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] | None = None,
                    topic: str = JOINT_STATES, repeated: str = REPEATED[0],
-                   name: str | None = None, reading: Reading = Reading()) -> Any:
+                   name: str | None = None, reading: Reading = BY_NAMES) -> Any:
     """
     Return a recording.
 
@@ -240,8 +243,8 @@ def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] 
     recording, arm_side = _read(source, model, dict(joints or {}), topic, reading)
     if model is None:
         return recording if name is None else replace(recording, name=name)
-    result = DriveRecording(name or recording.name, recording, model, model.origin.limits, arm_side,
-                            repeated)
+    result = DriveRecording(name or recording.name, recording, model, model.origin.limits,
+                            arm_side, repeated)
     if not len(result):
         raise InputError(f'{result.name}: no sample, expected some seconds of them')
     return result
@@ -258,16 +261,15 @@ def _read(source: Any, model: DriveModel | None, joints: dict[str, str], topic: 
         return _of_arrays(source, model), True
     path = expect_path(source, 'source', 'a recording')
     with open_recording(path, reading, topic) as reader:
-        if model is None and not joints:
-            found = find_input(reader, topic).topic
-            return robot_recording(reader, found, reader.joint_names(found)), False
         found = find_input(reader, topic).topic
         present = reader.joint_names(found)
+        if model is None and not joints:
+            return robot_recording(reader, found, present), False
         names = {role: joints.get(role, role) for role in ROLES}
         if not joints and len(present) == 1:
             names.update(motor=present[0], arm='')
-        setpoint = names['setpoint'] if names['setpoint'] in present or (
-            model is not None and model.controller is not None) else ''
+        setpoint = names['setpoint'] if names['setpoint'] in present or 'setpoint' in joints \
+            else ''
         return drive_recording(reader, topic, names['motor'], names['arm'],
                                setpoint), reader.arm_side
 
@@ -281,7 +283,7 @@ def _of_arrays(source: Any, model: DriveModel | None) -> Recording:
                          f'or arrays by name: {EXPECTED}')
     columns = {str(name): source[name] for name in names}
     if 'torque' in columns and 'u' in columns:
-        raise InputError('torque: stands with u, expected one of them')
+        raise InputError('torque: beside u, expected one of them')
     if 'torque' in columns:
         columns['u'] = columns.pop('torque')
     driving = 'u' if model is None or model.controller is None else 'setpoint'
@@ -305,10 +307,10 @@ def _of_arrays(source: Any, model: DriveModel | None) -> Recording:
     notes += [f'{name}: nan in all samples, taken as not measured' for name in ('motor', 'arm')
               if name in values and np.isnan(values[name]).all()]
     return Recording('recording', {
-        'motor': JointSignals(stamps, values.get('motor'), setpoint=values.get('setpoint'),
-                              effort=values.get('u'), side=MOTOR),
-        'arm': JointSignals(stamps, values.get('arm'), effort=values.get('arm_torque'),
-                            side=ARM, measured=True)}, notes)
+        'motor': signals_at(stamps, position=values.get('motor'), effort=values.get('u'),
+                            setpoint=values.get('setpoint'), side=MOTOR),
+        'arm': signals_at(stamps, position=values.get('arm'), effort=values.get('arm_torque'),
+                          side=ARM, measured=True)}, tuple(notes))
 
 
 def _stamps(value: Any) -> Integers:

@@ -3,8 +3,8 @@
 """
 Read a file of arrays in a process of its own, which has limits: started by recordings.table.
 
-Arguments: the file, its kind, the NumPy archive to write, CPU seconds, bytes of memory. The archive
-holds arrays [N] in the order of 'index', JSON with their names and units, names of joints and
+Arguments: the file, its kind, the NumPy archive to write, CPU seconds, bytes of memory. In it
+are arrays [N] in the order of 'index', JSON with their names and units, names of joints and
 numbers of the header. A file that cannot be read is one line on the standard error with exit code
 3, and 4 where memory is short. Needs nothing of the package.
 """
@@ -107,7 +107,7 @@ def xml_entries(content: bytes) -> list[dict[str, Any]]:
     text = content.decode('latin-1')
     if re.search(r'<!(DOCTYPE|ENTITY)', text):
         raise Refused('XML with entities, expected a log of messages')
-    entries = []
+    entries: list[dict[str, Any]] = []
     for root, body in re.findall(r'(?s)<(Rob|Sen)\b[^>]*>(.*?)</\1>', text):
         entry: dict[str, Any] = {}
         for tag, attributes, value in re.findall(
@@ -126,17 +126,21 @@ def xml_entries(content: bytes) -> list[dict[str, Any]]:
     return entries
 
 
+def link_of(group: Any, name: str) -> str:
+    """Return the kind of the link `name` of an HDF5 group, '' for an entry of its own."""
+    kind = type(group.get(name, getlink=True)).__name__ if hasattr(group, 'id') else 'HardLink'
+    return '' if kind == 'HardLink' else kind
+
+
 def leaves_of(tree: Any, prefix: str = '', depth: int = 0) -> Iterator[Leaf]:
     """Yield (dotted name, value, unit) of all arrays in a tree, each of them read."""
     if depth > MAX_DEPTH:
         raise Refused(f'{prefix}: more than {MAX_DEPTH} groups inside each other, expected fewer')
     if isinstance(tree, Mapping):
         for name in list(tree):
-            if hasattr(tree, 'get') and hasattr(tree, 'id'):  # an HDF5 group
-                link = type(tree.get(name, getlink=True)).__name__
-                if link != 'HardLink':
-                    NOTES.append(f'{prefix}{name}: a {link}, not followed')
-                    continue
+            if link_of(tree, name):
+                NOTES.append(f'{prefix}{name}: a {link_of(tree, name)}, not followed')
+                continue
             yield from leaves_of(tree[name], f'{prefix}{name}.', depth + 1)
         return
     name, attributes = prefix[:-1], getattr(tree, 'attrs', {})
@@ -292,8 +296,8 @@ def table_leaves(path: str, kind: str, memory: int) -> Iterator[Leaf]:
     from pyarrow import feather, parquet
     stream = opened(path, memory)
     limited(LIMITS[0], memory)
-    table = parquet.ParquetFile(stream).read(use_threads=False) if kind == 'parquet' else feather.read_table(
-        stream, use_threads=False)
+    table = parquet.ParquetFile(stream).read(use_threads=False) if kind == 'parquet' else \
+        feather.read_table(stream, use_threads=False)
     for key, value in (table.schema.metadata or {}).items():
         put_number(key.decode('utf-8', 'replace'), value.decode('utf-8', 'replace'))
     for _ in range(MAX_DEPTH):
@@ -305,7 +309,8 @@ def table_leaves(path: str, kind: str, memory: int) -> Iterator[Leaf]:
             column = column.cast(column.type.value_type)
         if pa.types.is_timestamp(column.type):
             if not column.null_count:
-                yield name, column.cast(pa.int64()).to_numpy().astype(f'M8[{column.type.unit}]'), ''
+                stamps = column.cast(pa.int64()).to_numpy()
+                yield name, stamps.astype(f'M8[{column.type.unit}]'), ''
         elif pa.types.is_integer(column.type) and not column.null_count:
             yield name, column.cast(pa.int64()).to_numpy(), ''
         elif pa.types.is_floating(column.type) or pa.types.is_integer(column.type):
@@ -379,7 +384,7 @@ def attributes_of(tree: Any, prefix: str = '', depth: int = 0) -> None:
         put_number(prefix + name, value)
     if depth < 3 and isinstance(tree, Mapping):
         for name in tree:
-            if type(tree.get(name, getlink=True)).__name__ == 'HardLink':
+            if not link_of(tree, name):
                 attributes_of(tree[name], f'{prefix}{name}.', depth + 1)
 
 
@@ -399,10 +404,12 @@ def read(path: str, kind: str, memory: int) -> list[Leaf]:
         if not isinstance(tree, dict):
             raise Refused(f'a list of {len(tree)} values, expected entries or rows of numbers')
         if kind == 'json':
-            return list(columns_of((name, column_of(value, name) if not any(
-                isinstance(x, (list, dict)) for x in value) else np.empty(0), '')
-                for name, value in flattened(tree) if isinstance(value, list) or put_number(
-                    name, value)))
+            for name, value in flattened(tree):
+                put_number(name, value)
+            flat = {name: value for name, value in flattened(tree) if isinstance(value, list)}
+            return list(columns_of((name, column_of(value, name), '') for name, value in
+                                   flat.items()
+                                   if not any(isinstance(x, (list, dict)) for x in value)))
     return list(columns_of(leaves_of(tree)))
 
 

@@ -24,7 +24,7 @@ from gearbox_monitor.recordings.siblings import sibling_setpoints, states_beside
 from gearbox_monitor.recordings.table import Column, Table
 from gearbox_monitor.recordings.times import found_time, FoundTime
 from gearbox_monitor.recordings.units import (
-    axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, TIME, unit_factor,
+    axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, unit_factor,
     unit_of_label, units_of, VELOCITY, vocabulary)
 
 COARSE = 100.0  # whole numbers over a wider range are counts
@@ -33,6 +33,7 @@ MOST_JOINTS = 1000  # that q[6] in --columns may stand for
 GEARED = 0.2  # from 1: lost motion and noise make a ratio of 1 look that different
 BLANK = 0.05  # share of empty cells from which on curves have samples of their own
 APART = 3.0   # times: a velocity that differs as much from the derivative has another unit
+STILL = 20.0  # steps from row to row: a range below is noise
 ROLES = {'motor': 'motor_position', 'arm': 'arm_position', 'position': 'motor_position',
          'velocity': 'motor_velocity', 'effort': 'motor_effort', 'setpoint': 'motor_setpoint',
          'reference': 'reference_torque'}
@@ -64,6 +65,9 @@ class Answers:
     rate: float | None = None
     episode: int | None = None
     stamps: str = ''
+
+
+NO_ANSWERS = Answers()
 
 
 @dataclass(frozen=True)
@@ -103,7 +107,7 @@ class Unsettled(Undecided):
         self.guess = guess
 
 
-def guessed(table: Table, settings: Sequence[str] = (), answers: Answers = Answers(),
+def guessed(table: Table, settings: Sequence[str] = (), answers: Answers = NO_ANSWERS,
             constants: bool = True) -> Guess:
     """
     Return the Guess of a mapping for a table.
@@ -118,7 +122,7 @@ def guessed(table: Table, settings: Sequence[str] = (), answers: Answers = Answe
         InputError: the file holds no motion that can be recognised.
         Undecided: its columns have no names, or none of them is a time.
     """
-    if answers == Answers() and (data := _of_names(table)):
+    if answers == NO_ANSWERS and (data := _of_names(table)):
         return Guess(table.path.name, with_settings(data, settings), ())
     return _Proposal(table, settings, answers, constants).guess()
 
@@ -126,10 +130,10 @@ def guessed(table: Table, settings: Sequence[str] = (), answers: Answers = Answe
 def _of_names(table: Table) -> dict[str, Any]:
     """Return the mapping of a table in this package's own names and SI, {} for another one."""
     names = [column.name for column in table.columns]
-    if 't' not in names:
+    if 't' not in names or table.joints:
         return {}
     time = {'column': 't'}
-    if set(names) & {'motor', 'arm'} and set(names) & {'u', 'torque', 'setpoint'}:
+    if set(names) & {'motor', 'arm'} and set(names) & set(OF_TABLE):
         if {'u', 'torque'} <= set(names):
             raise InputError(f'{table.path}: torque: stands with u, expected one of them')
         return {'time': time, 'signals': {OF_TABLE[name]: {'column': name} for name in names
@@ -138,12 +142,14 @@ def _of_names(table: Table) -> dict[str, Any]:
     for prefix, quantity in OF_ROBOT_TABLE.items():
         for name in names:
             if name.startswith(prefix) and name != prefix:
-                joints.setdefault(name.removeprefix(prefix), {})[quantity] = {
+                joint = name.removeprefix(prefix)
+                joints.setdefault(f'joint_{joint}' if joint.isdigit() else joint, {})[quantity] = {
                     'column': name, **({'unit': 'A'} if prefix == 'i_' else {})}
     driven = [joint for joint, own in joints.items() if {'effort', 'setpoint'} & set(own)]
     plain = all('position' in own or not {'effort', 'setpoint'} & set(own)
                 for own in joints.values()) and all(
-        meaning_of(f'q_{joint}').source in ('', 'measured') for joint in joints)
+        meaning_of(own['position']['column']).source in ('', 'measured')
+        for own in joints.values() if 'position' in own)
     return {'time': time, 'joints': {joint: own for joint, own in joints.items()
                                      if 'position' in own}} if driven and plain else {}
 
@@ -169,8 +175,9 @@ class _Proposal:
         table, answers = self.table, self.answers
         for name, unit in answers.units.items():
             if unit != NONE and not standard_unit(unit):
-                raise InputError(f'--unit {name}={unit}: unknown unit, expected one of ' + ', '.join(
-                    dict.fromkeys(u for q in vocabulary()['units'] for u in units_of(q))))
+                known = dict.fromkeys(u for q in vocabulary()['units'] for u in units_of(q))
+                raise InputError(f'--unit {name}={unit}: unknown unit, expected one of '
+                                 + ', '.join(known))
         time = self._time()
         clocks = {column.clock for column in table.columns}
         columns = [c for c in table.columns if c.name not in (*time.labels, *clocks)
@@ -261,7 +268,7 @@ class _Proposal:
         block: dict[str, Any] = {'rate': rate}
         episode = next((c for c in table.columns if c.name in ('episode', 'episode_index')
                         and len(np.unique(c.values)) > 1), None)
-        labels = ()
+        labels: tuple[str, ...] = ()
         if episode is not None:
             block['segment'], labels = episode.name, (episode.name,)
             if answers.episode is not None:
@@ -327,8 +334,8 @@ class _Proposal:
         """Return the unit of a column in a `role` as the user states it, '' if not."""
         names = [candidate.meaning.label, candidate.meaning.stem, candidate.meaning.joint,
                  *_names_of(role)]
-        name = next((n for n in names if n in self.answers.units), None)
-        if name is None or self.answers.units[name] == NONE:
+        name = next((n for n in names if self.answers.units.get(n, NONE) != NONE), None)
+        if name is None:
             return ''
         unit = standard_unit(self.answers.units[name])
         quantity = kind_of(role).quantity
@@ -495,12 +502,15 @@ class _Proposal:
         factor = self._scale_of(block, VELOCITY, axis)
         by_column = {c.column: c.values for c in choice.roles.values()}
         q, v = by_column[own['column']], by_column[block['column']]
+        if not len(q) == len(v) == len(t):  # of clocks of their own
+            return
         valid = np.isfinite(q) & np.isfinite(v)
         q, v, t = q[valid], v[valid], t[valid]
         step = max(1, len(q) // 2000)
-        moved = np.abs(q[4 * step:] - q[:-4 * step]) / np.maximum(t[4 * step:] - t[:-4 * step],
-                                                                  1e-9)
-        if scale is None or factor is None or len(moved) < 10:
+        passed = np.maximum(t[4 * step:] - t[:-4 * step], 1e-9)
+        moved: Array = np.abs(q[4 * step:] - q[:-4 * step]) / passed
+        still = len(q) < 20 or float(np.ptp(q)) < STILL * float(np.median(np.abs(np.diff(q))))
+        if scale is None or factor is None or len(moved) < 10 or still:
             return
         ratio = float(np.mean(np.abs(v)) * factor / max(np.mean(moved) * scale, 1e-12))
         if not 1.0 / APART < ratio < APART:
@@ -528,9 +538,8 @@ class _Proposal:
         if scales[0] is None or scales[1] is None or self._stated('gear_ratio'):
             return
         ratio = abs(slope) * scales[0] / scales[1]
-        unit = next((name for name, factor in (('deg', 57.29578), ('turns', 1 / TURN), (
-            'mrad', 1e-3), ('deg', 1 / 57.29578), ('mrad', 1e3)) if abs(
-                ratio / factor - 1.0) < 0.03), '')
+        unit = next((name for name, factor in units_of(POSITION, ROTARY).items() for ends in (
+            factor, 1.0 / factor) if factor != 1.0 and abs(ratio / ends - 1.0) < 0.02), '')
         if unit:
             self._ask('ratio', f'the motor moves {ratio:.4g} times as much as the arm, which '
                       'looks like a unit', f'--unit motor={unit} (or arm), or --set gear_ratio=N')
@@ -651,6 +660,8 @@ class _Proposal:
 
 def robust_slope(x: Array, y: Array) -> float | None:
     """Return the slope of y [N] over x [N] that half of all pairs agree on, None: no motion."""
+    if len(x) != len(y):
+        return None
     valid = np.isfinite(x) & np.isfinite(y)
     x, y = x[valid], y[valid]
     if len(x) < 20 or np.ptp(x) == 0.0 or np.ptp(y) == 0.0:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
-from gearbox_monitor.recordings.text import format_of, TextFormat
+from gearbox_monitor.recordings.text import format_of, FOUND, TextFormat
 from gearbox_monitor.recordings.units import (
     axis_of, EFFORT, POSITION, PRISMATIC, ROTARY, TIME, unit_factor, units_of, VELOCITY)
 
@@ -117,7 +117,7 @@ class Mapping:
     signals: Table[str, SignalMapping]
     kind: str = ROTARY
     gear_ratio: float = 1.0
-    text: TextFormat = TextFormat()
+    text: TextFormat = FOUND
     joints: tuple[str, ...] = ()
     second: 'tuple[str, float | str, Mapping] | None' = field(default=None)
 
@@ -190,14 +190,15 @@ def text_of(data: Any, source: str) -> TextFormat:
     return format_of(data.get('text', {}), source)
 
 
-def mapping_of(data: Any, source: str, header: Table[str, float], beside: str = '') -> Mapping:
+def mapping_of(data: Any, source: str, header: Table[str, float] | None, beside: str = ''
+               ) -> Mapping:
     """
     Return the checked Mapping.
 
     Args:
         data: plain values, as in the mapping file.
         source: name of the mapping in messages.
-        header: numbers that the recording states, for references.
+        header: numbers that the recording states, for references; None: not read yet.
         beside: the keys of what a second file stands in, '' for the first file.
 
     Raises:
@@ -243,7 +244,7 @@ def mapping_of(data: Any, source: str, header: Table[str, float], beside: str = 
         map(str, data.get('joints', ()))), **values)
 
 
-def _with_header(data: Any, header: Table[str, float], source: str) -> Any:
+def _with_header(data: Any, header: Table[str, float] | None, source: str) -> Any:
     """Return a copy of `data` with the numbers of the `header` that it refers to."""
     if not isinstance(data, dict):
         return data
@@ -254,11 +255,12 @@ def _with_header(data: Any, header: Table[str, float], source: str) -> Any:
             if not isinstance(name, str) or set(value) - {FROM_HEADER, 'scale'}:
                 raise InputError(f'{source}: {key}: {value!r}, expected {{{FROM_HEADER}: NAME, '
                                  'scale: NUMBER}')
-            if name not in header:
+            if header is not None and name not in header:
                 raise InputError(f'{source}: {key}: no number {name!r} in the header of the '
                                  'recording, expected one of '
                                  f'{", ".join(sorted(header))[:200] or "none"}')
-            value = header[name] * _number(scale, f'{key}.scale', source)
+            value = _number(scale, f'{key}.scale', source) * (
+                1.0 if header is None else header[name])
         result[key] = _with_header(value, header, source)
     return result
 
@@ -282,7 +284,7 @@ def _blocks(data: Table[str, Any], source: str, problems: Problems) -> dict[str,
 
 
 def _second_file(data: Table[str, Any], first: Table[str, SignalMapping], source: str,
-                 header: Table[str, float]) -> tuple[str, float | str, Mapping]:
+                 header: Table[str, float] | None) -> tuple[str, float | str, Mapping]:
     """Return the second file of a mapping; axis and gear ratio are those of the first."""
     block = data['second_file']
     expect_keys(block, 'second_file', source, ('path', 'lag', *KEYS[:-1]))

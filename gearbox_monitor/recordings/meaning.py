@@ -392,7 +392,9 @@ def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
             signals_of.setdefault(word, set()).add(signal)
     # A word that one signal alone has is of that signal: 'process' in 'hip_process_value'.
     shared = [tuple(word for word in part if len(signals_of[word]) > 1) for part in distinct]
-    readings = [none, *(keys for keys in (numbers, shared, distinct) if len(set(keys)) > 1 and (
+    # A word at one column alone tells an encoder from another, not a joint from no joint.
+    readings = [none, *(keys for keys in (numbers, shared, distinct) if len(
+        set(keys) - {()}) > 1 and (
         several or len(set(keys)) > 2 or all(any(map(str.isdigit, key)) for key in keys)))]
     return max(readings, key=lambda keys: round(_filled(keys, signals), 9))
 

@@ -118,9 +118,9 @@ def converted_bag(path: Path, topic: str = '', stamps: str = STAMPS[0],
 
 def _as_drive(path: Path, frames: Sequence[Frames], joint: str) -> list[Frames]:
     """Return the messages of one joint as the motor of a drive, with its setpoint."""
-    states = [f for f in frames if f.topic == JOINT_TOPIC and joint in f.joints
-              and f.position is not None]
-    if not states or not np.isfinite(states[0].position[:, states[0].joints.index(joint)]).any():
+    states = [f for f in frames if f.topic == JOINT_TOPIC and joint in f.joints]
+    if not states or states[0].position is None or not np.isfinite(
+            states[0].position[:, states[0].joints.index(joint)]).any():
         raise InputError(f'{path}: --joint {joint}: no position in the bag, expected its position '
                          '(without --joint all joints are written)')
     own = states[0]
@@ -129,7 +129,8 @@ def _as_drive(path: Path, frames: Sequence[Frames], joint: str) -> list[Frames]:
         own.position, own.velocity, own.effort))
     names, columns = ['motor', 'arm'], [position, none]
     for other in frames:
-        if other.topic == SETPOINT_TOPIC and joint in other.joints:
+        if other.topic == SETPOINT_TOPIC and joint in other.joints and (
+                other.position is not None):
             setpoint = other.position[:, other.joints.index(joint)]
             names.append('setpoint')
             columns.append(setpoint if np.array_equal(other.stamp_ns, own.stamp_ns) else
@@ -168,13 +169,14 @@ def _joint_messages(path: Path, topic: str) -> tuple[list[JointMessages], list[s
                          f'{", ".join(STATES)}; the bag has '
                          f'{", ".join(f"{n} ({k})" for n, k in sorted(kinds.items())) or "none"}')
     parts = []
-    for (name, *joints), messages in rows.items():
+    for (name, *listed), messages in rows.items():
         quantities = dict.fromkeys(q for row in messages for q in row[2])
-        values = {q: np.array([row[2].get(q) or [np.nan] * len(joints) for row in messages],
-                              float) for q in quantities}
+        columns: dict[str, Array] = {
+            q: np.array([row[2].get(q) or [np.nan] * len(listed) for row in messages], float)
+            for q in quantities}
         parts.append(JointMessages(
-            name, kinds[name], tuple(joints), np.array([row[0] for row in messages]),
-            np.array([row[1] for row in messages]), values))
+            name, kinds[name], tuple(listed), np.array([row[0] for row in messages]),
+            np.array([row[1] for row in messages]), columns))
     parts.sort(key=lambda part: names.index(part.topic))
     notes += [f'{name}: interfaces that are not used: {", ".join(sorted(left))[:300]}'
               for name, left in unused.items()]

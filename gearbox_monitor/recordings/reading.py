@@ -9,10 +9,11 @@ from gearbox_monitor.bag.read import BagReader, FORMATS, is_ros1, open_bag, ROS1
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import open_file
 from gearbox_monitor.interfaces.signals import JOINT_STATES
-from gearbox_monitor.recordings.guess import Answers, Guess, guessed
+from gearbox_monitor.recordings.guess import Answers, Guess, guessed, NO_ANSWERS
 from gearbox_monitor.recordings.mapping import load_mapping, Mapping, mapping_of, text_of
 from gearbox_monitor.recordings.messages import converted_bag, needs_conversion
 from gearbox_monitor.recordings.siblings import file_in
+from gearbox_monitor.recordings.signals import Signals, signals_of
 from gearbox_monitor.recordings.table import load_table, Table
 from gearbox_monitor.recordings.virtual_bag import bag_of_table
 
@@ -31,8 +32,11 @@ class Reading:
 
     map: str = ''
     settings: tuple[str, ...] = ()
-    answers: Answers = Answers()
+    answers: Answers = NO_ANSWERS
     conventions: tuple[str, ...] = ()
+
+
+BY_NAMES = Reading()
 
 
 def is_bag(path: Path) -> bool:
@@ -49,7 +53,7 @@ def is_bag(path: Path) -> bool:
         return False
 
 
-def open_recording(path: str | Path, reading: Reading = Reading(), topic: str = '',
+def open_recording(path: str | Path, reading: Reading = BY_NAMES, topic: str = '',
                    constants: bool = False) -> BagReader:
     """
     Return a recording of any kind as a bag.
@@ -74,7 +78,7 @@ def open_recording(path: str | Path, reading: Reading = Reading(), topic: str = 
 
 def _opened_bag(path: Path, reading: Reading, topic: str) -> BagReader:
     stamps = reading.answers.stamps or 'recorded'
-    if reading.map or reading.settings or reading.answers != Answers(stamps=reading.answers.stamps):
+    if reading != Reading(answers=Answers(stamps=reading.answers.stamps)):
         raise InputError(f'{path}: a bag, which states what its columns are, expected no --map, '
                          '--set, --use, --unit and the like')
     if is_ros1(path) or stamps != 'recorded':
@@ -86,10 +90,10 @@ def _opened_bag(path: Path, reading: Reading, topic: str) -> BagReader:
     return converted_bag(path, topic)
 
 
-def read_mapping(path: Path, reading: Reading = Reading(), constants: bool = True
+def read_mapping(path: Path, reading: Reading = BY_NAMES, constants: bool = True
                  ) -> tuple[Table, Mapping, Guess | None]:
     """
-    Return (table, how it is read, what was guessed of it, None with a mapping) of a file that is no bag.
+    Return (table, how it is read, what was guessed of it) of a file that is no bag.
 
     Args:
         path: of the file, or of a folder with one.
@@ -101,10 +105,11 @@ def read_mapping(path: Path, reading: Reading = Reading(), constants: bool = Tru
     """
     path = file_in(path)
     if reading.map:
-        if reading.answers != Answers():
+        if reading.answers != NO_ANSWERS:
             raise InputError('--map: with --use, --unit and the like, expected --set KEY=VALUE of '
                              'the mapping, or no --map')
         data, source = load_mapping(reading.map, reading.settings)
+        mapping_of(data, source, None)  # its own problems before those of the file
         table = load_table(path, text_of(data, source))
         return table, mapping_of(data, source, table.header), None
     if reading.answers.stamps == 'received':
@@ -113,3 +118,9 @@ def read_mapping(path: Path, reading: Reading = Reading(), constants: bool = Tru
     guess = guessed(table, reading.settings, reading.answers, constants)
     guess.require_answers()
     return table, mapping_of(guess.data, f'guess of {path.name}', table.header), guess
+
+
+def read_signals(path: str | Path, reading: Reading = BY_NAMES) -> Signals:
+    """Return the Signals in the file `path`, which is no bag, as `reading` has it."""
+    table, mapping, _ = read_mapping(Path(path), reading)
+    return signals_of(table, mapping)

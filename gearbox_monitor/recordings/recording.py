@@ -5,6 +5,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import re
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from gearbox_monitor.bag.joint_input import find_input, find_topic, topics_calle
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.balance.robot_log import CURRENT, raw_log, RawLog, SETPOINT, TORQUE
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.recordings.units import EFFORT, units_of
 from gearbox_monitor.signals.recording import (
     ARM, CURRENT as OF_CURRENT, JointSignals, MOTOR, Recording, UNKNOWN)
@@ -49,13 +50,19 @@ def drive_recording(reader: BagReader, topic: str, motor: str, arm: str, setpoin
     stamps = states.stamp_ns if whole else states.stamp_ns[rows]
     position, velocity, effort = (x if whole else x[rows] for x in (
         states.position, states.velocity, states.effort))
-    joints = {motor: JointSignals(
-        stamps, position[:, 0], velocity[:, 0], position[:, 2] if setpoint else None,
-        effort[:, 0], side=MOTOR, effort_is=_kind(reader, motor))}
+    joints = {motor: signals_at(
+        stamps, position=position[:, 0], velocity=velocity[:, 0], effort=effort[:, 0],
+        setpoint=position[:, 2] if setpoint else None, side=MOTOR,
+        effort_is=_kind(reader, motor))}
     if arm:
         joints[arm] = JointSignals(stamps, position[:, 1], velocity[:, 1], effort=effort[:, 1],
                                    side=ARM, measured=True)
-    return Recording(str(reader.path), joints, [reader.notice] if reader.notice else [])
+    return Recording(str(reader.path), joints, (reader.notice,) if reader.notice else ())
+
+
+def signals_at(stamp_ns: Integers, **signals: Any) -> JointSignals:
+    """Return the JointSignals of `signals` at `stamp_ns`; one that is None was not measured."""
+    return JointSignals(stamp_ns, **signals)
 
 
 def _kind(reader: BagReader, joint: str) -> str:
@@ -88,10 +95,11 @@ def robot_recording(reader: BagReader, topic: str, joints: Sequence[str]) -> Rec
             order = np.argsort(goal.stamp_ns[good], kind='stable')
             row = np.searchsorted(goal.stamp_ns[good][order], states.stamp_ns, 'right') - 1
             setpoints[joint] = np.concatenate([[np.nan], x[good][order]])[row + 1]
-    return Recording(reader.path.name, {joint: JointSignals(
-        states.stamp_ns, states.position[:, k], states.velocity[:, k], setpoints.get(joint),
-        states.effort[:, k], effort_is=_kind(reader, joint)) for k, joint in enumerate(joints)},
-        [reader.notice] if reader.notice else [])
+    return Recording(reader.path.name, {joint: signals_at(
+        states.stamp_ns, position=states.position[:, k], velocity=states.velocity[:, k],
+        setpoint=setpoints.get(joint), effort=states.effort[:, k],
+        effort_is=_kind(reader, joint)) for k, joint in enumerate(joints)},
+        (reader.notice,) if reader.notice else ())
 
 
 # --- names --------------------------------------------------------------------------------------
@@ -202,7 +210,7 @@ def robot_log(reader: BagReader, joints: Sequence[str], recorded: Mapping[str, s
     signals = [recording[name] for name in names.values()]
     efforts = np.column_stack([s.effort for s in signals])
     has_effort = [s.has('effort') for s in signals]
-    has_setpoints = all(s.has('setpoint') for s in signals)
+    has_setpoints = any(s.has('setpoint') for s in signals)
     sizes = all(has_effort) and unsigned(efforts)
     or_setpoints = ', or setpoints' + (f'; {NEEDED} ({no_servo})' if no_servo else '')
     kind = CURRENT if any(s.effort_is == OF_CURRENT for s in signals) else TORQUE

@@ -21,7 +21,8 @@ from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
 from gearbox_monitor.quality.stamps import evened
 from gearbox_monitor.recordings.clocks import estimated_lag, interpolated
 from gearbox_monitor.recordings.mapping import key_of, Mapping, SignalMapping, TimeMapping
-from gearbox_monitor.recordings.table import Block, load_table, MIN_SAMPLES, Table
+from gearbox_monitor.recordings.table import Block, load_table, Table
+from gearbox_monitor.recordings.text import MIN_SAMPLES
 from gearbox_monitor.recordings.units import EFFORT, standard_unit, TIME, units_of
 
 FIRST_STAMP_NS = 1_000_000_000  # stamp 0 means "no stamp" to ROS and to the estimator
@@ -42,10 +43,14 @@ class Signals:
     values: Dict[str, Array]
     notes: tuple[str, ...] = ()
 
+    def __getitem__(self, name: str) -> Array:
+        """Return the signal `name` [N], NaN throughout where it is not recorded."""
+        return self.values.get(name, np.full(len(self.stamp_ns), np.nan))
+
 
 def is_streamed(table: Table, mapping: Mapping) -> bool:
     """Return whether `mapping` reads the text `table` block by block, without all of its rows."""
-    return (table.rows is not None and mapping.second is None and mapping.time.segment is None
+    return (table.streamed and mapping.second is None and mapping.time.segment is None
             and mapping.time.stamps == 'recorded'
             and all(signal.time is None for signal in mapping.signals.values())
             and not set(_integrated_names(mapping)))
@@ -76,7 +81,7 @@ def signals_of(table: Table, mapping: Mapping) -> Signals:
         notes.append(f'{name}: integrated from {velocity}, from 0: its zero is arbitrary and an '
                      'offset of the velocity makes it drift')
     stamps = _begun(first.stamp_ns)
-    return Signals(stamps, values, (*table.notes, *notes, *_described(values, stamps)))
+    return Signals(stamps, values, (*table.notes, *notes))
 
 
 def signal_blocks(table: Table, mapping: Mapping) -> Iterator[Signals]:
@@ -407,8 +412,9 @@ def _second_file(path: Path, mapping: Mapping, first: Signals, notes: list[str]
             part.stamp_ns + round(lag * 1e9), part.values), notes)
 
 
-def _described(values: Dict[str, Array], stamps: Integers) -> Iterator[str]:
-    """Yield sentences on missing and constant values, and on stamps."""
+def described(signals: Signals) -> Iterator[str]:
+    """Yield sentences on missing and constant values of `signals`, and on their stamps."""
+    values, stamps = signals.values, signals.stamp_ns
     for name, column in values.items():
         missing = int(np.isnan(column).sum())
         if missing:
@@ -441,5 +447,3 @@ def _integrated(stamps: Integers, velocity: Array) -> Array:
         step, v = np.diff(stamps[valid]) * 1e-9, velocity[valid]
         position[valid] = np.concatenate([[0.0], np.cumsum(step * (v[1:] + v[:-1]) / 2.0)])
     return position
-
-

@@ -8,7 +8,7 @@ The first bytes of a file say its kind. Text is read in blocks; all other kinds 
 in a child with limits of time and memory. All may be gzipped.
 """
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 import contextlib
 from dataclasses import dataclass, field, replace
 import gzip
@@ -28,7 +28,7 @@ from gearbox_monitor.files.packed_files import BoundedGzip, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Integers
 from gearbox_monitor.recordings import container_child
 from gearbox_monitor.recordings.text import (
-    BLOCK, DATE, layout_of, MIN_SAMPLES, number_of, numbers_of_list, text_rows, TextFormat,
+    BLOCK, DATE, FOUND, layout_of, MIN_SAMPLES, number_of, numbers_of_list, text_rows, TextFormat,
     TextLayout, TextRows)
 from gearbox_monitor.recordings.units import (
     EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
@@ -41,7 +41,8 @@ PICKLES = (b'\x80\x02', b'\x80\x03', b'\x80\x04', b'\x80\x05')
 CPU_SECONDS, MEMORY = 20, 1 << 30  # of the child
 LEAST_FILLED = 0.01  # share of the cells of a column that holds numbers
 MOST_KEYS = 64       # words that tell rows apart, as names of joints do
-NUMBERED = frozenset('id joint motor servo axis device actuator node can name channel topic'.split())
+NUMBERED = frozenset(
+    'id joint motor servo axis device actuator node can name channel topic'.split())
 NO_JOINT = frozenset('temp temperature status mode error fault'.split())
 TURNS, EVEN = 0.3, 0.5  # share of rows behind which another's follows; rows of the rarest
 JOINT_LIST = 'joint_list.txt'  # beside a recording
@@ -70,7 +71,8 @@ class Table:
     Columns of a file, of one length.
 
     named: the file names them; joints: names of joints that it lists; rate: Hz, as a file beside
-    it states; header: numbers by name. rows: of a text that is read in blocks.
+    it states; header: numbers by name. rows: reads a text again, in blocks; streamed: its columns
+    hold the first rows only, else `lines` is the line of each row.
     """
 
     path: Path
@@ -81,6 +83,8 @@ class Table:
     header: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     rows: Callable[[Collection[str], Collection[str]], Iterator['Block']] | None = None
+    streamed: bool = False
+    lines: Integers | None = None
 
     def find(self, place: int | str, key: str) -> Column:
         """
@@ -92,7 +96,8 @@ class Table:
             found = list(self.columns[place - 1:place])
         else:
             found = [c for c in self.columns if c.name == place] or [
-                c for c in self.columns if place in c.name.split() or plain(c.name) == plain(place)]
+                c for c in self.columns if place in c.name.split()
+                or plain(c.name) == plain(place)]
         if len(found) == 1:
             return found[0]
         raise InputError(f'{self.path}: column {place!r} ({key}): '
@@ -101,12 +106,19 @@ class Table:
 
     def blocks(self, numbers: Collection[str], texts: Collection[str] = ()) -> Iterator['Block']:
         """Yield rows of the columns `numbers` and, as they are written, `texts`, in blocks."""
-        if self.rows is not None:
+        if self.rows is not None and self.streamed:
             yield from self.rows(numbers, texts)
             return
         values = {c.name: c.values for c in self.columns if c.name in (*numbers, *texts)}
+        exact = [name for name in texts if name in values and values[name].dtype.kind == 'f']
+        if exact and self.rows is not None:
+            parts = list(self.rows((), exact))
+            values |= {name: np.concatenate([b.values[name] for b in parts]) for name in exact}
         lengths = {len(v) for v in values.values()} or {0}
-        yield Block(values, np.arange(1, max(lengths) + 1), 'row')
+        if self.lines is not None and lengths == {len(self.lines)}:
+            yield Block(values, self.lines)
+        else:
+            yield Block(values, np.arange(1, max(lengths) + 1), 'row')
 
 
 @dataclass(frozen=True)
@@ -155,7 +167,7 @@ def kind_of(path: Path) -> str:
     return 'yaml' if kind == 'text' and yaml else kind
 
 
-def load_table(path: Path, text: TextFormat = TextFormat(), whole: bool = False) -> Table:
+def load_table(path: Path, text: TextFormat = FOUND, whole: bool = False) -> Table:
     """
     Return the Table of a file.
 
@@ -179,7 +191,8 @@ def load_table(path: Path, text: TextFormat = TextFormat(), whole: bool = False)
     length = max(lengths, key=lambda n: (lengths[n] > 1, n >= MIN_SAMPLES, lengths[n]), default=0)
     columns = tuple(column for column in table.columns if len(column.values) == length
                     or column.clock or column.name in clocks)
-    left = [column.name for column in table.columns if column not in columns]
+    kept = {column.name for column in columns}
+    left = [column.name for column in table.columns if column.name not in kept]
     if len(columns) < 1 or length < MIN_SAMPLES:
         raise InputError(f'{path}: {len(columns)} columns of {length} numbers, read as {kind}: '
                          f'expected two or more of at least {MIN_SAMPLES}')
@@ -231,11 +244,13 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
     looked = list(rows(wanted, texts)) if whole else [next(rows(wanted, texts))]
     columns = [replace(column, values=np.concatenate([b.values[column.name] for b in looked]))
                for column in columns]
-    siblings = _listed_joints(path)
-    return Table(path, tuple(columns), named, siblings, None, _text_header(path, layout), (
+    streamed = not whole and (path.stat().st_size >= BLOCK or _is_packed(path))
+    notes = () if not layout.by_signal or not columns else (
         f'one row per signal ({width} rows of {len(columns[0].values)} samples): column numbers '
-        'count the rows',) if layout.by_signal and columns else (),
-        None if whole or path.stat().st_size < BLOCK and not _is_packed(path) else rows)
+        'count the rows',)
+    return Table(path, tuple(columns), named, _listed_joints(path), None,
+                 _text_header(path, layout), notes, rows, streamed,
+                 np.concatenate([block.numbers for block in looked]))
 
 
 def _is_packed(path: Path) -> bool:
@@ -378,7 +393,7 @@ def _long_pivoted(table: Table) -> Table:
     key = next((c for c in table.columns if _is_key(c, table)), None)
     if key is None:
         return table
-    if table.rows is not None:
+    if table.streamed:
         table = _whole(table)
         key = next(c for c in table.columns if c.name == key.name)
     time_words, *signals = (vocabulary()['quantities'][q] for q in (
@@ -388,17 +403,21 @@ def _long_pivoted(table: Table) -> Table:
     values = [c for c in table.columns if c is not key and c.values.dtype.kind in 'iufM'
               and (c.values.dtype.kind == 'M' or np.isfinite(c.values).any())]
     times = [c for c in values if _names(c) & time_words or c.values.dtype.kind == 'M']
-    single = [c for c in values if c not in times]
+    if not times:
+        return table
+    single = [c for c in values if all(c is not time for time in times)]
     columns: list[Column] = []
     for k in order:
         rows = np.flatnonzero(place == k)
         word = str(words[k]) if words.dtype.kind == 'U' else f'joint_{int(words[k])}'
         for c in values:
-            alone = len(single) == 1 and c is single[0] and not _names(c) & frozenset().union(*signals)
+            alone = [id(s) for s in single] == [id(c)] and not any(
+                _names(c) & named for named in signals)
             columns.append(Column(word if alone else f'{c.name} {word}', c.values[rows], c.unit,
-                                  c.factor, '' if c in times else f'{times[0].name} {word}'))
+                                  c.factor, '' if any(c is time for time in times) else
+                                  f'{times[0].name} {word}'))
     clocks = {f'{t.name} {w}' for t in times for w in words}
-    return replace(table, rows=None, columns=tuple(columns), notes=(
+    return replace(table, rows=None, streamed=False, lines=None, columns=tuple(columns), notes=(
         *table.notes, f'a row for each {key.name}: {", ".join(map(str, words[order]))[:200]}'),
         header=table.header) if clocks else table
 
@@ -408,8 +427,9 @@ def _whole(table: Table) -> Table:
     assert table.rows is not None
     texts = [c.name for c in table.columns if c.values.dtype.kind == 'U']
     blocks = list(table.rows([c.name for c in table.columns if c.name not in texts], texts))
-    return replace(table, rows=None, columns=tuple(replace(c, values=np.concatenate(
-        [b.values[c.name] for b in blocks])) for c in table.columns))
+    values = {c.name: np.concatenate([b.values[c.name] for b in blocks]) for c in table.columns}
+    return replace(table, rows=None, streamed=False, columns=tuple(
+        replace(c, values=values[c.name]) for c in table.columns))
 
 
 def _names(column: Column) -> set[str]:
@@ -430,7 +450,7 @@ def _is_key(column: Column, table: Table) -> bool:
     if not 1 < len(words) <= MOST_KEYS:
         return False
     turns: Integers = np.diff(place) != 0
-    if table.rows is not None and is_named and values.dtype.kind == 'U' and turns.sum() < len(
+    if table.streamed and is_named and values.dtype.kind == 'U' and turns.sum() < len(
             words):  # blocks of which the head shows some
         return True
     if counts.min() < EVEN * counts.max():

@@ -52,6 +52,9 @@ class TextFormat:
     header: int | None = None
 
 
+FOUND = TextFormat()
+
+
 @dataclass(frozen=True)
 class TextLayout:
     """
@@ -97,7 +100,7 @@ def format_of(block: Any, source: str) -> TextFormat:
 
 
 # --- layout -------------------------------------------------------------------------------------
-def layout_of(path: Path, text: TextFormat = TextFormat()) -> TextLayout:
+def layout_of(path: Path, text: TextFormat = FOUND) -> TextLayout:
     """
     Return the TextLayout of a file.
 
@@ -128,8 +131,11 @@ def layout_of(path: Path, text: TextFormat = TextFormat()) -> TextLayout:
                 and line.strip() and not line.lstrip().startswith(comment)]
     if not numbered:
         raise InputError(f'{path}: no rows of data, expected a recording')
-    text = _with_delimiter(text, [line for _, line in numbered[len(numbered) // 2:]])
-    rows = [(k, split_line(line, text)) for k, line in numbered]
+    try:
+        text = _with_delimiter(text, [line for _, line in numbered[len(numbered) // 2:]])
+        rows = [(k, split_line(line, text)) for k, line in numbered]
+    except InputError as error:
+        raise InputError(f'{path}: {error}') from None
     width = max(len(cells) for _, cells in rows)
     if width > MAX_COLUMNS and len(rows) >= MIN_SAMPLES:
         raise InputError(f'{path}: {width} columns, expected at most {MAX_COLUMNS}')
@@ -415,7 +421,7 @@ def _numbers(data: bytes, layout: TextLayout, rows: int) -> Array | None:
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         try:
-            values = np.fromstring(data, sep=separator)  # type: ignore[call-overload]
+            values = np.fromstring(data, sep=separator)
         except (DeprecationWarning, ValueError):
             return None
     return values.reshape(rows, columns) if len(values) == rows * columns else None

@@ -109,11 +109,13 @@ def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str,
     for unit in units[:1] if stated else units:
         if nano is not None and unit != 's':
             continue
-        stamps = _stamps(path, column, unit, nano)
-        if stamps is None:
+        found = _stamps(path, column, unit, nano)
+        if found is None or len(found[0]) < 3:
             continue
-        starts = np.zeros(len(stamps) - 1, bool) if episode is None or len(
-            episode.values) != len(stamps) else episode.values[1:] != episode.values[:-1]
+        stamps, rows = found
+        starts = np.zeros(len(stamps) - 1, bool)
+        if episode is not None and len(episode.values) == len(rows):
+            starts = np.diff(episode.values[rows]) != 0
         even = _is_even(stamps, starts, is_named)
         if even is None:
             continue
@@ -133,7 +135,8 @@ def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str,
                   *([episode.name] if starts.any() and episode is not None else []))
         shift = np.zeros(len(stamps))
         shift[1:][starts] = -np.diff(stamps)[starts] + 1e9
-        t = (stamps - stamps[0] + np.cumsum(shift)) * 1e-9
+        t = np.interp(np.arange(len(rows)), np.flatnonzero(rows), (
+            stamps - stamps[0] + np.cumsum(shift)) * 1e-9)
         return FoundTime(t, block, labels, tuple(remarks), float(stamps[0]) * 1e-9)
     return None
 
@@ -147,24 +150,24 @@ def _is_usual(column: Column, unit: str) -> bool:
         unit] * 1e-9 <= USUAL[1]
 
 
-def _stamps(path: Path, column: Column, unit: str, nano: Column | None) -> Array | None:
-    """Return stamps [N] in ns of `column` read in `unit`, without empty cells; None: no times."""
+def _stamps(path: Path, column: Column, unit: str, nano: Column | None
+            ) -> tuple[Array, Flags] | None:
+    """Return (stamps in ns of `column` read in `unit`, the rows that have one); None: no times."""
     values = column.values
-    if values.dtype.kind == 'f' and not np.isfinite(values).all():
-        if np.isfinite(values).mean() < 0.5:
-            return None
-        values = values[np.isfinite(values)]
+    rows = np.isfinite(values) if values.dtype.kind == 'f' else np.full(len(values), True)
+    if rows.mean() < 0.5 or nano is not None and len(nano.values) != len(values):
+        return None
     try:
-        stamps = absolute_ns(path, values, TimeMapping(unit=unit), str)
+        stamps = absolute_ns(path, values[rows], TimeMapping(unit=unit), str)
         if nano is not None:
-            stamps = stamps + absolute_ns(path, nano.values, TimeMapping(unit='ns'), str)
+            stamps = stamps + absolute_ns(path, nano.values[rows], TimeMapping(unit='ns'), str)
     except InputError:
         return None
-    return stamps.astype(float)
+    return stamps.astype(float), rows
 
 
 def _is_even(stamps: Array, starts: Flags, is_named: bool) -> bool | None:
-    """Return whether `stamps` want an even grid, as stamped on receipt; None: they are no times."""
+    """Return whether `stamps` want an even grid, as if stamped on receipt; None: no times."""
     step = np.diff(stamps)[~starts]
     if not len(step):
         return None

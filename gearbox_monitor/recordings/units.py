@@ -68,7 +68,7 @@ def scaled_unit(text: str) -> tuple[float, str]:
 
 
 def unit_of_label(label: str) -> tuple[float, str]:
-    """Return (factor, unit) that the `label` of a column states: 'q [deg]', 'q_deg'; '' if none."""
+    """Return (factor, unit) that a `label` states: 'q [deg]', 'q_deg'; '' if none."""
     bracketed = re.search(r'[\[(<{]([^\[\](){}<>]+)[\])>}]\s*$', label)
     if bracketed:
         unit = bracketed[1].strip()
@@ -109,8 +109,8 @@ def unit_factor(unit: str, quantity: str, axis: str) -> tuple[float, bool]:
         InputError: not a unit of this quantity; the text names what was expected.
     """
     name = standard_unit(unit)
-    for table, complete in ((units_of(quantity, axis), True), (units_of(quantity, 'input'), False)):
-        if name in table:
-            return table[name], complete
+    for axes, complete in ((axis, True), ('input', False)):
+        if name in units_of(quantity, axes):
+            return units_of(quantity, axes)[name], complete
     raise InputError(f'{unit!r}, expected a unit of {quantity} on a {axis} axis: '
                      + ', '.join(units_of(quantity, axis, 'input')))

@@ -27,7 +27,6 @@ import zstandard
 
 from gearbox_monitor import __version__
 from gearbox_monitor.bag import cdr, decompression, mcap_writer
-from gearbox_monitor.bag.csv import read_csv
 from gearbox_monitor.bag.message_block import block_of
 from gearbox_monitor.bag.metadata import BagTopic, qos_profile
 from gearbox_monitor.bag.read import open_bag
@@ -379,7 +378,7 @@ def test_pipes_are_refused_not_waited_for(tmp_path):
     for name in ('bag_0.mcap', 'x.db3', 'x.yaml', 'x.csv'):
         os.mkfifo(tmp_path / 'bag' / name)
     for reader, path in ((open_bag, ''), (open_bag, 'bag_0.mcap'), (open_bag, 'x.db3'),
-                         (load_yaml, 'x.yaml'), (read_csv, 'x.csv')):
+                         (load_yaml, 'x.yaml'), (open_recording, 'x.csv')):
         with pytest.raises(InputError, match='pipe|one kind'):
             reader(tmp_path / 'bag' / path)
 
@@ -550,6 +549,8 @@ def test_encoder_equals_rosbags(names, frame_id):
 FULL_DISK = """
 import resource, sys
 from gearbox_monitor.bag.write import BagWriter, WriteError
+from gearbox_monitor.recordings.reading import open_recording
+from gearbox_monitor.recordings.reading import open_recording
 limit = 50_000
 resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 bag = BagWriter(sys.argv[1], compression='none', chunk_seconds=1e9)

@@ -9,12 +9,18 @@ import pytest
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.read import JOINT_STATE
-from gearbox_monitor.bag.robot_input import numbered_names, read_robot_log
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.balance.robot_log import checked_log, RawLog
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.recordings.reading import open_recording
+from gearbox_monitor.recordings.recording import names_in_log, robot_log
 
 JOINTS = ('a', 'b')
+
+
+def read_robot_log(path, joints, recorded, constants=None, **options):
+    with open_recording(path) as reader:
+        return robot_log(reader, joints, recorded, constants, **options)
 
 
 def raw(t, **changes):
@@ -127,7 +133,7 @@ def test_an_effort_without_a_direction_is_no_torque(tmp_path):
     columns = [t, np.sin(t), np.cos(t), *np.abs([np.sin(t), np.cos(t)]).round(2)]
     header = 't,q_a,q_b,tau_a,tau_b'
     path = table(tmp_path / 'log.csv', header, columns)
-    with pytest.raises(InputError, match='tau_NAME: no value is below 0'):
+    with pytest.raises(InputError, match='effort: no value is below 0'):
         read_robot_log(path, JOINTS, {}, no_servo='')
     path = table(tmp_path / 'goal.csv', header + ',setpoint_a,setpoint_b', [*columns, t, t])
     assert read_robot_log(path, JOINTS, {}, no_servo='').kind == 'setpoint'
@@ -141,23 +147,25 @@ def test_an_effort_without_a_direction_is_no_torque(tmp_path):
                         stamps, JOINTS, np.column_stack(columns[1:3]), effort=effort)):
                     writer.write(topic, stamp, message)
     log = read_robot_log(tmp_path / 'sizes', JOINTS, {}, no_servo='')
-    assert log.kind == 'setpoint' and 'no value is below 0' in log.notes[0]
+    assert log.kind == 'setpoint' and any('no value is below 0' in n for n in log.notes)
     assert read_robot_log(tmp_path / 'signed', JOINTS, {}, no_servo='').kind == 'torque'
     with pytest.raises(InputError, match='effort: no value is below 0'):
         read_robot_log(tmp_path / 'sizes', JOINTS, {})
 
 
 @pytest.mark.parametrize('header, row, words', [
-    ('q_a,q_b,tau_a,tau_b', '0,0,0,0', 'no column t'),
-    ('t,q_a,q_b,tau_a', '0,0,0,0', 'no torque of all joints .tau_a.'),
-    ('t,q_a,tau_a', '0,0,0', 'no b in the log.*stands still, its position: locked in --values'),
-    ('t,q_a,q_b,setpoint_a,setpoint_b', '0,0,0,0,0', 'need position actuators'),
-    ('t,q_a,q_b,tau_a,tau_b', '0,0,x1,0,0', "line 2, column 3 .q_b. value 'x1': expected"),
-    ('t,q_a,q_b,tau_a,tau_b', '0,0,1,0', 'line 2: 4 values, expected 5'),
-    ('t,q_a,q_a,tau_a,tau_b', '0,0,1,0,0', "'q_a' stands 2 times")])
+    ('t,q_a,q_b,tau_a', '{t},{t},0,{t}', 'no effort of b, expected the torque of all joints'),
+    ('t,q_a,tau_a', '{t},{t},{t}', 'no b in the log.*stands still, its position: locked in --val'),
+    ('t,q_a,q_b,setpoint_a,setpoint_b', '{t},{t},{t},{t},{t}', 'need position actuators'),
+    ('t,q_a,q_b,tau_a,tau_b', '{t},{t},{t}', 'line 102: 3 columns, expected at least 5')])
 def test_bad_tables_are_refused_with_their_place(tmp_path, header, row, words):
     path = tmp_path / 'log.csv'
-    path.write_text(f'{header}\n{row}\n')
+    good = ','.join(['{t}'] * len(header.split(',')))
+    path.write_text(header + '\n' + ''.join(good.format(t=0.01 * k) + '\n' for k in range(100))
+                    if 'line' in words else header + '\n' + ''.join(
+                        row.format(t=0.01 * k) + '\n' for k in range(200)))
+    if 'line' in words:
+        path.write_text(path.read_text() + row.format(t=9.0) + '\n')
     with pytest.raises(InputError, match=words):
         read_robot_log(path, JOINTS, {})
 
@@ -181,22 +189,23 @@ def test_a_joint_without_a_single_number_is_named(tmp_path):
         checked_log(log, JOINTS)
 
 
-@pytest.mark.parametrize('names, numbered', [
-    (('joint_2', 'joint_1'), {'a': 'joint_1', 'b': 'joint_2'}), (('joint_1', 'b'), {}),
-    (('joint_1', 'joint_2', 'joint_3'), {})])
-def test_joints_with_only_numbers_are_those_of_a_chain(tmp_path, names, numbered):
-    with BagWriter(tmp_path / 'bag') as writer:
-        writer.add_topic('/joint_states', JOINT_STATE)
-        writer.write('/joint_states', 1, next(iter(encode_joint_states(
-            np.array([1]), names, np.zeros((1, len(names)))))))
-    assert numbered_names(tmp_path / 'bag', JOINTS) == numbered
+@pytest.mark.parametrize('present, joints, recorded, expected', [
+    (('joint_2', 'joint_1'), JOINTS, {}, {'a': 'joint_1', 'b': 'joint_2'}),
+    (('1', '2'), JOINTS, {}, {'a': '1', 'b': '2'}),
+    (('left_a', 'left_b', 'x'), JOINTS, {}, {'a': 'left_a', 'b': 'left_b'}),
+    (('left_a', 'left_b', 'right_a', 'right_b'), JOINTS, {'*': 'right_'},
+     {'a': 'right_a', 'b': 'right_b'}),
+    (('m', 'b'), JOINTS, {'a': 'm'}, {'a': 'm', 'b': 'b'}),
+    (('motor', 'arm'), ['elbow'], {}, {'elbow': 'motor'}),
+    (('motor', 'arm'), ['arm'], {}, {'arm': 'arm'})])
+def test_names_map_by_number_prefix_and_statement(present, joints, recorded, expected):
+    assert names_in_log('log', present, joints, recorded)[0] == expected
 
 
-def test_the_only_joint_is_the_motor_of_a_drive(tmp_path):
-    with BagWriter(tmp_path / 'bag') as writer:
-        writer.add_topic('/joint_states', JOINT_STATE)
-        writer.write('/joint_states', 1, next(iter(encode_joint_states(
-            np.array([1]), ('motor', 'arm'), np.zeros((1, 2))))))
-    assert numbered_names(tmp_path / 'bag', ['elbow']) == {'elbow': 'motor'}
-    assert numbered_names(tmp_path / 'bag', ['arm']) == numbered_names(
-        tmp_path / 'bag', JOINTS) == {}
+@pytest.mark.parametrize('present, kind, words', [
+    (('left_a', 'left_b', 'right_a', 'right_b'), Undecided, '2 robots.*--prefix left_'),
+    (('joint_1', 'joint_2', 'joint_3'), InputError, 'no a, b in the log'),
+    (('joint_1', 'b'), InputError, '--recorded NAME=LOGNAME')])
+def test_names_that_fit_no_joints_are_asked_for(present, kind, words):
+    with pytest.raises(kind, match=words):
+        names_in_log('log', present, JOINTS, {})

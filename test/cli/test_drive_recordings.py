@@ -67,12 +67,12 @@ def test_setpoint_is_the_input_and_the_servo_commands_the_torque(tmp_path, run):
 
 
 @pytest.mark.parametrize('changes, model, message', [
-    ({'setpoint': None, 'u': 1.0}, None, 'no column setpoint, expected one with the controller'),
-    ({}, {}, 'column setpoint without u, expected the key controller'),
+    ({'setpoint': None, 'u': 1.0}, None, 'no setpoint, expected one with the controller'),
+    ({}, {}, 'a setpoint and no torque, expected the key controller'),
     ({'setpoint': -1.0}, None, 'the sign of the setpoint is wrong'),
     ({'setpoint': 57.3}, None, 'the setpoint is 5[0-9.]* times the motion that follows it'),
     ({'setpoint': 0.0}, None, 'the setpoint is 0 throughout'),
-    ({'setpoint': None, 'u': None}, None, 'no column u in')])
+    ({'setpoint': None, 'u': None}, None, 'never measured')])
 def test_messages_name_the_channel(tmp_path, run, changes, model, message):
     columns = columns_of(run)
     for name, factor in changes.items():
@@ -92,7 +92,7 @@ def test_lost_setpoints_are_held_and_named(tmp_path, run):
 
 def test_imported_bag_has_the_setpoint(tmp_path, run, capsys):
     args = write(tmp_path, columns_of(run, setpoint=np.degrees(run.u)))
-    mapping = {'format': 'text', 'text': {'header': True}, 'time': {'column': 't'}, 'signals': {
+    mapping = {'time': {'column': 't'}, 'signals': {
         'motor_setpoint': {'column': 'setpoint', 'unit': 'deg'},
         'motor_position': {'column': 'motor'}, 'arm_position': {'column': 'arm'}}}
     (tmp_path / 'map.yaml').write_text(yaml.safe_dump(mapping))
@@ -111,10 +111,9 @@ def test_imported_bag_has_the_setpoint(tmp_path, run, capsys):
     guessed = tmp_path / 'guessed'
     (tmp_path / 'log.csv').write_text((tmp_path / 'a.csv').read_text().replace(
         't,setpoint,motor,arm', 't,goal_position [deg],motor_position,link_position'))
-    assert main(['import', str(tmp_path / 'log.csv'), '--guess', '--set', 'gear_ratio=1.0',
-                 str(guessed)]) == 0
+    assert main(['import', str(tmp_path / 'log.csv'), '--guess', str(guessed)]) == 0
     recording, _ = loaded(options(guessed, args.model))
     np.testing.assert_allclose(recording.u, run.u, atol=1e-6)
     Path(tmp_path / 'plain.yaml').write_text('damping: 0.01\n')
-    with pytest.raises(InputError, match='u: never measured'):
+    with pytest.raises(InputError, match='a setpoint and no torque'):
         loaded(options(bag, tmp_path / 'plain.yaml'))

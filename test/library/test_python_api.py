@@ -278,15 +278,15 @@ def test_robots_and_drives_are_not_confused(tmp_path):
     write_robot_pair(tmp_path / 'arm', 6.0, 1)
     robot = gm.load_robot(tmp_path / 'arm/robot.urdf')
     assert robot.joints == tuple(f'joint{k}' for k in range(1, 7))
-    first, second = gm.load_robot_logs([tmp_path / 'arm/healthy.csv', tmp_path / 'arm/today.csv'],
-                                       robot)
+    first, second = (gm.load_recording(tmp_path / f'arm/{name}.csv', robot)
+                     for name in ('healthy', 'today'))
     assert (first.name, second.name) == ('healthy.csv', 'today.csv')
     for call, message in (
             (lambda: gm.diagnose(RUN, robot), 'model: Robot'),
             (lambda: gm.diagnose_robot('a.csv', gm.DriveModel()), 'robot: DriveModel'),
             (lambda: gm.diagnose_robot('a.csv', robot), 'a.csv: no such file'),
             (lambda: gm.diagnose_robot('a.csv', robot, effects=['paylod']), "'payload'"),
-            (lambda: gm.load_robot_logs('a.csv', robot, recorded={'joint9': 'j'}), 'joint'),
+            (lambda: gm.load_recording('a.csv', robot, joints={'joint9': 'j'}), 'joint'),
             (lambda: gm.load_robot(tmp_path / 'a.yaml'), r'expected an MJCF \(.xml\) or URDF')):
         with pytest.raises(gm.InputError, match=message):
             call()

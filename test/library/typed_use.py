@@ -12,7 +12,7 @@ from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.estimation import (
     backlash, BacklashWindows, estimate, RecordingEstimates)
 from gearbox_monitor.library.identify import diagnose, fit
-from gearbox_monitor.library.recording import load_recording, Recording
+from gearbox_monitor.library.recording import DriveRecording, load_recording
 from gearbox_monitor.library.robot import diagnose_robot, load_robot, RobotDiagnosis
 from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
 from gearbox_monitor.library.tuning import adapt, tune, TunedParameters
@@ -22,7 +22,7 @@ from gearbox_monitor.plant.drive import DriveModel
 def results(path: str) -> None:
     """Use the public functions as a user does, on the files below `path`."""
     model = assert_type(load_model(path), DriveModel)
-    run = assert_type(load_recording(path, model), Recording)
+    run: DriveRecording = load_recording(path, model)
     estimates: Estimates = assert_type(estimate(run, tau_k_model='mixed'), RecordingEstimates)
     assert_type(estimates.codes.size, int)
     assert_type(backlash(run), BacklashWindows)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from benchmarks import paper
-from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_U, S_X3, S_X4)
@@ -24,6 +23,7 @@ from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.plant.transmission import KINDS, transmission_torque
+from gearbox_monitor.recordings.reading import read_signals, Reading
 
 ROOT = Path(__file__).parents[2]
 REAL = ROOT.parent / 'shared' / 'data' / 'davinci_backend'
@@ -338,19 +338,19 @@ def real_rows():
     model = load_model(ROOT / 'config' / 'davinci_backend.yaml')
     parameters = {**load_parameters(ROOT / 'config' / 'davinci_backend_estimator.yaml',
                                     'estimator', ESTIMATOR), 'drift_window': 600.0}
-    mapping, found = load_mapping('davinci_backend'), {False: [], True: []}
+    mapping, found = Reading('davinci_backend'), {False: [], True: []}
     for index, path in enumerate(sorted(REAL.glob('[0-4][0-3].TXT.gz'))):
-        r = read_recording(path, mapping)
-        torque = np.column_stack([r.motor_effort, np.full(len(r.stamp_ns), np.nan)])
+        r = read_signals(path, mapping)
+        torque = np.column_stack([r['motor_effort'], np.full(len(r.stamp_ns), np.nan)])
         for worn in (False, True):
-            motor = r.motor_position
+            motor = r['motor_position']
             if worn and index >= 10:  # a dead zone 5 % wider, on the side the motor drives
-                speed = np.gradient(r.arm_position)
+                speed = np.gradient(r['arm_position'])
                 smooth = np.convolve(speed, np.ones(201) / 201, 'same')
                 motor = motor + 0.5 * 0.05 * math.radians(1.73) * np.tanh(
                     smooth / (0.05 * smooth.std()))
             rows = Monitor(model, parameters).run(Samples(
-                r.stamp_ns, torque, np.column_stack([motor, r.arm_position]))).smoothed[1000:]
+                r.stamp_ns, torque, np.column_stack([motor, r['arm_position']]))).smoothed[1000:]
             found[worn].append(features.fit(rows, model, 0))
     return found
 

@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from gearbox_monitor.bag.csv import read_csv
-from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
@@ -23,6 +21,7 @@ from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.quality.input_checks import check
 from gearbox_monitor.quality.recording import (
     at_one_rate, merged, prepare, RecordingKind, UniformRecording)
+from gearbox_monitor.recordings.reading import read_signals, Reading
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'
 MODEL = DriveModel()
@@ -148,12 +147,12 @@ def test_coarse_encoder_and_dwell_are_neither_frozen_nor_clipped():
 @pytest.mark.skipif(not DATA.is_dir(), reason='needs ../shared/data/davinci_backend')
 @pytest.mark.parametrize('run', ['00', '12', '43'])
 def test_a_real_drive_with_coarse_encoder_stiction_and_unknown_load(run):
-    raw = read_recording(DATA / f'{run}.TXT.gz', load_mapping('davinci_backend'))
+    raw = read_signals(DATA / f'{run}.TXT.gz', Reading('davinci_backend'))
     model = load_model(config_path('davinci_backend.yaml'))
-    y = np.column_stack([raw.motor_position, raw.arm_position])
-    assert not found(raw.stamp_ns, raw.motor_effort, y, model)
-    assert fatal(raw.stamp_ns, -raw.motor_effort, y, model)[0] == 'sign'
-    assert fatal(raw.stamp_ns, raw.motor_effort, y * [1, 180 / np.pi], model)[0] == 'units'
+    y = np.column_stack([raw['motor_position'], raw['arm_position']])
+    assert not found(raw.stamp_ns, raw['motor_effort'], y, model)
+    assert fatal(raw.stamp_ns, -raw['motor_effort'], y, model)[0] == 'sign'
+    assert fatal(raw.stamp_ns, raw['motor_effort'], y * [1, 180 / np.pi], model)[0] == 'units'
 
 
 # --- channels, signs, units ---------------------------------------------------------------------
@@ -460,54 +459,6 @@ def test_single_wild_readings_are_mended(sound):
     recording, notices = prepare(t, u, wild)
     assert '2 single wild readings of motor' in notices[0]
     assert np.abs(recording.y - y).max() < 8 * SIGMA.max()
-
-
-# --- CSV ----------------------------------------------------------------------------------------
-def write(path, header, rows):
-    path.write_text('\n'.join([header, *(','.join(map(str, row)) for row in rows)]) + '\n')
-    return path
-
-
-def test_csv_is_read_as_it_stands(tmp_path, sound):
-    t, u, y = (x[:50] for x in sound)
-    path = write(tmp_path / 'a.csv', 'arm,t, u,motor,temperature',
-                 zip(y[:, 1], t, u, y[:, 0], range(50)))
-    columns = read_csv(path)
-    for name, value in (('t', t), ('u', u), ('motor', y[:, 0]), ('arm', y[:, 1])):
-        assert np.array_equal(getattr(columns, name), value)
-    assert columns.arm_torque is None
-    assert columns.notices == ('ignored columns: temperature',)
-    assert columns.place(0, 'u') == 'line 2, column u'
-
-
-def test_csv_admits_a_missing_encoder(tmp_path):
-    columns = read_csv(write(tmp_path / 'a.csv', 't,u,arm', [(0, 1, 2), (1, 1, 3)]))
-    assert np.isnan(columns.motor).all() and columns.arm.tolist() == [2.0, 3.0]
-
-
-def test_csv_admits_missing_values(tmp_path):
-    path = write(tmp_path / 'a.csv', 't,u,motor,arm,arm_torque',
-                 [(0, 1, 2, 3, ''), (1, 1, 'nan', 3, 4), (2, 1, 2, 3, 4)])
-    columns = read_csv(path)
-    assert np.isnan(columns.motor[1]) and np.isnan(columns.arm_torque[0])
-
-
-def test_csv_takes_times_since_1970(tmp_path):
-    path = write(tmp_path / 'a.csv', 't,u,motor', [(1.7e9 + 0.01 * k, 1, 2) for k in range(9)])
-    assert np.allclose(np.diff(read_csv(path).t), 0.01, atol=1e-6)
-
-
-@pytest.mark.parametrize('header, rows, text', [
-    ('t,u', [(0, 1)], r"no column motor or arm in 't, u', expected t,u,motor,arm"),
-    ('t,u,u,motor,arm', [], "column 'u' stands 2 times, expected once"),
-    ('t,u,motor,arm', [(0, 1, 2, 3), (1, 'x', 2, 3)], r"line 3, column 2.*'x': expected a number"),
-    ('t,u,motor,arm', [(0, 1, 2, 3), (1, 2, 3)], 'line 3: 3 columns, expected at least 4'),
-    ('t,u,motor,arm', [], 'no rows of data'),
-    ('', [], 'empty, expected a header row')])
-def test_csv_errors_name_file_line_and_value(tmp_path, header, rows, text):
-    path = write(tmp_path / 'bad.csv', header, rows)
-    with pytest.raises(InputError, match=f'bad.csv: .*{text}'):
-        read_csv(path)
 
 
 @pytest.mark.parametrize('kp, kd, frequencies, amplitudes', [

@@ -8,16 +8,16 @@ import io
 import json
 
 from fuzz_damage import damaged_bytes, damaged_mcap, damaged_text
+import h5py
 import numpy as np
+import pyarrow as pa
+from pyarrow import feather, parquet
 from rosbags.rosbag2 import StoragePlugin, Writer as RosbagsWriter
 from rosbags.typesys import get_typestore, Stores
 import scipy.io
 import zstandard
 
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.csv import read_csv
-from gearbox_monitor.bag.importer import load_mapping, read_recording
-from gearbox_monitor.bag.importer.mapping import mapping_from_dict
 from gearbox_monitor.bag.player import EstimatePlayer
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.bag.recovery import recover
@@ -36,6 +36,7 @@ from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.reading import open_recording, read_mapping, Reading
 
 JOINT_STATE, DIAGNOSTICS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'
 TOPIC, JOINTS, SNAPSHOT = '/joint_states', ('motor', 'arm'), '/estimator/snapshot'
@@ -175,19 +176,62 @@ def _tracked():
 
 CSV = 't,u,motor,arm\n' + ''.join(
     f'{k / 1000:.3f},{k % 7 - 3},{0.001 * k:.6f},{0.0009 * k if k % 5 else ""}\n'
-    for k in range(60))
-MAPPING = """format: json
-json: {entries: rows}
-time: {field: t, scale: 0.001}
+    for k in range(120))
+MAPPING = """time: {column: t, scale: 0.001}
 signals:
-  motor_position: {field: motor.q, counts_per_rev: 4096, zero: 12.0, missing: nan}
-  motor_effort: {field: motor.i, torque_constant: 0.1, sign: -1}
+  motor_position: {column: motor.q, counts_per_rev: 4096, zero: 12.0}
+  motor_effort: {column: motor.i, torque_constant: 0.1, sign: -1}
 gear_ratio: 35.0
 """
-MATLAB = {'format': 'mat', 'time': {'rate': 100.0}, 'signals': {
-    'motor_position': {'field': 'q'}, 'motor_effort': {'field': 's.i'}}}
 ROWS = json.dumps({'rows': [
     {'t': k, 'motor': {'q': 10.0 * k, 'i': 0.1 * k}} for k in range(120)]})
+
+
+def read_log(path):
+    """Read all joint states of a log of any kind, as commands do."""
+    with open_recording(path) as reader:
+        for topic in list(reader.topics):
+            reader.joint_states(topic, reader.joint_names(topic)[:20])
+
+
+def _logs():
+    """Yield (name, bytes, damage) of a log of each kind."""
+    k = np.arange(160)
+    columns = {'t': 0.01 * k, 'q_1': np.sin(0.05 * k), 'q_2': np.cos(0.03 * k),
+               'tau_1': np.sin(0.07 * k), 'tau_2': np.cos(0.05 * k)}
+    yield 'data.csv', CSV.encode(), damaged_text
+    yield 'data.csv.gz', gzip.compress(CSV.encode()), damaged_bytes
+    yield 'data.bin', CSV.encode(), damaged_bytes
+    rows = list(zip(*columns.values()))
+    yield 'joints.csv', ('\n'.join(['time [s];q_1 [deg];q_2 [deg];tau_1 [Nm];tau_2 [Nm]', *(
+        ';'.join(f'{x:.5f}'.replace('.', ',') for x in row) for row in rows)])
+        + '\n').encode(), damaged_text
+    yield 'long.csv', ('time,joint_name,position,effort\n' + ''.join(
+        f'{t:.3f},{joint},{q:.5f},{u:.5f}\n' for t, q1, q2, u1, u2 in rows
+        for joint, q, u in (('a', q1, u1), ('b', q2, u2)))).encode(), damaged_text
+    yield 'echo.yaml', '---\n'.join(
+        f'header:\n  stamp:\n    sec: {int(t)}\n    nanosec: {round(t % 1 * 1e9)}\nname:\n- a\n- b\n'
+        f'position:\n- {q1:.4f}\n- {q2:.4f}\nvelocity: []\neffort:\n- {u1:.4f}\n- {u2:.4f}\n'
+        for t, q1, q2, u1, u2 in rows).encode(), damaged_text
+    yield 'rsi.xml', ''.join(
+        f'<Rob Type="KUKA"><AIPos A1="{q1:.4f}" A2="{q2:.4f}"/><ASPos A1="{q1:.4f}" A2="{q2:.4f}"/>'
+        f'<IPOC>{4 * n}</IPOC></Rob>\n' for n, (_, q1, q2, _, _) in enumerate(rows)
+        ).encode(), damaged_text
+    for name, save in (('data.mat', lambda out: scipy.io.savemat(
+            out, columns, do_compression=True)), ('data.npz', lambda out: np.savez(
+                out, **columns)), ('data.parquet', lambda out: parquet.write_table(
+                    pa.table(columns), out)), ('data.feather', lambda out: feather.write_feather(
+                        pa.table(columns), out)), ('data.h5', lambda out: _hdf5(out, columns))):
+        out = io.BytesIO()
+        save(out)
+        yield name, out.getvalue(), damaged_bytes
+
+
+def _hdf5(out, columns):
+    with h5py.File(out, 'w') as file:
+        for episode in range(2):
+            for name, values in columns.items():
+                file[f'data/demo_{episode}/obs/{name}'] = values
 
 
 def targets(folder):
@@ -214,9 +258,8 @@ def targets(folder):
     text('drive.yaml', model, load_model)
     text('estimator.yaml', config_path('estimator.yaml').read_bytes(),
          lambda path: load_parameters(path, 'estimator', ESTIMATOR))
-    text('data.csv', CSV.encode(), read_csv)
-    text('data.csv.gz', gzip.compress(CSV.encode()), read_csv, damaged_bytes)
-    text('data.bin', CSV.encode(), read_csv, damaged_bytes)
+    for name, data, damage in _logs():
+        text(name, data, read_log, damage)
     text('baseline.yaml', (folder / 'baseline.yaml').read_bytes(),
          lambda path: load_baseline(path, 'joint3'))
     text('state.json', (folder / 'state.json').read_bytes(),
@@ -226,13 +269,7 @@ def targets(folder):
     mapping, rows = {'map.yaml': MAPPING.encode()}, {'rows.json': ROWS.encode()}
 
     def read_mapped(where):
-        read_recording(where / 'rows.json', load_mapping(str(where / 'map.yaml')))
+        read_mapping(where / 'rows.json', Reading(str(where / 'map.yaml')))
     found.append(Target('map.yaml', {**mapping, **rows}, damaged_text, read_mapped))
-    matlab = io.BytesIO()
-    scipy.io.savemat(matlab, {'q': np.arange(120.0), 's': {'i': np.arange(120)}},
-                     do_compression=True)
-    found.append(Target('data.mat', {'data.mat': matlab.getvalue()}, damaged_bytes,
-                        lambda where: read_recording(where / 'data.mat', mapping_from_dict(
-                            MATLAB, 'map'))))
     found.append(Target('rows.json', {**rows, **mapping}, damaged_text, read_mapped))
     return found

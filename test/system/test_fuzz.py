@@ -17,11 +17,15 @@ from gearbox_monitor.files.baselines import Damaged, load_baseline, load_state
 from gearbox_monitor.files.yaml_files import load_model, load_parameters, load_yaml
 from gearbox_monitor.parameters import ESTIMATOR
 
-NUMBERS = {'drive.yaml': 20, 'estimator.yaml': 20, 'data.csv': 150, 'data.bin': 100,
-           'baseline.yaml': 12, 'state.json': 100, 'snapshot': 60, 'map.yaml': 40,
-           'rows.json': 100, 'bag, none': 20, 'bag, lz4': 20, 'bag, zstd': 20,
+NUMBERS = {'drive.yaml': 20, 'estimator.yaml': 20, 'data.csv': 60, 'data.bin': 40, 'joints.csv': 40,
+           'baseline.yaml': 12, 'state.json': 100, 'snapshot': 60, 'map.yaml': 10,
+           'rows.json': 10, 'bag, none': 20, 'bag, lz4': 20, 'bag, zstd': 20,
            'bag, metadata.yaml': 15, 'bag, recover': 20, 'bag, file compression': 20,
-           'bag, SQLite': 20, 'recover, metadata.yaml': 20, 'data.csv.gz': 50, 'data.mat': 50}
+           'bag, SQLite': 20, 'recover, metadata.yaml': 20, 'data.csv.gz': 50, 'data.mat': 4}
+# Mutated logs of every kind, 400 in all.
+LOGS = {'data.csv': 60, 'data.csv.gz': 30, 'data.bin': 40, 'joints.csv': 60, 'long.csv': 50,
+        'echo.yaml': 20, 'rsi.xml': 20, 'data.mat': 25, 'data.npz': 25, 'data.parquet': 25,
+        'data.feather': 20, 'data.h5': 25}
 
 
 @pytest.fixture(scope='module')
@@ -35,6 +39,15 @@ def test_damage_is_read_or_refused(targets, name):
     fuzz.run_cases(targets[name], 3, range(NUMBERS[name]), found.__setitem__)
     wrong = {k: what for k, what in found.items() if what not in (fuzz.READ, fuzz.REFUSED)}
     assert len(found) == NUMBERS[name] and not wrong
+
+
+@pytest.mark.system
+@pytest.mark.parametrize('name', LOGS)
+def test_mutated_logs_are_read_or_refused(targets, name):
+    found = {}
+    fuzz.run_cases(targets[name], 11, range(LOGS[name]), found.__setitem__)
+    assert sum(LOGS.values()) == 400
+    assert not {k: what for k, what in found.items() if what not in (fuzz.READ, fuzz.REFUSED)}
 
 
 @pytest.mark.parametrize('failure, told', [

@@ -26,8 +26,7 @@ def assigned(content):
         joints[joint] = {**joints[joint], **block}
     for signals in joints.values():
         for quantity, block in signals.items():
-            field, column = block.get('field', ''), block.get('column', '')
-            columns.setdefault(quantity, []).append(f'{field} {column}'.strip())
+            columns.setdefault(quantity, []).append(str(block['column']))
             units[quantity] = block.get('unit', '')
     return columns, units
 

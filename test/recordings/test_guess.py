@@ -11,9 +11,10 @@ import pytest
 import scipy.io
 import yaml
 
-from gearbox_monitor.bag.importer.guess import guessed_mapping
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.recordings.guess import guessed
+from gearbox_monitor.recordings.table import load_table
 
 T = np.round(np.arange(2000) * 0.002, 6)
 ARM = np.sin(5.0 * T) + 0.4 * np.sin(11.0 * T + 1.0)
@@ -35,33 +36,52 @@ def csv(path, columns, delimiter=',', head=''):
     return path
 
 
-def test_a_test_bench_without_a_mapping(tmp_path, capsys):
-    """Degrees, rpm, ms, a reversed arm and torque sign, a gear ratio, and a set point."""
+def test_a_test_bench_is_asked_for_its_gear_and_signs_alone(tmp_path, capsys):
+    """Degrees, ms, a reversed arm, a gear and a setpoint: names and units say the rest."""
     path = csv(tmp_path / 'bench.csv', {
-        'setpoint [deg]': np.rad2deg(ARM), 'linkAngle [deg]': np.round(-np.rad2deg(ARM), 2),
-        'motorAngle [deg]': 50.0 * np.rad2deg(ARM), 'motorSpeed': 50.0 * SPEED * 60 / (2 * np.pi),
-        'motor_torque [N mm]': -TORQUE / 50.0 * 1e3, 'time_ms': T * 1e3, 'temp': 20.0 + T})
-    assert main(['import', str(path), '--guess']) == 0
-    text = capsys.readouterr().out
-    assert yaml.safe_load(text) == {
-        'format': 'text', 'text': {'header': True}, 'kind': 'rotary', 'gear_ratio': 50.0,
+        'setpoint [deg]': 50.0 * np.rad2deg(ARM), 'linkAngle [deg]': np.round(-np.rad2deg(ARM), 2),
+        'motorAngle [deg]': 50.0 * np.rad2deg(ARM), 'motorSpeed [rpm]': 50.0 * SPEED * 9.5492966,
+        'motor_torque [N mm]': TORQUE / 50.0 * 1e3, 'time_ms': T * 1e3, 'temp': 20.0 + T})
+    assert main(['import', str(path), '--guess']) == 3
+    out, err = capsys.readouterr()
+    assert yaml.safe_load(out) == {
         'time': {'column': 'time_ms', 'unit': 'ms'}, 'signals': {
             'motor_position': {'column': 'motorAngle [deg]', 'unit': 'deg'},
-            'arm_position': {'column': 'linkAngle [deg]', 'unit': 'deg', 'sign': -1},
-            'motor_velocity': {'column': 'motorSpeed', 'unit': 'rpm'},
-            'motor_effort': {'column': 'motor_torque [N mm]', 'unit': 'N mm', 'sign': -1},
-            'motor_setpoint': {'column': 'setpoint [deg]', 'unit': 'deg', 'scale': 50.0}}}
-    assert '# Not used: temp.' in text
-    (tmp_path / 'map.yaml').write_text(text)
-    joints = imported(tmp_path, path, '--map', tmp_path / 'map.yaml')
-    (tmp_path / 'bag').rename(tmp_path / 'by_file')
-    directly = imported(tmp_path, path, '--guess')
-    for bag in (joints, directly):
-        np.testing.assert_allclose(bag.position[:, 0], ARM, atol=1e-12)
+            'arm_position': {'column': 'linkAngle [deg]', 'unit': 'deg'},
+            'motor_velocity': {'column': 'motorSpeed [rpm]', 'unit': 'rpm'},
+            'motor_effort': {'column': 'motor_torque [N mm]', 'unit': 'N mm'},
+            'motor_setpoint': {'column': 'setpoint [deg]', 'unit': 'deg'}}}
+    assert 'runs against' in err and 'the motor moves 50 times as much as the arm' in err
+    answers = ('--set', 'signals.arm_position.sign=-1', '--set', 'gear_ratio=50')
+    joints = imported(tmp_path, path, '--guess', *answers)
+    (tmp_path / 'map.yaml').write_text(out)
+    (tmp_path / 'bag').rename(tmp_path / 'by_guess')
+    for bag in (joints, imported(tmp_path, path, '--map', tmp_path / 'map.yaml', *answers)):
+        np.testing.assert_allclose(bag.position[:, 0], ARM, atol=1e-9)
         np.testing.assert_allclose(bag.position[:, 1], ARM, atol=np.deg2rad(0.0051))
-        np.testing.assert_allclose(bag.velocity[:, 0], SPEED, atol=1e-12)
-        np.testing.assert_allclose(bag.effort[:, 0], TORQUE, atol=1e-12)
-    assert 'assumed: Gear ratio 50' in capsys.readouterr().out
+        np.testing.assert_allclose(bag.velocity[:, 0], SPEED, atol=1e-6)
+        np.testing.assert_allclose(bag.effort[:, 0], TORQUE, atol=1e-9)
+
+
+@pytest.mark.parametrize('columns', [
+    # One glitch of an encoder is no gear, degrees under a header [rad] are a unit.
+    {'motor_pos': np.where(np.arange(len(T)) == 700, 500.0, ARM), 'arm_pos': ARM + 0.0},
+    {'motor_pos': np.rad2deg(ARM) + 1e-3 * np.sin(T ** 3), 'arm_pos': ARM}])
+def test_an_effort_is_never_multiplied_by_a_guess(tmp_path, capsys, columns):
+    path = csv(tmp_path / 'r.csv', {'t [s]': T, **{f'{name} [rad]': x for name, x in
+                                                  columns.items()}, 'torque [N m]': TORQUE})
+    code = main(['import', str(path), '--guess'])
+    out, err = capsys.readouterr()
+    assert 'gear_ratio' not in (yaml.safe_load(out) or {})
+    assert code == (3 if 'looks like a unit: --unit motor=deg' in err else 0)
+
+
+def test_a_velocity_that_the_position_contradicts_is_left_out(tmp_path, capsys):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'q': ARM, 'dq': 57.3 * SPEED, 'tau': TORQUE})
+    assert main(['import', str(path), '--guess']) == 0
+    out, err = capsys.readouterr()
+    assert 'motor_velocity' not in yaml.safe_load(out)['signals']
+    assert 'no unit, and 57.4 times the derivative of' in err
 
 
 NAMED = {'t': T, 'q': ARM, 'tau': TORQUE}
@@ -114,30 +134,21 @@ def test_hdf5_is_recognised(tmp_path):
                                ARM, atol=1e-12)
 
 
-@pytest.mark.parametrize('coding, bits', [('sign_magnitude', 11), ('twos_complement', 16)])
-def test_coded_integers_are_recognised_and_their_scale_is_asked_for(tmp_path, capsys, coding,
-                                                                    bits):
+def test_signed_integers_are_asked_for(tmp_path, capsys):
     raw = np.rint(100.0 * TORQUE)
-    negative = 1024 - raw if coding == 'sign_magnitude' else 65536 + raw
     path = csv(tmp_path / 'r.csv', {'time': T, 'position': ARM,
-                                    'load': np.where(raw < 0, negative, raw)})
-    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 3
-    message = capsys.readouterr().err.splitlines()[-1]
-    assert 'signals.motor_effort.unit' in message and '--torque-constant K' in message
-    joints = imported(tmp_path, path, '--guess', '--set', 'signals.motor_effort.scale=0.01')
+                                    'load': np.where(raw < 0, 65536 + raw, raw)})
+    assert main(['import', str(path), '--guess', '--torque-constant', '0.01']) == 3
+    assert '--set signals.motor_effort.bits=16 if they are signed' in capsys.readouterr().err
+    joints = imported(tmp_path, path, '--guess', '--torque-constant', '0.01', '--set',
+                      'signals.motor_effort.bits=16')
     np.testing.assert_allclose(joints.effort[:, 0], raw / 100.0, atol=1e-12)
-    guess = guessed_mapping(path)
-    assert [question.topic for question in guess.questions] == ['constant']
-    block = guess.data['signals']['motor_effort']
-    assert (block['bits'], block.get('coding', 'twos_complement')) == (bits, coding)
 
 
-def test_counts_of_the_motor_follow_from_those_of_the_arm(tmp_path):
-    path = csv(tmp_path / 'r.csv', {'t': T, 'enc_a': np.rint(8192 * ARM / (2 * np.pi)),
-                                    'enc_b': np.rint(300_000 * ARM / (2 * np.pi))})
-    guess = guessed_mapping(path, ['signals.arm_position.counts_per_rev=8192'])
-    assert guess.data['signals']['motor_position']['column'] == 'enc_b'
-    assert abs(guess.data['signals']['motor_position']['counts_per_rev'] / 300_000 - 1) < 1e-3
+def test_two_encoders_whose_names_say_no_side_are_asked_for(tmp_path, capsys):
+    path = csv(tmp_path / 's.csv', {'t': T, 'enc_a': ARM, 'enc_b': 3.0 * ARM + np.sin(T ** 3)})
+    assert main(['import', str(path), '--guess']) == 3
+    assert '--use motor=enc_b --use arm=enc_a' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('columns, expected, code', [
@@ -180,7 +191,7 @@ def test_each_joint_takes_its_own_torque_constant(tmp_path, options, constants):
     (('--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of each joint '
      '(joint_0, joint_1, joint_2)'),
     (('--joint', '1', '--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of'),
-    (('--torque-constant', '2', '--unit', 'effort=N m'), 'needs one (a torque as it is)')])
+    (('--torque-constant', '2', '--unit', 'effort=N m'), 'no effort needs one')])
 def test_torque_constants_that_fit_no_joints_are_refused(tmp_path, capsys, options, says):
     path = robot(tmp_path / 'r.csv', 3)
     assert main(['import', str(path), '--guess', *options, str(tmp_path / 'bag')]) == 2
@@ -191,7 +202,7 @@ def test_torque_constants_that_fit_no_joints_are_refused(tmp_path, capsys, optio
 def test_names_of_joints_in_a_list_count_from_the_first_column(tmp_path, first):
     path = robot(tmp_path / 'r.csv', 3, first, 'tau')
     (tmp_path / 'joint_list.txt').write_text('base\nelbow\nwrist\n')
-    guess = guessed_mapping(path)
+    guess = guessed(load_table(path))
     assert {name: block['position']['column'] for name, block in guess.data['joints'].items()} \
         == {name: f'q_{k + first}' for k, name in enumerate(('base', 'elbow', 'wrist'))}
 
@@ -204,9 +215,8 @@ def test_a_role_that_is_stated_needs_no_name_that_tells(tmp_path):
 
 @pytest.mark.parametrize('stated, says', [
     ('position=degs', '--unit position=degs: unknown unit, expected one of rad, mrad, deg'),
-    ('arm=deg', '--unit arm=deg: no such role or column, expected one of time, motor_position, '
-     'motor, position, motor_effort, effort, t, q, tau'),
-    ('Q=deg', '--unit Q=deg: no such role or column')])
+    ('arm=deg', '--unit arm=deg: no such role, joint or column, expected one of '),
+    ('Q=deg', '--unit Q=deg: no such role, joint or column')])
 def test_a_unit_of_nothing_is_refused(tmp_path, capsys, stated, says):
     path = csv(tmp_path / 'r.csv', NAMED)
     assert main(['import', str(path), '--guess', '--unit', stated, str(tmp_path / 'bag')]) == 2
@@ -224,13 +234,13 @@ def test_a_unit_is_stated_by_column_or_role(tmp_path, name):
     (('--rate', 'nan'), '--rate: nan, expected > 0'),
     (('--counts-per-turn', '0'), '--counts-per-turn: 0, expected > 0'),
     (('--torque-constant', '0'), '--torque-constant: 0, expected > 0'),
-    (('--counts-per-turn', '4096'), '--counts-per-turn 4096: no signal is in counts'),
+    (('--counts-per-turn', '4096'), '--counts-per-turn: no signal is in counts'),
     (('--episode', '2'), '--episode 2: no column tells episodes apart'),
     (('--use', 'effort=none', '--torque-constant', '2'),
-     'no effort that needs one (it has no effort)'),
-    (('--topic', 'x'), '--topic: no effect with --guess'),
-    (('--set', 'time.rate=0'), '--set time.rate=0: expected a number > 0'),
-    (('--set', 'time.rate=1e'), '--set time.rate=1e: expected a number > 0'),
+     '--torque-constant: no effort needs one'),
+    (('--topic', 'x'), '--topic: no effect with a log as FILE'),
+    (('--set', 'time.rate=0'), 'time.rate: 0, expected 0.001 to'),
+    (('--set', 'time.rate=1e'), 'time.rate: 1e, expected 0.001 to'),
     (('--set', 'signals.motor_position.counts_per_rev=0'), 'expected a number > 0'),
     (('--columns', 't,q[0],tau'), '--columns: q[0], expected 1 to 1000'),
     (('--columns', 't,q[99999999999],tau'), 'expected 1 to 1000')])
@@ -327,12 +337,12 @@ def test_counts_of_a_prismatic_axis_are_asked_for(tmp_path, capsys):
     np.testing.assert_allclose(joints.position[:, 0], ARM, atol=6e-6)
 
 
-def test_a_resolution_of_both_encoders_gives_the_gear_ratio(tmp_path, capsys):
+def test_a_resolution_of_both_encoders_shows_the_gear_ratio(tmp_path, capsys):
     """Stated for both, it tells by how much the motor turns more than the arm."""
     path = csv(tmp_path / 'r.csv', {'t [s]': T, 'motor [counts]': np.rint(20 * 4096 * ARM),
                                     'arm [counts]': np.rint(4096 * ARM), 'tau [Nm]': TORQUE})
-    assert main(['import', str(path), '--guess', '--counts-per-turn', '4096']) == 0
-    assert yaml.safe_load(capsys.readouterr().out)['gear_ratio'] == 20.0
+    assert main(['import', str(path), '--guess', '--counts-per-turn', '4096']) == 3
+    assert 'the motor moves 20 times as much' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('second', ('output_torque', 'current'))
@@ -402,7 +412,7 @@ def test_a_row_for_each_joint_in_every_format(tmp_path, capsys):
     ({'t': T, 'input_pos': 20.0 * ARM, 'output_pos': ARM + NOISE, 'tau': TORQUE},
      {'motor_position': 'input_pos', 'arm_position': 'output_pos', 'motor_effort': 'tau'})])
 def test_roles_of_one_joint(tmp_path, columns, expected):
-    guess = guessed_mapping(csv(tmp_path / 'log.csv', columns))
+    guess = guessed(load_table(csv(tmp_path / 'log.csv', columns)))
     assert {role: block['column'] for role, block in guess.data['signals'].items()} == expected
 
 
@@ -411,7 +421,7 @@ def test_names_of_joints_with_words_of_signals_beside_units_and_temperatures(tmp
     for k, joint in enumerate(('motor0', 'motor1', 'motor2'), 1):
         columns.update({f'{joint}.pos_estimate': k * ARM, f'{joint}.vel_estimate': k * SPEED,
                         f'{joint}.temp': 30.0 + 0.1 * ARM})
-    guess = guessed_mapping(csv(tmp_path / 'log.csv', columns))
+    guess = guessed(load_table(csv(tmp_path / 'log.csv', columns)))
     assert guess.data['joints'] == {joint: {
         'position': {'column': f'{joint}.pos_estimate', 'unit': 'turns'},
         'velocity': {'column': f'{joint}.vel_estimate', 'unit': 'turns/s'}}

@@ -12,14 +12,13 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.importer.message_bag import DEFINITIONS
-from gearbox_monitor.bag.importer.message_topics import CONTROLLER, DYNAMIC
 from gearbox_monitor.bag.read import JOINT_STATE, open_bag
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.messages import CONTROLLER, DEFINITIONS, DYNAMIC
 
 T0, N, RATE = 1_700_000_000_000_000_000, 2400, 400.0
 STAMPS = T0 + np.rint(np.arange(N) * 1e9 / RATE).astype(np.int64)
@@ -74,8 +73,8 @@ def test_ros1_bag(tmp_path, capsys):
             message = types[JOINT_STATE](types['std_msgs/msg/Header'](k, time, ''), list(JOINTS),
                                          Q[k], np.zeros(0), 2.0 * Q[k])
             writer.write(connection, stamp, store.serialize_ros1(message, JOINT_STATE))
-    assert main(['check', str(tmp_path / 'old.bag')]) == 2
-    assert 'gearbox_monitor import' in capsys.readouterr().err
+    main(['check', str(tmp_path / 'old.bag'), '--motor-joint', 'elbow', '--arm-joint', ''])
+    assert '2400, all increasing' in capsys.readouterr().out
     found, _ = imported(tmp_path, tmp_path / 'old.bag')
     assert found.names == JOINTS
     np.testing.assert_array_equal(found.position, Q)
