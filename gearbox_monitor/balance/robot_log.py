@@ -116,7 +116,7 @@ def continuous(raw: RawLog) -> RawLog:
     """
     notes = list(raw.notes)
     joints = list(raw.position)
-    foreign = strangers(np.column_stack([raw.position[joint] for joint in joints]))
+    foreign = strangers(np.column_stack([raw.position[joint] for joint in joints]), raw.t)
     if foreign.any():
         first = float(raw.t[foreign][0] - raw.t[0])
         notes.append(f'{int(foreign.sum())} of {len(foreign)} samples are left out: one and the '
@@ -125,13 +125,13 @@ def continuous(raw: RawLog) -> RawLog:
     keep = ~foreign
     t, position, given = raw.t[keep], dict[str, Array](), dict[str, Array]()
     for joint in joints:
-        position[joint], found = without_jumps(raw.position[joint][keep])
+        position[joint], found = without_jumps(raw.position[joint][keep], t)
         given[joint] = raw.input[joint][keep]
         for finding in found:
             seconds = float(t[finding.row] - t[0])
             notes.append(f'{joint}: {jump_words(finding, seconds)}')
         if raw.kind == SETPOINT:
-            period, at = turns(given[joint])
+            period, at = turns(given[joint], t)
             if not len(at):
                 period = next((abs(f.size) for f in found if f.kind == TURNS), 0.0)
             period = min(PERIODS, key=lambda p: abs(p - period)) if period else 0.0

@@ -41,7 +41,7 @@ def require_samples(name: str, stamp_ns: Integers, y: Array) -> None:
     """
     if len(stamp_ns) > 1 and (stamp_ns <= 0).all():
         raise InputError(f'{name}: {unstamped(len(stamp_ns))}')
-    foreign = strangers(y)
+    foreign = strangers(y, stamp_ns)
     if foreign.any():
         first = float(stamp_ns[foreign][0] - stamp_ns[0]) * 1e-9
         raise InputError(f'{name}: the positions jump to one posture and back {foreign.sum()} '

@@ -198,7 +198,7 @@ def wraps(name: str, y: Array, begin: float, dt: float) -> list[DataFinding]:
         begin: time of the first reading, s.
         dt: sample time, s.
     """
-    rows = turns(y)[1]
+    rows = turns(y, np.arange(len(y)))[1]
     if not len(rows):
         return []
     first = int(rows[0])

@@ -118,7 +118,7 @@ def _of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding]]:
 
 def _of_this_drive(samples: Samples) -> tuple[Samples, list[DataFinding]]:
     """Return samples without one posture that comes in between, and a finding about these."""
-    foreign = strangers(samples.y)
+    foreign = strangers(samples.y, samples.stamp_ns)
     if not foreign.any():
         return samples, []
     seconds = max(float(np.ptp(samples.stamp_ns)) * 1e-9, 1e-9)
@@ -138,7 +138,7 @@ def _jumping(samples: Samples) -> list[DataFinding]:
     """Return findings about outliers and slips of the positions, with their times."""
     findings = []
     for name, positions in zip(encoders.NAMES, samples.y.T):
-        for jump in without_jumps(positions)[1]:
+        for jump in without_jumps(positions, samples.stamp_ns)[1]:
             seconds = float(samples.stamp_ns[jump.row] - samples.stamp_ns[0]) * 1e-9
             values = {'count': jump.count, 'first_s': seconds, 'size_rad': jump.size}
             if jump.kind == OUTLIER:

@@ -62,12 +62,21 @@ class JumpFinding:
     rows: Integers = field(repr=False, compare=False)
 
 
-def jumps(q: Array) -> Integers:
-    """Return the rows of positions `q` [N] before which they jump; NaN: not measured."""
+def jumps(q: Array, t: Array | Integers) -> Integers:
+    """
+    Return the rows of positions before which they jump.
+
+    Args:
+        q: positions of a joint [N]; NaN: not measured.
+        t: stamps [N]; over a dropout a joint may go as far as it would at its speed, and where the
+            clock goes back another recording begins.
+    """
     own = np.flatnonzero(np.isfinite(q))
     if len(own) < LIMITS.least_rows:
         return own[:0]
-    step = np.abs(np.diff(q[own]))
+    passed = np.diff(t[own])
+    step = np.abs(np.diff(q[own])) * (passed > 0) / np.maximum(
+        passed / max(float(np.median(passed)), 1e-12), 1.0)
     moving = step[step > 0.0]
     if not len(moving):
         return own[:0]
@@ -81,18 +90,19 @@ def jumps(q: Array) -> Integers:
     return np.asarray(own[candidates[step[candidates] > LIMITS.around * third] + 1])
 
 
-def without_jumps(q: Array) -> tuple[Array, tuple[JumpFinding, ...]]:
+def without_jumps(q: Array, t: Array | Integers) -> tuple[Array, tuple[JumpFinding, ...]]:
     """
     Return positions with turns counted on and outliers as not measured, and what was found.
 
     Args:
         q: positions of a joint [N]; NaN: not measured.
+        t: stamps [N].
 
     Returns:
         The positions [N]; findings of TURNS, OUTLIER and SLIP.
     """
     q, findings = q.copy(), []
-    period, at = turns(q)
+    period, at = turns(q, t)
     if len(at):
         own = np.flatnonzero(np.isfinite(q))
         step = np.diff(q[own])
@@ -101,7 +111,7 @@ def without_jumps(q: Array) -> tuple[Array, tuple[JumpFinding, ...]]:
         whole[place] = -np.sign(step[place - 1])
         findings.append(JumpFinding(TURNS, len(at), int(at[0]), float(step[place[0] - 1]), at))
         q[own] += period * np.cumsum(whole)
-    rows = jumps(q)
+    rows = jumps(q, t)
     away = _away(q, rows)
     if len(away):
         first = int(away[0])
@@ -109,7 +119,7 @@ def without_jumps(q: Array) -> tuple[Array, tuple[JumpFinding, ...]]:
         findings.append(JumpFinding(OUTLIER, len(away), first,
                                     float(q[first] - before[-1]), away))
         q[away] = np.nan
-        rows = jumps(q)
+        rows = jumps(q, t)
     if len(rows):
         first = int(rows[0])
         before = q[:first][np.isfinite(q[:first])]
@@ -117,7 +127,7 @@ def without_jumps(q: Array) -> tuple[Array, tuple[JumpFinding, ...]]:
     return q, tuple(findings)
 
 
-def turns(q: Array) -> tuple[float, Integers]:
+def turns(q: Array, t: Array | Integers) -> tuple[float, Integers]:
     """
     Return the period of turns that positions `q` [N] do not count, and the rows that begin one.
 
@@ -134,7 +144,7 @@ def turns(q: Array) -> tuple[float, Integers]:
         at = np.flatnonzero(np.abs(np.abs(step) - period) < LIMITS.near * period)
         if len(at) and np.abs(step[at]).min() > usual and np.ptp(x) < 1.05 * period:
             return period, own[at + 1]
-    at = np.searchsorted(own, jumps(q)) - 1
+    at = np.searchsorted(own, jumps(q, t)) - 1
     if len(at) < LIMITS.alike or at[0] < 1 or at[-1] > len(step) - 2:
         return 0.0, own[:0]
     motion = 0.5 * (step[at - 1] + step[at + 1])
@@ -161,12 +171,13 @@ def _away(q: Array, rows: Integers) -> Integers:
     return np.array(away, np.int64)
 
 
-def strangers(q: Array) -> Flags:
+def strangers(q: Array, t: Array | Integers) -> Flags:
     """
     Return which rows are of a second publisher: one constant posture between the readings.
 
     Args:
         q: positions of all joints of a message [N, J]; NaN: not measured.
+        t: stamps [N].
 
     Returns:
         Rows [N] in which each joint that is measured has one and the same value, and to which and
@@ -177,7 +188,7 @@ def strangers(q: Array) -> Flags:
         return none
     columns = [j for j in range(q.shape[1]) if np.isfinite(q[:, j]).any()]
     for j in columns:
-        rows = jumps(q[:, j])
+        rows = jumps(q[:, j], t)
         values, counts = np.unique(q[rows, j], return_counts=True)
         if not len(values) or counts.max() < LIMITS.stranger:
             continue
