@@ -338,20 +338,19 @@ class ConventionBalance:
         size = np.sqrt(np.mean(effort ** 2, axis=0)) + 1e-9
         chain, each = self.robot.chain, terms.local.shape[2]
         own = np.stack([
-            np.maximum(LIMITS.friction * size, chain.coulomb),
-            np.maximum(LIMITS.friction * size / terms.fast, chain.viscous), LIMITS.offset * size,
-            LIMITS.bent * size, LIMITS.bent * size, LIMITS.rotor * size + chain.armature,
+            LIMITS.friction * size, LIMITS.friction * size / terms.fast, LIMITS.offset * size,
+            LIMITS.bent * size, LIMITS.bent * size, LIMITS.rotor * size,
             np.full(count, LIMITS.gain)], axis=1)
         deviation = np.concatenate([self.body, np.full(3, LIMITS.tilt * GRAVITY), own.ravel()])
         columns = np.zeros((count, terms.tests.rows, len(deviation)))
         columns[:, :, :shared] = terms.shared
-        brakes = np.zeros(len(deviation), bool)
+        least = np.full(len(deviation), -np.inf)
         loads = count * PER_LINK + np.arange(count * LOAD).reshape(count, LOAD)
         target = np.empty((count, terms.tests.rows))
         for j in range(count):
             begin = shared + j * each
             columns[j, :, begin:begin + each] = terms.local[j]
-            brakes[[begin + k for k in BRAKES]] = True
+            least[[begin + k for k in BRAKES]] = -chain.coulomb[j], -chain.viscous[j]
             target[j] = terms.tests.of(effort[:, j, None], j)[:, 0]
         power = np.mean(target ** 2, axis=1) + 1e-12
         floor = terms.floor * power
@@ -367,7 +366,7 @@ class ConventionBalance:
             x[free] = np.linalg.solve(matrix + np.eye(len(matrix)), (weight @ right)[free])
             residual = np.mean((target - columns @ x) ** 2, axis=1)
             variance = residual + floor
-            free &= ~(brakes & (x < 0.0))  # friction that pushes is none
+            free &= x * deviation >= least  # friction that pushes is none
             free[loads[x[loads[:, 0]] < 0.0]] = False  # nor a load that lifts
         return ReadingScore(float(LIMITS.samples * (np.log(variance / power) + terms.outside).sum()
                                   + x @ x), residual / power)
@@ -393,7 +392,8 @@ class ConventionBalance:
             x = tests.of(np.column_stack([
                 sign[:, j], motion.v[:, j], np.ones(len(sign)), np.sin(motion.q[:, j]),
                 np.cos(motion.q[:, j]), spring[:, j]]), j)
-            model[j] += chain.armature[j] * rotor[:, 0] + x[:, 5]
+            model[j] += chain.armature[j] * rotor[:, 0] + x @ [
+                chain.coulomb[j], chain.viscous[j], 0.0, 0.0, 0.0, 1.0]
             local.append(np.column_stack([x[:, :5], rotor, model[j]]))
         outside = ((motion.q < self.limits[0] - LIMITS.zero)
                    | (motion.q > self.limits[1] + LIMITS.zero)).mean(axis=0)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Conventions of a robot's log: named by weight and inertia, never in place of an effect."""
+import json
 import math
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from gearbox_monitor.balance.conventions import named_readings
 from gearbox_monitor.balance.robot_log import checked_log, continuous, RawLog, read_by
 from gearbox_monitor.balance.rows import RobotModel
+from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.robot.chain import Chain, inertial, Link
 from gearbox_monitor.signals.convention import Convention, conventions_of
@@ -101,3 +103,45 @@ def test_conventions_are_stated_in_words():
     for word in ('elbow', 'hand=reversed', 'elbow=backwards', 'elbow=zero:x', 'elbow=effort:0'):
         with pytest.raises(InputError, match='--convention'):
             conventions_of([word], JOINTS)
+
+
+URDF = """<robot name="arm"><link name="ground"/>{}</robot>"""
+LINK = """
+<link name="{name}"><inertial><origin xyz="0.18 0.01 0.02"/><mass value="{mass}"/>
+<inertia ixx="{xx}" iyy="{yy}" izz="{zz}" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{name}"/>
+<origin xyz="{at}"/><axis xyz="{axis}"/><dynamics damping="{damping}" friction="{friction}"/>
+<limit lower="-3" upper="3" effort="100" velocity="5"/></joint>"""
+
+
+def test_commands_read_a_robot_as_it_is_named_and_learn_refuses_it(tmp_path, capsys):
+    """One joint counted backwards: no load of tons, the option that settles it, exit code 1."""
+    parents = ('ground', 'base', 'shoulder')
+    text = URDF.format(''.join(LINK.format(
+        name=link.name, mass=link.mass, xx=link.mass * 0.002, yy=link.mass * 0.01,
+        zz=link.mass * 0.011, parent=parent, at=' '.join(map(str, link.origin)),
+        axis=' '.join(map(str, link.axis)), damping=damping, friction=friction)
+        for link, parent, damping, friction in zip(arm().links, parents, (3.0, 3.0, 1.5),
+                                                   (2.0, 2.0, 1.0))))
+    (tmp_path / 'arm.urdf').write_text(text)
+    columns = raw(1.0)
+    table = np.column_stack([columns.t, *(x for j in JOINTS for x in (
+        columns.position[j], columns.input[j]))])
+    table[:, 5:7] *= -1.0
+    np.savetxt(tmp_path / 'log.csv', table, '%.6g', ',', comments='', header='t,' + ','.join(
+        f'q_{j},tau_{j}' for j in JOINTS))
+    words = [str(tmp_path / 'log.csv'), '--model', str(tmp_path / 'arm.urdf')]
+    assert main(['check', *words]) == 1
+    assert '--convention elbow=reversed' in ' '.join(capsys.readouterr().out.split())
+    assert main(['learn', *words, '--out', str(tmp_path / 'a.knowledge')]) == 2
+    assert '--convention elbow=reversed' in capsys.readouterr().err
+    assert main(['diagnose', *words, '--json', '-']) == 1
+    misread = json.loads(capsys.readouterr().out)
+    assert 'elbow counts the other way' in misread['readings'][0]
+    assert main(['diagnose', *words, '--convention', 'elbow=reversed', '--json', '-']) == 1
+    stated = json.loads(capsys.readouterr().out)
+    assert stated['readings'] == [] and stated['findings'] == misread['findings']
+    payload = stated['findings'][0]
+    assert payload['effect'] == 'payload' and payload['values']['m'] == pytest.approx(1.0, abs=0.2)
+    assert main(['replay', *words]) == 0
+    assert 'elbow counts the other way' in ' '.join(capsys.readouterr().out.split())
