@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BAG_HELP = 'recording: bag, complete or truncated, or a log of any kind (docs/import.md)'
-_SHOWN = re.compile(r'[^\S ]|[^\x20-\x7e\xa0-\uffff]|[\x80-\x9f]')  # what a terminal obeys
 JSON_FILE_HELP = '; - prints it, and nothing else'
 
 
@@ -97,7 +96,7 @@ def table_text(guess: Guess) -> str:
     """Return the table of the columns of a guess, as wide as the terminal."""
     width = max(80, min(shutil.get_terminal_size((120, 24)).columns, 160))
     rows = [('column', 'role', 'unit', 'why'), *(
-        tuple(_SHOWN.sub('?', cell) or '-' for cell in row) for row in guess.rows)]
+        tuple(cell or '-' for cell in row) for row in guess.rows)]
     first, second, third = (min(max(len(row[k]) for row in rows), room)
                             for k, room in enumerate((44, 18, 9)))
     return '\n'.join(f'{a[:first]:{first}s}  {b[:second]:{second}s}  {c[:third]:{third}s}  {d}'
@@ -234,7 +233,7 @@ def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callabl
         except OSError as error:
             raise InputError(f'{args.json}: {error.strerror}, expected a '
                              f'{"" if replaces else "new, "}writable file') from None
-    print(text())
+    print(re.sub(r'(?!\n|\x1b\[[\d;]*m)[\x00-\x1f\x7f-\x9f]', '?', text()))
 
 
 def write_or_print(path: str | Path | None, text: str) -> None:

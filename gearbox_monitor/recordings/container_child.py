@@ -175,12 +175,13 @@ def episodes_of(tree: Any, prefix: str = '', depth: int = 0) -> dict[str, list[L
     """Return {name of an episode: its leaves} of a tree whose groups are episodes, else None."""
     if not isinstance(tree, Mapping) or depth > 3:
         return None
-    groups = [name for name in tree if EPISODE.fullmatch(name) and isinstance(
+    own = [name for name in tree if not link_of(tree, name)]
+    groups = [name for name in own if EPISODE.fullmatch(name) and isinstance(
         tree[name], Mapping)]
     if groups:
         groups.sort(key=lambda name: int(re.findall(r'\d+', name)[-1]))
         return {name: list(leaves_of(tree[name])) for name in groups}
-    for name in tree:
+    for name in own:
         found = episodes_of(tree[name], f'{prefix}{name}.', depth + 1)
         if found:
             return found

@@ -191,8 +191,8 @@ class _Proposal:
         use = self._use(listed)
         if not joints and not any(role.endswith(('_position', '_velocity')) for role in use):
             raise InputError(f'{table.path}: no position or velocity among '
-                             f'{", ".join(c.name for c in columns)[:200]}, expected --use '
-                             'position=COLUMN, or --map')
+                             f'{", ".join(c.name for c in columns)[:200] or "none"}, expected '
+                             f'--use position=COLUMN, or --map{self._notes()}')
         candidates = [Candidate(c.name, meaning, c.values.astype(float))
                       for c, meaning in zip(columns, listed)
                       if robot or np.nanmax(c.values) > np.nanmin(c.values)]
@@ -222,6 +222,9 @@ class _Proposal:
             self.assumptions.append(f'Not used: {", ".join(unused)[:400]}.')
         return Guess(table.path.name, with_settings(data, self.settings), tuple(self.assumptions),
                      tuple(self.questions), tuple(rows))
+
+    def _notes(self) -> str:
+        return ''.join(f'; {note}' for note in self.table.notes)
 
     def _ask(self, topic: str, text: str, option: str) -> None:
         if topic not in {question.topic for question in self.questions}:
@@ -327,7 +330,7 @@ class _Proposal:
                  and np.nanmax(c.values) == np.nanmin(c.values)]
         problem = f'{", ".join(still)[:200]} never changes' if still else \
             f'no position or velocity among {", ".join(c.name for c in columns)[:200]}'
-        raise InputError(f'{self.table.path}: {problem}, expected a motion')
+        raise InputError(f'{self.table.path}: {problem}, expected a motion{self._notes()}')
 
     # --- blocks of the mapping ------------------------------------------------------------------
     def _stated_unit(self, role: str, candidate: Candidate) -> str:

@@ -162,6 +162,11 @@ def _joint_messages(path: Path, topic: str) -> tuple[list[JointMessages], list[s
         notes += [bag.notice] if bag.notice else []
     if not rows or topic and names[0] not in {key[0] for key in rows}:
         multi = [name for name, kind in kinds.items() if kind == MULTI]
+        schemas = [f'{name} ({kind})' for name, kind in kinds.items()
+                   if kind.startswith('foxglove')]
+        if schemas:
+            raise InputError(f'{path}: {", ".join(schemas)[:200]}: schemas of Foxglove, expected '
+                             f'messages of {JOINT_STATE}: record that topic')
         if multi:
             raise InputError(f'{path}: {multi[0]} has type {MULTI}: poses of bodies, not '
                              f'positions of joints, expected {JOINT_STATE}')

@@ -134,6 +134,11 @@ class Block:
         return f'{self.unit} {self.numbers[row]}, column {name}'
 
 
+def printable(name: str) -> str:
+    """Return a `name` with nothing that a terminal obeys or no text can hold."""
+    return re.sub(r'[\x00-\x1f\x7f-\x9f\ud800-\udfff]', '?', name)
+
+
 def plain(name: str) -> str:
     """Return a dotted `name` however it is written: 'run/q' is 'run.q'."""
     return name.strip('/').replace('/', '.')
@@ -185,7 +190,8 @@ def load_table(path: Path, text: TextFormat = FOUND, whole: bool = False) -> Tab
             table = _text_table(path, layout_of(path, text), whole)
         else:
             table = _with_siblings(_in_child(path, kind))
-    table = _long_pivoted(table)
+    table = _long_pivoted(replace(table, columns=tuple(
+        replace(c, name=printable(c.name), clock=printable(c.clock)) for c in table.columns)))
     clocks = {column.clock for column in table.columns} - {''}
     lengths = Counter(len(column.values) for column in table.columns)
     length = max(lengths, key=lambda n: (lengths[n] > 1, n >= MIN_SAMPLES, lengths[n]), default=0)
@@ -239,7 +245,9 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
         clock = layout.clocks.get(k)
         columns.append(Column(names[k], np.empty(0), unit, factor,
                               '' if clock is None else names[clock]))
-    rows = _Rows(path, layout, places)
+    rows = _Rows(path, layout, {printable(name): place for name, place in places.items()})
+    columns = [replace(c, name=printable(c.name), clock=printable(c.clock)) for c in columns]
+    texts = {printable(name) for name in texts}
     wanted = [c.name for c in columns if c.name not in texts]
     looked = list(rows(wanted, texts)) if whole else [next(rows(wanted, texts))]
     columns = [replace(column, values=np.concatenate([b.values[column.name] for b in looked]))
