@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.bag.robot_values import robot_model
 from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.payload import PayloadTracker, SECOND
 from gearbox_monitor.balance.robot_log import SETPOINT
@@ -20,6 +19,7 @@ from gearbox_monitor.library.robot import expect_robot, learn_robot, Robot
 from gearbox_monitor.presentation import Drawn
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, Reading
 from gearbox_monitor.recordings.recording import robot_log
+from gearbox_monitor.recordings.robot_values import robot_model
 
 
 @dataclass(frozen=True, eq=False, repr=False)

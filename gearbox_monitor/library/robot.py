@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.robot_values import (
-    load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.balance import knowledge, verdict as balance
 from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
@@ -30,6 +28,8 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Paged, Saved
 from gearbox_monitor.recordings.reading import BY_NAMES, Reading
 from gearbox_monitor.recordings.recording import ANY
+from gearbox_monitor.recordings.robot_values import (
+    load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.report.robot_words import robot_headline
 
 Progress = Callable[[int, int], None]

@@ -510,7 +510,7 @@ class _Proposal:
         valid = np.isfinite(q) & np.isfinite(v)
         q, v, t = q[valid], v[valid], t[valid]
         step = max(1, len(q) // 2000)
-        passed = np.maximum(t[4 * step:] - t[:-4 * step], 1e-9)
+        passed: Array = np.maximum(t[4 * step:] - t[:-4 * step], 1e-9)
         moved: Array = np.abs(q[4 * step:] - q[:-4 * step]) / passed
         still = len(q) < 20 or float(np.ptp(q)) < STILL * float(np.median(np.abs(np.diff(q))))
         if scale is None or factor is None or len(moved) < 10 or still:

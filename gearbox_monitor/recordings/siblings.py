@@ -93,8 +93,10 @@ def file_in(path: Path) -> Path:
         tables = sorted(file for file in path.iterdir() if file.is_file()
                         and file.name.endswith(TABLES) and file.name != JOINT_LIST)
         files = [file for file in tables if _files_beside(file, True)] or tables
+    if not files:
+        raise InputError(f'{path}: holds no .mcap or .db3 file and no log, expected a recording')
     if len(files) != 1:
-        names = ', '.join(file.name for file in files[:12]) or 'none'
-        raise (Undecided if files else InputError)(
-            f'{path}: {len(files)} recordings, expected the path of one of them: {names}')
+        names = ', '.join(file.name for file in files[:12])
+        raise Undecided(f'{path}: {len(files)} recordings, expected the path of one of them: '
+                        f'{names}')
     return files[0]
