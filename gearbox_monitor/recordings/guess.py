@@ -515,7 +515,7 @@ class _Proposal:
         still = len(q) < 20 or float(np.ptp(q)) < STILL * float(np.median(np.abs(np.diff(q))))
         if scale is None or factor is None or len(moved) < 10 or still:
             return
-        ratio = float(np.mean(np.abs(v)) * factor / max(np.mean(moved) * scale, 1e-12))
+        ratio = float(np.mean(np.abs(v))) * factor / max(float(np.mean(moved)) * scale, 1e-12)
         if not 1.0 / APART < ratio < APART:
             label = next(c.meaning.stem for c in choice.roles.values()
                          if c.column == block['column'])
