@@ -24,7 +24,7 @@ from gearbox_monitor.files.yaml_files import (
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.recordings.guess import Answers, Guess
-from gearbox_monitor.recordings.reading import open_recording, Reading
+from gearbox_monitor.recordings.reading import open_recording, ReadOptions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,8 +61,8 @@ def add_reading_arguments(parser: ArgumentParser, mapped: bool = True) -> Any:
     return group
 
 
-def reading_of(args: Namespace) -> Reading:
-    """Return the Reading in the options `args`. Raises InputError."""
+def reading_of(args: Namespace) -> ReadOptions:
+    """Return the ReadOptions in the options `args`. Raises InputError."""
     def pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
         found = {}
         for text in texts:
@@ -81,7 +81,7 @@ def reading_of(args: Namespace) -> Reading:
         for value in values:
             if value is not None and not 1e-100 < value < 1e100:
                 raise InputError(f'{option}: {value:g}, expected > 0')
-    return Reading(args.map or '', tuple(args.set), Answers(
+    return ReadOptions(args.map or '', tuple(args.set), Answers(
         pairs('--use', args.use), pairs('--unit', args.unit), tuple(constants),
         args.counts_per_turn, getattr(args, 'joint_of_log', None), args.columns, args.rate,
         args.episode, '' if args.stamps == 'recorded' else args.stamps))

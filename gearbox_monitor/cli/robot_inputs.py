@@ -7,7 +7,7 @@ import shlex
 
 from gearbox_monitor.cli.drive_recordings import add_root_argument, written_options
 from gearbox_monitor.library.robot import load_robot, recorded_names, Robot
-from gearbox_monitor.recordings.recording import ANY
+from gearbox_monitor.recordings.from_bag import ANY
 
 
 def add_robot_arguments(parser: ArgumentParser, reference: bool = True, values: bool = True

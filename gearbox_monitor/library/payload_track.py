@@ -17,8 +17,8 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.robot import expect_robot, learn_robot, Robot
 from gearbox_monitor.presentation import Drawn
-from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, Reading
-from gearbox_monitor.recordings.recording import robot_log
+from gearbox_monitor.recordings.from_bag import robot_log
+from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.robot_values import robot_model
 
 
@@ -64,7 +64,7 @@ def payload_tracker(robot: Robot, link: str = '', knowledge: Knowledge | None = 
 def track_payload(log: str | Path, robot: Robot, *,
                   reference: str | Path | Sequence[str | Path] | None = None, link: str = '',
                   empty: bool = False, recorded: Mapping[str, str] | None = None,
-                  topic: str = JOINT_STATES, reading: Reading = BY_NAMES,
+                  topic: str = JOINT_STATES, reading: ReadOptions = BY_NAMES,
                   progress: Callable[[int, int], None] = lambda done, total: None
                   ) -> PayloadTrack:
     """

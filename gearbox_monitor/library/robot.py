@@ -26,8 +26,8 @@ from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Paged, Saved
-from gearbox_monitor.recordings.reading import BY_NAMES, Reading
-from gearbox_monitor.recordings.recording import ANY
+from gearbox_monitor.recordings.from_bag import ANY
+from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
 from gearbox_monitor.recordings.robot_values import (
     load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.report.robot_words import robot_headline
@@ -124,7 +124,7 @@ def recorded_names(words: Iterable[str], option: str = '--recorded') -> dict[str
 
 def robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
                recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
-               learnt: bool = False, reading: Reading = BY_NAMES) -> list[RobotLog]:
+               learnt: bool = False, reading: ReadOptions = BY_NAMES) -> list[RobotLog]:
     """
     Return the checked logs of a robot, with inputs of one kind.
 
@@ -158,7 +158,7 @@ def robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
 
 def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                 recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
-                reading: Reading = BY_NAMES,
+                reading: ReadOptions = BY_NAMES,
                 progress: Progress | None = None) -> tuple[Knowledge, list[str]]:
     """
     Return what logs of the healthy robot teach, as a reference, and notes about them.
@@ -192,7 +192,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                    reference: str | Path | Sequence[str | Path] | None = None,
                    effects: Sequence[str] | None = None,
                    recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
-                   reading: Reading = BY_NAMES,
+                   reading: ReadOptions = BY_NAMES,
                    progress: Progress | None = None) -> RobotDiagnosis:
     """
     Return the diagnosis of a whole robot: beside its file, or against a healthy reference.

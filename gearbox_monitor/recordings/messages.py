@@ -21,9 +21,8 @@ from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.recordings.clocks import interpolated
-from gearbox_monitor.recordings.signals import even_stamps
-from gearbox_monitor.recordings.virtual_bag import (
-    Frames, JOINT_TOPIC, SETPOINT_TOPIC, VirtualBag)
+from gearbox_monitor.recordings.si_signals import even_stamps
+from gearbox_monitor.recordings.virtual_bag import Frames, JOINT_TOPIC, SETPOINT_TOPIC, VirtualBag
 
 DYNAMIC, CONTROLLER = ('control_msgs/msg/DynamicJointState',
                        'control_msgs/msg/JointTrajectoryControllerState')

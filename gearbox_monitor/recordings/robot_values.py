@@ -17,8 +17,8 @@ from gearbox_monitor.errors import expect_choice, expect_keys, InputError, unkno
 from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, Reading
-from gearbox_monitor.recordings.recording import robot_log
+from gearbox_monitor.recordings.from_bag import robot_log
+from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 
 KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
         'kd', 'gain_tolerance', 'compensated', 'locked')
@@ -132,7 +132,7 @@ def _gains(stated: Mapping[str, float], of_file: Array | None, file: ChainFile) 
 
 def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
              recorded: Mapping[str, str], topic: str = 'joint_states',
-             reading: Reading = BY_NAMES) -> RobotLog:
+             reading: ReadOptions = BY_NAMES) -> RobotLog:
     """
     Return the checked log in the file `path`. Raises InputError.
 

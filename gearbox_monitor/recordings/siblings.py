@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.recordings.log_units import POSITION
 from gearbox_monitor.recordings.meaning import meanings, run_of
 from gearbox_monitor.recordings.table import JOINT_LIST, load_table
 from gearbox_monitor.recordings.times import found_time, FoundTime
-from gearbox_monitor.recordings.units import POSITION
 
 TABLES = ('.csv', '.csv.gz', '.parquet', '.npz', '.txt')
 OVERLAP = 0.5  # of the time of the states, in which setpoints of the same run stand

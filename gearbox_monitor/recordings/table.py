@@ -27,11 +27,11 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.packed_files import BoundedGzip, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Integers
 from gearbox_monitor.recordings import container_child
+from gearbox_monitor.recordings.log_units import (
+    EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.text import (
     BLOCK, DATE, FOUND, layout_of, MIN_SAMPLES, number_of, numbers_of_list, text_rows, TextFormat,
     TextLayout, TextRows)
-from gearbox_monitor.recordings.units import (
-    EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
 
 HDF5, MATLAB_HEADER = b'\x89HDF\r\n\x1a\n', 512  # bytes before the HDF5 content of MATLAB 7.3
 KINDS = ((b'MATLAB', 'mat'), (HDF5, 'hdf5'), (b'PAR1', 'parquet'), (b'ARROW1', 'feather'),
@@ -82,7 +82,7 @@ class Table:
     rate: float | None = None
     header: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    rows: Callable[[Collection[str], Collection[str]], Iterator['Block']] | None = None
+    rows: Callable[[Collection[str], Collection[str]], Iterator['RowBlock']] | None = None
     streamed: bool = False
     lines: Integers | None = None
 
@@ -104,7 +104,8 @@ class Table:
                          f'{"stands several times" if found else "missing"}, expected one of '
                          + (', '.join(column.name for column in self.columns)[:500] or 'none'))
 
-    def blocks(self, numbers: Collection[str], texts: Collection[str] = ()) -> Iterator['Block']:
+    def blocks(self, numbers: Collection[str], texts: Collection[str] = ()
+               ) -> Iterator['RowBlock']:
         """Yield rows of the columns `numbers` and, as they are written, `texts`, in blocks."""
         if self.rows is not None and self.streamed:
             yield from self.rows(numbers, texts)
@@ -116,13 +117,13 @@ class Table:
             values |= {name: np.concatenate([b.values[name] for b in parts]) for name in exact}
         lengths = {len(v) for v in values.values()} or {0}
         if self.lines is not None and lengths == {len(self.lines)}:
-            yield Block(values, self.lines)
+            yield RowBlock(values, self.lines)
         else:
-            yield Block(values, np.arange(1, max(lengths) + 1), 'row')
+            yield RowBlock(values, np.arange(1, max(lengths) + 1), 'row')
 
 
 @dataclass(frozen=True)
-class Block:
+class RowBlock:
     """Rows of some columns {name: [N]}; `numbers` [N] of the lines or rows that hold them."""
 
     values: Mapping[str, AnyArray]
@@ -274,7 +275,7 @@ class _Rows:
     layout: TextLayout
     places: Mapping[str, tuple[int, int | None]]
 
-    def __call__(self, numbers: Collection[str], texts: Collection[str]) -> Iterator[Block]:
+    def __call__(self, numbers: Collection[str], texts: Collection[str]) -> Iterator[RowBlock]:
         lists = {name for name in numbers if self.places[name][1] is not None}
         plain_numbers = {self.places[name][0] for name in numbers if name not in lists}
         plain_texts = {self.places[name][0] for name in (*texts, *lists)}
@@ -283,7 +284,7 @@ class _Rows:
                 values = {name: rows.columns[self.places[name][0]] for name in texts}
                 values |= {name: self._of_list(name, rows) if name in lists else
                            rows.columns[self.places[name][0]] for name in numbers}
-                yield Block(values, rows.lines)
+                yield RowBlock(values, rows.lines)
 
     def _of_list(self, name: str, rows: TextRows) -> AnyArray:
         k, place = self.places[name]

@@ -36,7 +36,7 @@ from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.recordings.reading import open_recording, read_mapping, Reading
+from gearbox_monitor.recordings.reading import open_recording, read_mapping, ReadOptions
 
 JOINT_STATE, DIAGNOSTICS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'
 TOPIC, JOINTS, SNAPSHOT = '/joint_states', ('motor', 'arm'), '/estimator/snapshot'
@@ -271,7 +271,7 @@ def targets(folder):
     mapping, rows = {'map.yaml': MAPPING.encode()}, {'rows.json': ROWS.encode()}
 
     def read_mapped(where):
-        read_mapping(where / 'rows.json', Reading(str(where / 'map.yaml')))
+        read_mapping(where / 'rows.json', ReadOptions(str(where / 'map.yaml')))
     found.append(Target('map.yaml', {**mapping, **rows}, damaged_text, read_mapped))
     found.append(Target('rows.json', {**rows, **mapping}, damaged_text, read_mapped))
     return found
