@@ -43,7 +43,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
-from gearbox_monitor.recordings.reading import read_signals, Reading
+from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 from gearbox_monitor.robot.chain import Chain
 
 FREE = ('m1', 'Cv', 'Cc', 'u0', 'kt')
@@ -150,7 +150,7 @@ def _swinging(servo: bam.BenchServo, log: bam.ServoLog, inertia: float,
 
 def _backend_recording(path: Path) -> UniformRecording:
     """Return a recording of the back end: its motor, current and torque sensor."""
-    raw = read_signals(path, Reading('davinci_backend'))
+    raw = read_signals(path, ReadOptions('davinci_backend'))
     readings = np.column_stack([raw['motor_position'], np.full(len(raw.stamp_ns), np.nan)])
     return admitted(raw.stamp_ns, raw['motor_effort'], readings, raw['arm_effort'], path.name,
                     None,

@@ -40,7 +40,7 @@ from gearbox_monitor.plant.drive import Controller, DriveModel, Transmission
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
-from gearbox_monitor.recordings.reading import read_signals, Reading
+from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 from gearbox_monitor.robot.dynamics import GRAVITY
 
 DT = 5e-3                    # s, BAM's time grid
@@ -138,7 +138,7 @@ def stated_model(servo: BenchServo, log: ServoLog) -> DriveModel:
 
 def recording_of(log: ServoLog, model: DriveModel) -> UniformRecording:
     """Return the recording of `log` as diagnose reads it for `model`."""
-    raw = read_signals(log.path, Reading('bam_servo_pendulum'))
+    raw = read_signals(log.path, ReadOptions('bam_servo_pendulum'))
     readings = np.column_stack([raw['motor_position'], raw['arm_position']])
     return admitted(raw.stamp_ns, raw['motor_setpoint'], readings, None, str(log.path), None,
                     model,

@@ -30,7 +30,7 @@ from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.quality.recording import UniformRecording
-from gearbox_monitor.recordings.reading import read_signals, Reading
+from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 
 FILES = ('DATA_EMPS.mat', 'DATA_EMPS_PULSES.mat')  # identification, test
 START = 20           # samples from which the state of the test recording may be taken
@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def recording_of(path: Path) -> UniformRecording:
     """Return the recording in the file `path`, admitted as diagnose admits it."""
-    raw = read_signals(path, Reading('emps'))
+    raw = read_signals(path, ReadOptions('emps'))
     readings = np.column_stack([raw['motor_position'], raw['arm_position']])
     return admitted(raw.stamp_ns, raw['motor_effort'], readings, None, str(path), None, GUESSED,
                     'the model')[0]

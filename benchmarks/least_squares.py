@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.bag.robot_values import load_log, load_values, robot_model
 from gearbox_monitor.balance.candidates import Candidate, library as effects_of_robot
 from gearbox_monitor.balance.evidence import RobotEvidence
 from gearbox_monitor.balance.rows import rows_of
@@ -30,6 +29,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import SETPOINT
 from gearbox_monitor.quality.admission import prepared
 from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.recordings.robot_values import load_log, load_values, robot_model
 
 Cause = tuple[str, str]  # effect, joint or link; '' of a single drive
 

@@ -43,7 +43,7 @@ from gearbox_monitor.identification.unit_adaptation import adapt
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.recordings.mapping import load_mapping
-from gearbox_monitor.recordings.reading import read_signals, Reading
+from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 
 NAMES = [f'{x}{y}' for x in range(5) for y in range(4)]
 SPLITS = {
@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def load_runs(folder: str | Path) -> tuple[dict[str, real_fit.DriveRecording], float]:
     """Return the recordings in `folder` by name, and the step of the arm encoder in rad."""
-    mapping = Reading('davinci_backend')
+    mapping = ReadOptions('davinci_backend')
     signals = load_mapping('davinci_backend')[0]['signals']
     constant = signals['motor_effort']['torque_constant']
     runs = {}

@@ -30,7 +30,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     simulate              its motion under a torque, with noise and effects
     Recording             what load_recording returns: signals of all joints
     DriveRecording        the same, with a model of the drive
-    Reading               how columns of a log are read whose names do not say it
+    ReadOptions               how columns of a log are read whose names do not say it
     RecordingEstimates    what estimate returns
     BacklashWindows       what backlash returns
     Verdict               what diagnose returns
@@ -69,7 +69,7 @@ _PUBLIC = {
     'InputError': 'errors', 'NominalFit': 'identification.nominal',
     'Verdict': 'identification.verdict', 'load_model': 'library.drive_file',
     'Recording': 'signals.recording', 'load_recording': 'library.recording',
-    'DriveRecording': 'library.recording', 'Reading': 'recordings.reading',
+    'DriveRecording': 'library.recording', 'ReadOptions': 'recordings.reading',
     'RecordingEstimates': 'library.estimation', 'BacklashWindows': 'library.estimation',
     'estimate': 'library.estimation', 'backlash': 'library.estimation',
     'diagnose': 'library.identify', 'fit': 'library.identify',

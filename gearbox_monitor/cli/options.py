@@ -24,13 +24,12 @@ from gearbox_monitor.files.yaml_files import (
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.recordings.guess import Answers, Guess
-from gearbox_monitor.recordings.reading import open_recording, Reading
+from gearbox_monitor.recordings.reading import open_recording, ReadOptions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BAG_HELP = 'recording: bag, complete or truncated, or a log of any kind (docs/import.md)'
-_SHOWN = re.compile(r'[^\S ]|[^\x20-\x7e\xa0-\uffff]|[\x80-\x9f]')  # what a terminal obeys
 JSON_FILE_HELP = '; - prints it, and nothing else'
 
 
@@ -62,8 +61,8 @@ def add_reading_arguments(parser: ArgumentParser, mapped: bool = True) -> Any:
     return group
 
 
-def reading_of(args: Namespace) -> Reading:
-    """Return the Reading in the options `args`. Raises InputError."""
+def reading_of(args: Namespace) -> ReadOptions:
+    """Return the ReadOptions in the options `args`. Raises InputError."""
     def pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
         found = {}
         for text in texts:
@@ -82,7 +81,7 @@ def reading_of(args: Namespace) -> Reading:
         for value in values:
             if value is not None and not 1e-100 < value < 1e100:
                 raise InputError(f'{option}: {value:g}, expected > 0')
-    return Reading(args.map or '', tuple(args.set), Answers(
+    return ReadOptions(args.map or '', tuple(args.set), Answers(
         pairs('--use', args.use), pairs('--unit', args.unit), tuple(constants),
         args.counts_per_turn, getattr(args, 'joint_of_log', None), args.columns, args.rate,
         args.episode, '' if args.stamps == 'recorded' else args.stamps))
@@ -97,7 +96,7 @@ def table_text(guess: Guess) -> str:
     """Return the table of the columns of a guess, as wide as the terminal."""
     width = max(80, min(shutil.get_terminal_size((120, 24)).columns, 160))
     rows = [('column', 'role', 'unit', 'why'), *(
-        tuple(_SHOWN.sub('?', cell) or '-' for cell in row) for row in guess.rows)]
+        tuple(cell or '-' for cell in row) for row in guess.rows)]
     first, second, third = (min(max(len(row[k]) for row in rows), room)
                             for k, room in enumerate((44, 18, 9)))
     return '\n'.join(f'{a[:first]:{first}s}  {b[:second]:{second}s}  {c[:third]:{third}s}  {d}'
@@ -234,7 +233,7 @@ def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callabl
         except OSError as error:
             raise InputError(f'{args.json}: {error.strerror}, expected a '
                              f'{"" if replaces else "new, "}writable file') from None
-    print(text())
+    print(re.sub(r'(?!\n|\x1b\[[\d;]*m)[\x00-\x1f\x7f-\x9f]', '?', text()))
 
 
 def write_or_print(path: str | Path | None, text: str) -> None:

@@ -9,8 +9,8 @@ import shlex
 from gearbox_monitor.cli.drive_recordings import add_root_argument, written_options
 from gearbox_monitor.cli.options import reading_of
 from gearbox_monitor.library.robot import load_robot, recorded_names, Robot
-from gearbox_monitor.recordings.reading import Reading
-from gearbox_monitor.recordings.recording import ANY
+from gearbox_monitor.recordings.from_bag import ANY
+from gearbox_monitor.recordings.reading import ReadOptions
 from gearbox_monitor.signals.convention import RULES
 
 
@@ -35,7 +35,7 @@ def add_robot_arguments(parser: ArgumentParser, reference: bool = True, values: 
                         'JOINT all for all')
 
 
-def reading_of_robot(args: Namespace) -> Reading:
+def reading_of_robot(args: Namespace) -> ReadOptions:
     """Return how the logs of a robot are read, as the options `args` state it."""
     return replace(reading_of(args), conventions=tuple(args.convention))
 

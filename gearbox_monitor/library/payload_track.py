@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.bag.robot_values import load_columns, robot_model
 from gearbox_monitor.balance.conventions import columns_as_read, named_readings
 from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.payload import PayloadTracker, SECOND
@@ -19,7 +18,8 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.robot import expect_robot, learn_robot, Robot
 from gearbox_monitor.presentation import Drawn
-from gearbox_monitor.recordings.reading import BY_NAMES, Reading
+from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
+from gearbox_monitor.recordings.robot_values import load_columns, robot_model
 from gearbox_monitor.report.robot_words import reading_words
 from gearbox_monitor.signals.convention import conventions_of
 
@@ -66,7 +66,7 @@ def payload_tracker(robot: Robot, link: str = '', knowledge: Knowledge | None = 
 def track_payload(log: str | Path, robot: Robot, *,
                   reference: str | Path | Sequence[str | Path] | None = None, link: str = '',
                   empty: bool = False, recorded: Mapping[str, str] | None = None,
-                  topic: str = JOINT_STATES, reading: Reading = BY_NAMES,
+                  topic: str = JOINT_STATES, reading: ReadOptions = BY_NAMES,
                   progress: Callable[[int, int], None] = lambda done, total: None
                   ) -> PayloadTrack:
     """

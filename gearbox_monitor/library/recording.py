@@ -23,10 +23,9 @@ from gearbox_monitor.plant.simulate import Trajectory
 from gearbox_monitor.presentation import Drawn
 from gearbox_monitor.quality.admission import admitted, prepared, require_samples, weighed
 from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
-from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, Reading
-from gearbox_monitor.recordings.recording import drive_recording, robot_recording, signals_at
-from gearbox_monitor.signals.recording import (
-    ARM, drive_samples, MOTOR, Recording)
+from gearbox_monitor.recordings.from_bag import drive_recording, robot_recording, signals_at
+from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
+from gearbox_monitor.signals.recording import ARM, drive_samples, MOTOR, Recording
 
 ROLES = ('motor', 'arm', 'setpoint')  # of joints in a bag
 WORDS = {'t': 'time in s', 'u': 'torque in N m, or current in A with torque_constant in the model',
@@ -193,7 +192,7 @@ class DriveRecording(Drawn):
 
 def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] | None = None,
                    topic: str = JOINT_STATES, repeated: str = REPEATED[0],
-                   name: str | None = None, reading: Reading = BY_NAMES) -> Any:
+                   name: str | None = None, reading: ReadOptions = BY_NAMES) -> Any:
     """
     Return a recording.
 
@@ -251,7 +250,7 @@ def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] 
 
 
 def _read(source: Any, model: DriveModel | None, joints: dict[str, str], topic: str,
-          reading: Reading) -> tuple[Recording, bool]:
+          reading: ReadOptions) -> tuple[Recording, bool]:
     """Return (recording of `source`, whether its motor is at the output whatever the model)."""
     if isinstance(source, Trajectory):
         driving = 'setpoint' if model is not None and model.controller is not None else 'u'

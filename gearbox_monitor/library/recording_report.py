@@ -16,12 +16,11 @@ from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.library.drive_file import expect_path, load_model
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.presentation import Shown
-from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, Reading
+from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.report.recording_page import figures, headline, recording_page
 from gearbox_monitor.report.robot_page import robot_page
 from gearbox_monitor.report.timeline import Timeline
-from gearbox_monitor.report.timeline_source import (
-    EstimatorChoice, RecordingFacts, TimelineSource)
+from gearbox_monitor.report.timeline_source import EstimatorChoice, RecordingFacts, TimelineSource
 
 Progress = Callable[[str, float], object]  # (task, share that is done)
 
@@ -46,7 +45,7 @@ class ReportPages(Shown):
 def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str = JOINT_STATES,
                  model: str | Path | None = None, parameters: str | Path | None = None,
                  filter: str | None = None,  # noqa: A002
-                 replay: bool = False, reading: Reading = BY_NAMES,
+                 replay: bool = False, reading: ReadOptions = BY_NAMES,
                  progress: Progress | None = None) -> ReportPages:
     """
     Write the page of a bag: the state of the gearbox, and the trust in its estimates.

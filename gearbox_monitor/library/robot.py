@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.robot_values import (
-    load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.balance import knowledge, verdict as balance
 from gearbox_monitor.balance.conventions import log_as_read, named_readings
 from gearbox_monitor.balance.knowledge import Knowledge
@@ -30,8 +28,10 @@ from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Paged, Saved
 from gearbox_monitor.quality.finding import BAD, DataFinding, hurts, WARN
-from gearbox_monitor.recordings.reading import BY_NAMES, Reading
-from gearbox_monitor.recordings.recording import ANY
+from gearbox_monitor.recordings.from_bag import ANY
+from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
+from gearbox_monitor.recordings.robot_values import (
+    load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.report.robot_words import reading_words, robot_headline
 from gearbox_monitor.report.words import counted
 from gearbox_monitor.signals.convention import conventions_of
@@ -128,7 +128,7 @@ def recorded_names(words: Iterable[str], option: str = '--recorded') -> dict[str
 
 def robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
                recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
-               learnt: bool = False, reading: Reading = BY_NAMES) -> list[RobotLog]:
+               learnt: bool = False, reading: ReadOptions = BY_NAMES) -> list[RobotLog]:
     """
     Return the checked logs of a robot, with inputs of one kind.
 
@@ -162,7 +162,7 @@ def robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
 
 def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                 recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
-                reading: Reading = BY_NAMES,
+                reading: ReadOptions = BY_NAMES,
                 progress: Progress | None = None) -> tuple[Knowledge, list[str]]:
     """
     Return what logs of the healthy robot teach, as a reference, and notes about them.
@@ -199,7 +199,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                    reference: str | Path | Sequence[str | Path] | None = None,
                    effects: Sequence[str] | None = None,
                    recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
-                   reading: Reading = BY_NAMES,
+                   reading: ReadOptions = BY_NAMES,
                    progress: Progress | None = None) -> RobotDiagnosis:
     """
     Return the diagnosis of a whole robot: beside its file, or against a healthy reference.
@@ -266,7 +266,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
 
 
 def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | None = None,
-                topic: str = JOINT_STATES, reading: Reading = BY_NAMES) -> list[DataFinding]:
+                topic: str = JOINT_STATES, reading: ReadOptions = BY_NAMES) -> list[DataFinding]:
     """
     Return what a log says of itself and of its conventions, joint by joint.
 
@@ -305,7 +305,7 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
     return sorted(findings, key=lambda finding: places.index(finding.group))
 
 
-def as_named(logs: Sequence[RobotLog], robot: Robot, reading: Reading
+def as_named(logs: Sequence[RobotLog], robot: Robot, reading: ReadOptions
              ) -> tuple[list[RobotLog], list[str]]:
     """
     Return logs as weight and inertia say that they have to be read, and that in words.

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.bag.robot_values import robot_model
 from gearbox_monitor.balance.robot_effects import PAYLOAD
 from gearbox_monitor.balance.robot_experiment import (
     design, RATE, RobotLimits, RobotMotionDesign, Target)
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.robot_limits import contacts_in, limits_in
 from gearbox_monitor.library.robot import expect_robot, Robot, robot_effects
+from gearbox_monitor.recordings.robot_values import robot_model
 
 SHORTEST, LONGEST = 8.0, 60.0  # s
 POINTS = 10.0                  # Hz, of a trajectory; with speed and acceleration of each point

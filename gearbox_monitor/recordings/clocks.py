@@ -9,8 +9,8 @@ import scipy
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.recordings.log_units import EFFORT, POSITION, VELOCITY
 from gearbox_monitor.recordings.mapping import kind_of
-from gearbox_monitor.recordings.units import EFFORT, POSITION, VELOCITY
 
 DROPOUT = 3.0  # sample times between two samples that are not interpolated
 LAGS, POINTS = 1500, 3000  # that are tried, and at which each is judged

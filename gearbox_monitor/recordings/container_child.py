@@ -33,7 +33,7 @@ DATE = re.compile(r'\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d')
 Leaf = tuple[str, Any, str]  # name, array, unit
 
 
-class Refused(Exception):
+class Unreadable(Exception):
     """The file cannot be read: the reason and what was expected."""
 
 
@@ -97,7 +97,7 @@ def tree_of(path: str, kind: str, memory: int) -> Any:
     except json.JSONDecodeError as error:
         # The first value ends where its line ends: one value per line.
         if not error.msg.startswith('Extra data') or error.colno != 1 or error.lineno != 2:
-            raise Refused(f'line {error.lineno} column {error.colno}: {error.msg}, expected '
+            raise Unreadable(f'line {error.lineno} column {error.colno}: {error.msg}, expected '
                           'JSON') from None
         return [json.loads(line) for line in content.splitlines() if line.strip()]
 
@@ -106,7 +106,7 @@ def xml_entries(content: bytes) -> list[dict[str, Any]]:
     """Return the messages of a KUKA RSI log: one element <Rob> (or <Sen>) with values each."""
     text = content.decode('latin-1')
     if re.search(r'<!(DOCTYPE|ENTITY)', text):
-        raise Refused('XML with entities, expected a log of messages')
+        raise Unreadable('XML with entities, expected a log of messages')
     entries: list[dict[str, Any]] = []
     for root, body in re.findall(r'(?s)<(Rob|Sen)\b[^>]*>(.*?)</\1>', text):
         entry: dict[str, Any] = {}
@@ -121,7 +121,7 @@ def xml_entries(content: bytes) -> list[dict[str, Any]]:
         else:  # the answer to the message before it
             entries[-1] |= entry
     if len(entries) < MIN_SAMPLES:
-        raise Refused('XML without the messages of a KUKA RSI log (<Rob>...</Rob>), expected a '
+        raise Unreadable('XML without the messages of a KUKA RSI log (<Rob>...</Rob>), expected a '
                       'table: export it as CSV')
     return entries
 
@@ -135,7 +135,7 @@ def link_of(group: Any, name: str) -> str:
 def leaves_of(tree: Any, prefix: str = '', depth: int = 0) -> Iterator[Leaf]:
     """Yield (dotted name, value, unit) of all arrays in a tree, each of them read."""
     if depth > MAX_DEPTH:
-        raise Refused(f'{prefix}: more than {MAX_DEPTH} groups inside each other, expected fewer')
+        raise Unreadable(f'{prefix}: groups more than {MAX_DEPTH} deep, expected fewer')
     if isinstance(tree, Mapping):
         for name in list(tree):
             if link_of(tree, name):
@@ -145,9 +145,9 @@ def leaves_of(tree: Any, prefix: str = '', depth: int = 0) -> Iterator[Leaf]:
         return
     name, attributes = prefix[:-1], getattr(tree, 'attrs', {})
     if getattr(tree, 'is_virtual', False):
-        raise Refused(f'{name}: a virtual dataset, expected one that holds its values')
+        raise Unreadable(f'{name}: a virtual dataset, expected one that holds its values')
     if getattr(tree, 'external', None):
-        raise Refused(f'{name}: values in another file, expected a dataset that holds them')
+        raise Unreadable(f'{name}: values in another file, expected a dataset that holds them')
     if getattr(tree, 'nbytes', 0) > LIMITS[1]:
         raise MemoryError
     fields = getattr(getattr(tree, 'dtype', None), 'names', None)
@@ -175,12 +175,13 @@ def episodes_of(tree: Any, prefix: str = '', depth: int = 0) -> dict[str, list[L
     """Return {name of an episode: its leaves} of a tree whose groups are episodes, else None."""
     if not isinstance(tree, Mapping) or depth > 3:
         return None
-    groups = [name for name in tree if EPISODE.fullmatch(name) and isinstance(
+    own = [name for name in tree if not link_of(tree, name)]
+    groups = [name for name in own if EPISODE.fullmatch(name) and isinstance(
         tree[name], Mapping)]
     if groups:
         groups.sort(key=lambda name: int(re.findall(r'\d+', name)[-1]))
         return {name: list(leaves_of(tree[name])) for name in groups}
-    for name in tree:
+    for name in own:
         found = episodes_of(tree[name], f'{prefix}{name}.', depth + 1)
         if found:
             return found
@@ -278,14 +279,14 @@ def column_of(values: Sequence[Any], name: str) -> Any:
     try:
         return np.array([np.nan if value is None else float(value) for value in values])
     except OverflowError:
-        raise Refused(f'{name}: a number beyond all floats, expected numbers') from None
+        raise Unreadable(f'{name}: a number beyond all floats, expected numbers') from None
 
 
 def matrix_of(rows: Sequence[Sequence[Any]]) -> Any:
     try:
         return np.array([[math.nan if x is None else x for x in row] for row in rows])
     except ValueError:
-        raise Refused('rows of unequal length, expected a matrix') from None
+        raise Unreadable('rows of unequal length, expected a matrix') from None
 
 
 # --- tables -------------------------------------------------------------------------------------
@@ -402,7 +403,7 @@ def read(path: str, kind: str, memory: int) -> list[Leaf]:
         if entries is not None:
             return list(columns_of(entry_leaves(entries)))
         if not isinstance(tree, dict):
-            raise Refused(f'a list of {len(tree)} values, expected entries or rows of numbers')
+            raise Unreadable(f'a list of {len(tree)} values, expected entries or rows of numbers')
         if kind == 'json':
             for name, value in flattened(tree):
                 put_number(name, value)
@@ -432,7 +433,7 @@ def main() -> int:
         print(f'{error.name} is not installed, expected it for this format: pip install '
               f'{error.name}', file=sys.stderr)
         return FAILED
-    except Refused as error:
+    except Unreadable as error:
         print(error, file=sys.stderr)
         return FAILED
     except RecursionError:

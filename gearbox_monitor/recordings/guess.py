@@ -16,16 +16,16 @@ import yaml
 
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.recordings.log_units import (
+    axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, unit_factor,
+    unit_of_label, units_of, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.mapping import kind_of, TURN, with_settings
 from gearbox_monitor.recordings.meaning import joints_of, Meaning, meaning_of, meanings
 from gearbox_monitor.recordings.roles import (
-    Candidate, Choice, choice_of, matches, NONE, Question)
+    Choice, choice_of, matches, NamedColumn, NONE, Question)
 from gearbox_monitor.recordings.siblings import sibling_setpoints, states_beside
 from gearbox_monitor.recordings.table import Column, Table
 from gearbox_monitor.recordings.times import found_time, FoundTime
-from gearbox_monitor.recordings.units import (
-    axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, unit_factor,
-    unit_of_label, units_of, VELOCITY, vocabulary)
 
 COARSE = 100.0  # whole numbers over a wider range are counts
 WIDE = 4.0 * np.pi  # rad: a joint turns less; a wider range without a unit may be degrees
@@ -191,9 +191,9 @@ class _Proposal:
         use = self._use(listed)
         if not joints and not any(role.endswith(('_position', '_velocity')) for role in use):
             raise InputError(f'{table.path}: no position or velocity among '
-                             f'{", ".join(c.name for c in columns)[:200]}, expected --use '
-                             'position=COLUMN, or --map')
-        candidates = [Candidate(c.name, meaning, c.values.astype(float))
+                             f'{", ".join(c.name for c in columns)[:200] or "none"}, expected '
+                             f'--use position=COLUMN, or --map{self._notes()}')
+        candidates = [NamedColumn(c.name, meaning, c.values.astype(float))
                       for c, meaning in zip(columns, listed)
                       if robot or np.nanmax(c.values) > np.nanmin(c.values)]
         choices = [choice_of([c for c in candidates if c.meaning.joint == name or not robot
@@ -222,6 +222,9 @@ class _Proposal:
             self.assumptions.append(f'Not used: {", ".join(unused)[:400]}.')
         return Guess(table.path.name, with_settings(data, self.settings), tuple(self.assumptions),
                      tuple(self.questions), tuple(rows))
+
+    def _notes(self) -> str:
+        return ''.join(f'; {note}' for note in self.table.notes)
 
     def _ask(self, topic: str, text: str, option: str) -> None:
         if topic not in {question.topic for question in self.questions}:
@@ -327,10 +330,10 @@ class _Proposal:
                  and np.nanmax(c.values) == np.nanmin(c.values)]
         problem = f'{", ".join(still)[:200]} never changes' if still else \
             f'no position or velocity among {", ".join(c.name for c in columns)[:200]}'
-        raise InputError(f'{self.table.path}: {problem}, expected a motion')
+        raise InputError(f'{self.table.path}: {problem}, expected a motion{self._notes()}')
 
     # --- blocks of the mapping ------------------------------------------------------------------
-    def _stated_unit(self, role: str, candidate: Candidate) -> str:
+    def _stated_unit(self, role: str, candidate: NamedColumn) -> str:
         """Return the unit of a column in a `role` as the user states it, '' if not."""
         names = [candidate.meaning.label, candidate.meaning.stem, candidate.meaning.joint,
                  *_names_of(role)]
@@ -349,7 +352,8 @@ class _Proposal:
                         for role, c in choice.roles.items()),
                        PRISMATIC if 'kind=prismatic' in self.settings else ROTARY)
 
-    def _block(self, role: str, candidate: Candidate, choice: Choice, key: str) -> dict[str, Any]:
+    def _block(self, role: str, candidate: NamedColumn, choice: Choice, key: str
+               ) -> dict[str, Any]:
         """Return the block of a signal: its column, unit and scale, or a question about them."""
         meaning, quantity = candidate.meaning, kind_of(role).quantity
         column = self.columns[candidate.column]
@@ -389,7 +393,7 @@ class _Proposal:
         self.units[candidate.column] = unit
         return block
 
-    def _constant_of(self, block: dict[str, Any], candidate: Candidate, joint: str, key: str
+    def _constant_of(self, block: dict[str, Any], candidate: NamedColumn, joint: str, key: str
                      ) -> None:
         """Add the constant that makes an effort a torque to its `block`, or ask for it."""
         unit = block.get('unit', '')
@@ -407,7 +411,7 @@ class _Proposal:
                       'K1,K2,... of each joint; 1 keeps it, for a model with torque_constant), or '
                       '--use effort=none')
 
-    def _counts(self, block: dict[str, Any], candidate: Candidate, axis: str, key: str) -> None:
+    def _counts(self, block: dict[str, Any], candidate: NamedColumn, axis: str, key: str) -> None:
         """Add the resolution of an encoder in counts to its `block`, or ask for it."""
         if block.get('unit') not in COUNTS or any(self._stated(f'{key}.{name}') for name in (
                 'counts_per_rev', 'scale')):
@@ -507,12 +511,12 @@ class _Proposal:
         valid = np.isfinite(q) & np.isfinite(v)
         q, v, t = q[valid], v[valid], t[valid]
         step = max(1, len(q) // 2000)
-        passed = np.maximum(t[4 * step:] - t[:-4 * step], 1e-9)
+        passed: Array = np.maximum(t[4 * step:] - t[:-4 * step], 1e-9)
         moved: Array = np.abs(q[4 * step:] - q[:-4 * step]) / passed
         still = len(q) < 20 or float(np.ptp(q)) < STILL * float(np.median(np.abs(np.diff(q))))
         if scale is None or factor is None or len(moved) < 10 or still:
             return
-        ratio = float(np.mean(np.abs(v)) * factor / max(np.mean(moved) * scale, 1e-12))
+        ratio = float(np.mean(np.abs(v))) * factor / max(float(np.mean(moved)) * scale, 1e-12)
         if not 1.0 / APART < ratio < APART:
             label = next(c.meaning.stem for c in choice.roles.values()
                          if c.column == block['column'])

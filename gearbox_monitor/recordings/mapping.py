@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
-from gearbox_monitor.recordings.text import format_of, FOUND, TextFormat
-from gearbox_monitor.recordings.units import (
+from gearbox_monitor.recordings.log_units import (
     axis_of, EFFORT, POSITION, PRISMATIC, ROTARY, TIME, unit_factor, units_of, VELOCITY)
+from gearbox_monitor.recordings.text import format_of, FOUND, TextFormat
 
 TURN = 6.283185307179586
 CODINGS = ('twos_complement', 'sign_magnitude')

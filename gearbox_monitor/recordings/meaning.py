@@ -14,7 +14,7 @@ from functools import lru_cache
 import re
 from typing import Any
 
-from gearbox_monitor.recordings.units import (
+from gearbox_monitor.recordings.log_units import (
     EFFORT, POSITION, scaled_unit, standard_unit, TIME, unit_of_label, units_of, VELOCITY,
     vocabulary)
 

@@ -21,9 +21,8 @@ from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.recordings.clocks import interpolated
-from gearbox_monitor.recordings.signals import even_stamps
-from gearbox_monitor.recordings.virtual_bag import (
-    Frames, JOINT_TOPIC, SETPOINT_TOPIC, VirtualBag)
+from gearbox_monitor.recordings.si_signals import even_stamps
+from gearbox_monitor.recordings.virtual_bag import Frames, JOINT_TOPIC, SETPOINT_TOPIC, VirtualBag
 
 DYNAMIC, CONTROLLER = ('control_msgs/msg/DynamicJointState',
                        'control_msgs/msg/JointTrajectoryControllerState')
@@ -162,6 +161,11 @@ def _joint_messages(path: Path, topic: str) -> tuple[list[JointMessages], list[s
         notes += [bag.notice] if bag.notice else []
     if not rows or topic and names[0] not in {key[0] for key in rows}:
         multi = [name for name, kind in kinds.items() if kind == MULTI]
+        schemas = [f'{name} ({kind})' for name, kind in kinds.items()
+                   if kind.startswith('foxglove')]
+        if schemas:
+            raise InputError(f'{path}: {", ".join(schemas)[:200]}: schemas of Foxglove, expected '
+                             f'messages of {JOINT_STATE}: record that topic')
         if multi:
             raise InputError(f'{path}: {multi[0]} has type {MULTI}: poses of bodies, not '
                              f'positions of joints, expected {JOINT_STATE}')

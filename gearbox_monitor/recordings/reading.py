@@ -12,8 +12,8 @@ from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.recordings.guess import Answers, Guess, guessed, NO_ANSWERS
 from gearbox_monitor.recordings.mapping import load_mapping, Mapping, mapping_of, text_of
 from gearbox_monitor.recordings.messages import converted_bag, needs_conversion
+from gearbox_monitor.recordings.si_signals import Signals, signals_of
 from gearbox_monitor.recordings.siblings import file_in
-from gearbox_monitor.recordings.signals import Signals, signals_of
 from gearbox_monitor.recordings.table import load_table, Table
 from gearbox_monitor.recordings.virtual_bag import bag_of_table
 
@@ -21,7 +21,7 @@ MAGIC = (b'\x89MCAP0\r\n', b'SQLite format 3\x00', ROS1)
 
 
 @dataclass(frozen=True)
-class Reading:
+class ReadOptions:
     """
     How a user says that a recording is read.
 
@@ -36,7 +36,7 @@ class Reading:
     conventions: tuple[str, ...] = ()
 
 
-BY_NAMES = Reading()
+BY_NAMES = ReadOptions()
 
 
 def is_bag(path: Path) -> bool:
@@ -53,7 +53,7 @@ def is_bag(path: Path) -> bool:
         return False
 
 
-def open_recording(path: str | Path, reading: Reading = BY_NAMES, topic: str = '',
+def open_recording(path: str | Path, reading: ReadOptions = BY_NAMES, topic: str = '',
                    constants: bool = False) -> BagReader:
     """
     Return a recording of any kind as a bag.
@@ -76,9 +76,9 @@ def open_recording(path: str | Path, reading: Reading = BY_NAMES, topic: str = '
     return bag_of_table(table, mapping)
 
 
-def _opened_bag(path: Path, reading: Reading, topic: str) -> BagReader:
+def _opened_bag(path: Path, reading: ReadOptions, topic: str) -> BagReader:
     stamps = reading.answers.stamps or 'recorded'
-    if reading != Reading(answers=Answers(stamps=reading.answers.stamps)):
+    if reading != ReadOptions(answers=Answers(stamps=reading.answers.stamps)):
         raise InputError(f'{path}: a bag, which states what its columns are, expected no --map, '
                          '--set, --use, --unit and the like')
     if is_ros1(path) or stamps != 'recorded':
@@ -90,7 +90,7 @@ def _opened_bag(path: Path, reading: Reading, topic: str) -> BagReader:
     return converted_bag(path, topic)
 
 
-def read_mapping(path: Path, reading: Reading = BY_NAMES, constants: bool = True
+def read_mapping(path: Path, reading: ReadOptions = BY_NAMES, constants: bool = True
                  ) -> tuple[Table, Mapping, Guess | None]:
     """
     Return (table, how it is read, what was guessed of it) of a file that is no bag.
@@ -120,7 +120,7 @@ def read_mapping(path: Path, reading: Reading = BY_NAMES, constants: bool = True
     return table, mapping_of(guess.data, f'guess of {path.name}', table.header), guess
 
 
-def read_signals(path: str | Path, reading: Reading = BY_NAMES) -> Signals:
+def read_signals(path: str | Path, reading: ReadOptions = BY_NAMES) -> Signals:
     """Return the Signals in the file `path`, which is no bag, as `reading` has it."""
     table, mapping, _ = read_mapping(Path(path), reading)
     return signals_of(table, mapping)

@@ -16,10 +16,10 @@ import numpy as np
 
 from gearbox_monitor.kernels.sensor_noise import quantisation_step
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.recordings.log_units import (
+    COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, units_of, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.meaning import (
     FILTERED, Meaning, MEASURED, RELATIVE, SENSOR, SETPOINT, words_of)
-from gearbox_monitor.recordings.units import (
-    COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, units_of, VELOCITY, vocabulary)
 
 FOLLOWED = 0.7  # correlation of a position with its setpoint, at least
 TOGETHER = 0.9  # correlation of the two ends of a gear, at least
@@ -41,7 +41,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class NamedColumn:
     """A column of a recording: its name in the table, Meaning and values [N], NaN: none."""
 
     column: str
@@ -54,16 +54,16 @@ class Choice:
     """
     The columns of one joint by role, why each was chosen or left, and what is open.
 
-    roles {role: Candidate}: names of mapping.SIGNALS. left {column: why it has no role}.
+    roles {role: NamedColumn}: names of mapping.SIGNALS. left {column: why it has no role}.
     """
 
     joint: str
-    roles: dict[str, Candidate] = field(default_factory=dict)
+    roles: dict[str, NamedColumn] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
     left: dict[str, str] = field(default_factory=dict)
     questions: list[Question] = field(default_factory=list)
 
-    def take(self, role: str, candidate: Candidate, why: str) -> None:
+    def take(self, role: str, candidate: NamedColumn, why: str) -> None:
         """Give `candidate` a `role`; `why`: in words."""
         self.roles[role], self.reasons[role] = candidate, why
 
@@ -84,7 +84,7 @@ def matches(given: str, meaning: Meaning) -> bool:
         meaning.joint) and request == meaning.words
 
 
-def choice_of(columns: Sequence[Candidate], joint: str, use: Mapping[str, str]) -> Choice:
+def choice_of(columns: Sequence[NamedColumn], joint: str, use: Mapping[str, str]) -> Choice:
     """
     Return the Choice for the columns of one joint.
 
@@ -108,11 +108,11 @@ def choice_of(columns: Sequence[Candidate], joint: str, use: Mapping[str, str]) 
     return choice
 
 
-def _kind(columns: Sequence[Candidate], quantity: str, *sources: str) -> list[Candidate]:
+def _kind(columns: Sequence[NamedColumn], quantity: str, *sources: str) -> list[NamedColumn]:
     return [c for c in columns if c.meaning.quantity == quantity and c.meaning.source in sources]
 
 
-def _preferred(choice: Choice, columns: Sequence[Candidate]) -> list[Candidate]:
+def _preferred(choice: Choice, columns: Sequence[NamedColumn]) -> list[NamedColumn]:
     """Return those of `columns` that the vocabulary prefers, of copies the first; note others."""
     kept = list(columns)
     for row in vocabulary()['preferred']:
@@ -122,7 +122,7 @@ def _preferred(choice: Choice, columns: Sequence[Candidate]) -> list[Candidate]:
             choice.left |= {c.column: f'another one is {row["why"]}: {chosen[0].meaning.stem}'
                             for c in kept if c not in chosen}
             kept = chosen
-    originals: list[Candidate] = []
+    originals: list[NamedColumn] = []
     for c in sorted(kept, key=lambda c: not c.meaning.stated):
         origin = next((o for o in originals if is_copy(c.values, o.values)), None)
         if origin is None:
@@ -163,7 +163,7 @@ def correlation(a: Array, b: Array) -> float:
 
 
 # --- positions, velocities ----------------------------------------------------------------------
-def _positions(choice: Choice, columns: Sequence[Candidate], refused: set[str]) -> None:
+def _positions(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]) -> None:
     """Choose the encoders of motor and arm."""
     measured, filtered = (_kind(columns, POSITION, *sources) for sources in (
         (MEASURED, ''), (FILTERED, RELATIVE)))
@@ -211,7 +211,7 @@ def _positions(choice: Choice, columns: Sequence[Candidate], refused: set[str]) 
         f'{use_option("arm", spread[1].meaning.stem)} (or none), or --columns'))
 
 
-def _velocities(choice: Choice, columns: Sequence[Candidate]) -> None:
+def _velocities(choice: Choice, columns: Sequence[NamedColumn]) -> None:
     """Choose the velocities of motor and arm."""
     candidates = _kind(columns, VELOCITY, MEASURED, '') or _kind(
         columns, VELOCITY, FILTERED, RELATIVE)
@@ -230,7 +230,7 @@ def _velocities(choice: Choice, columns: Sequence[Candidate]) -> None:
 
 
 # --- efforts, setpoints -------------------------------------------------------------------------
-def _efforts(choice: Choice, columns: Sequence[Candidate], refused: set[str]) -> None:
+def _efforts(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]) -> None:
     """Choose the motor's effort and the torque of a sensor."""
     sensors = _kind(columns, EFFORT, SENSOR)
     measured = _kind(columns, EFFORT, MEASURED, '')
@@ -267,8 +267,8 @@ def _efforts(choice: Choice, columns: Sequence[Candidate], refused: set[str]) ->
                    f'{use_option("effort", sensors[0].meaning.stem)} if it is the motor torque')
 
 
-def _drive_effort(choice: Choice, measured: Sequence[Candidate],
-                  commanded: Sequence[Candidate]) -> None:
+def _drive_effort(choice: Choice, measured: Sequence[NamedColumn],
+                  commanded: Sequence[NamedColumn]) -> None:
     """Choose between measured and commanded efforts, torques and what needs a constant."""
     measured = [c for c in measured if np.nanmax(c.values) > np.nanmin(c.values)] or measured
     torques = [c for c in measured if not c.meaning.is_input]
@@ -297,7 +297,7 @@ def _drive_effort(choice: Choice, measured: Sequence[Candidate],
                 'effort', c.meaning.stem))
 
 
-def _take_effort(choice: Choice, columns: Sequence[Candidate], question: str,
+def _take_effort(choice: Choice, columns: Sequence[NamedColumn], question: str,
                  reason: str = 'by its name') -> None:
     """Choose the effort of the motor, or ask which of several `columns` it is."""
     if len(columns) > 1:
@@ -306,12 +306,12 @@ def _take_effort(choice: Choice, columns: Sequence[Candidate], question: str,
         choice.take('motor_effort', columns[0], f'{reason}: {columns[0].meaning.why}')
 
 
-def _ask_effort(choice: Choice, columns: Sequence[Candidate], question: str) -> None:
+def _ask_effort(choice: Choice, columns: Sequence[NamedColumn], question: str) -> None:
     choice.ask('effort', f'{", ".join(c.meaning.stem for c in columns)}: {question}',
                *(use_option('effort', c.meaning.stem) for c in columns[:3]))
 
 
-def _setpoints(choice: Choice, columns: Sequence[Candidate], refused: set[str]) -> None:
+def _setpoints(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]) -> None:
     """Choose the setpoint of the position."""
     for quantity in (VELOCITY, EFFORT):
         for c in _kind(columns, quantity, SETPOINT):

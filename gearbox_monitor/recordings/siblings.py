@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.recordings.log_units import POSITION
 from gearbox_monitor.recordings.meaning import meanings, run_of
 from gearbox_monitor.recordings.table import JOINT_LIST, load_table
 from gearbox_monitor.recordings.times import found_time, FoundTime
-from gearbox_monitor.recordings.units import POSITION
 
 TABLES = ('.csv', '.csv.gz', '.parquet', '.npz', '.txt')
 OVERLAP = 0.5  # of the time of the states, in which setpoints of the same run stand
@@ -93,8 +93,10 @@ def file_in(path: Path) -> Path:
         tables = sorted(file for file in path.iterdir() if file.is_file()
                         and file.name.endswith(TABLES) and file.name != JOINT_LIST)
         files = [file for file in tables if _files_beside(file, True)] or tables
+    if not files:
+        raise InputError(f'{path}: holds no .mcap or .db3 file and no log, expected a recording')
     if len(files) != 1:
-        names = ', '.join(file.name for file in files[:12]) or 'none'
-        raise (Undecided if files else InputError)(
-            f'{path}: {len(files)} recordings, expected the path of one of them: {names}')
+        names = ', '.join(file.name for file in files[:12])
+        raise Undecided(f'{path}: {len(files)} recordings, expected the path of one of them: '
+                        f'{names}')
     return files[0]

@@ -27,11 +27,11 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.packed_files import BoundedGzip, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Integers
 from gearbox_monitor.recordings import container_child
+from gearbox_monitor.recordings.log_units import (
+    EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.text import (
     BLOCK, DATE, FOUND, layout_of, MIN_SAMPLES, number_of, numbers_of_list, text_rows, TextFormat,
     TextLayout, TextRows)
-from gearbox_monitor.recordings.units import (
-    EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
 
 HDF5, MATLAB_HEADER = b'\x89HDF\r\n\x1a\n', 512  # bytes before the HDF5 content of MATLAB 7.3
 KINDS = ((b'MATLAB', 'mat'), (HDF5, 'hdf5'), (b'PAR1', 'parquet'), (b'ARROW1', 'feather'),
@@ -82,7 +82,7 @@ class Table:
     rate: float | None = None
     header: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    rows: Callable[[Collection[str], Collection[str]], Iterator['Block']] | None = None
+    rows: Callable[[Collection[str], Collection[str]], Iterator['RowBlock']] | None = None
     streamed: bool = False
     lines: Integers | None = None
 
@@ -104,7 +104,8 @@ class Table:
                          f'{"stands several times" if found else "missing"}, expected one of '
                          + (', '.join(column.name for column in self.columns)[:500] or 'none'))
 
-    def blocks(self, numbers: Collection[str], texts: Collection[str] = ()) -> Iterator['Block']:
+    def blocks(self, numbers: Collection[str], texts: Collection[str] = ()
+               ) -> Iterator['RowBlock']:
         """Yield rows of the columns `numbers` and, as they are written, `texts`, in blocks."""
         if self.rows is not None and self.streamed:
             yield from self.rows(numbers, texts)
@@ -116,13 +117,13 @@ class Table:
             values |= {name: np.concatenate([b.values[name] for b in parts]) for name in exact}
         lengths = {len(v) for v in values.values()} or {0}
         if self.lines is not None and lengths == {len(self.lines)}:
-            yield Block(values, self.lines)
+            yield RowBlock(values, self.lines)
         else:
-            yield Block(values, np.arange(1, max(lengths) + 1), 'row')
+            yield RowBlock(values, np.arange(1, max(lengths) + 1), 'row')
 
 
 @dataclass(frozen=True)
-class Block:
+class RowBlock:
     """Rows of some columns {name: [N]}; `numbers` [N] of the lines or rows that hold them."""
 
     values: Mapping[str, AnyArray]
@@ -132,6 +133,11 @@ class Block:
     def place(self, row: int, name: str) -> str:
         """Return where the value of column `name` in `row` stands, for messages."""
         return f'{self.unit} {self.numbers[row]}, column {name}'
+
+
+def printable(name: str) -> str:
+    """Return a `name` with nothing that a terminal obeys or no text can hold."""
+    return re.sub(r'[\x00-\x1f\x7f-\x9f\ud800-\udfff]', '?', name)
 
 
 def plain(name: str) -> str:
@@ -185,7 +191,8 @@ def load_table(path: Path, text: TextFormat = FOUND, whole: bool = False) -> Tab
             table = _text_table(path, layout_of(path, text), whole)
         else:
             table = _with_siblings(_in_child(path, kind))
-    table = _long_pivoted(table)
+    table = _long_pivoted(replace(table, columns=tuple(
+        replace(c, name=printable(c.name), clock=printable(c.clock)) for c in table.columns)))
     clocks = {column.clock for column in table.columns} - {''}
     lengths = Counter(len(column.values) for column in table.columns)
     length = max(lengths, key=lambda n: (lengths[n] > 1, n >= MIN_SAMPLES, lengths[n]), default=0)
@@ -239,7 +246,9 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
         clock = layout.clocks.get(k)
         columns.append(Column(names[k], np.empty(0), unit, factor,
                               '' if clock is None else names[clock]))
-    rows = _Rows(path, layout, places)
+    rows = _Rows(path, layout, {printable(name): place for name, place in places.items()})
+    columns = [replace(c, name=printable(c.name), clock=printable(c.clock)) for c in columns]
+    texts = {printable(name) for name in texts}
     wanted = [c.name for c in columns if c.name not in texts]
     looked = list(rows(wanted, texts)) if whole else [next(rows(wanted, texts))]
     columns = [replace(column, values=np.concatenate([b.values[column.name] for b in looked]))
@@ -266,7 +275,7 @@ class _Rows:
     layout: TextLayout
     places: Mapping[str, tuple[int, int | None]]
 
-    def __call__(self, numbers: Collection[str], texts: Collection[str]) -> Iterator[Block]:
+    def __call__(self, numbers: Collection[str], texts: Collection[str]) -> Iterator[RowBlock]:
         lists = {name for name in numbers if self.places[name][1] is not None}
         plain_numbers = {self.places[name][0] for name in numbers if name not in lists}
         plain_texts = {self.places[name][0] for name in (*texts, *lists)}
@@ -275,7 +284,7 @@ class _Rows:
                 values = {name: rows.columns[self.places[name][0]] for name in texts}
                 values |= {name: self._of_list(name, rows) if name in lists else
                            rows.columns[self.places[name][0]] for name in numbers}
-                yield Block(values, rows.lines)
+                yield RowBlock(values, rows.lines)
 
     def _of_list(self, name: str, rows: TextRows) -> AnyArray:
         k, place = self.places[name]

@@ -22,7 +22,7 @@ import numpy as np
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError
 from gearbox_monitor.files.packed_files import LONGEST_LINE, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Array
-from gearbox_monitor.recordings.units import number_with_unit, standard_unit
+from gearbox_monitor.recordings.log_units import number_with_unit, standard_unit
 
 DATE = re.compile(r'\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d')
 COMMENTS = ('#', '%', '//')

@@ -11,11 +11,11 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.recordings.log_units import TIME, units_of
 from gearbox_monitor.recordings.mapping import TimeMapping
 from gearbox_monitor.recordings.meaning import COUNTER, Meaning, meaning_of, words_of
-from gearbox_monitor.recordings.signals import absolute_ns, LONGEST, SHORTEST
+from gearbox_monitor.recordings.si_signals import absolute_ns, LONGEST, SHORTEST
 from gearbox_monitor.recordings.table import Column
-from gearbox_monitor.recordings.units import TIME, units_of
 
 USUAL = (1e-4, 0.06)  # s: sample times of controllers and their logs
 NANO = frozenset('nsec nsecs nanosec nanosecs nanoseconds nano nanos'.split())

@@ -13,7 +13,7 @@ from gearbox_monitor.bag.message_block import MessageBlock
 from gearbox_monitor.bag.read import BagReader, BLOCK_MESSAGES, JOINT_STATE
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.recordings.mapping import Mapping as Columns
-from gearbox_monitor.recordings.signals import (
+from gearbox_monitor.recordings.si_signals import (
     described, effort_unit, is_streamed, signal_blocks, Signals, signals_of)
 from gearbox_monitor.recordings.table import Table
 

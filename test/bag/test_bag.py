@@ -35,6 +35,7 @@ from gearbox_monitor.bag.recovery import recover
 from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.recordings.reading import open_recording
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -549,8 +550,6 @@ def test_encoder_equals_rosbags(names, frame_id):
 FULL_DISK = """
 import resource, sys
 from gearbox_monitor.bag.write import BagWriter, WriteError
-from gearbox_monitor.recordings.reading import open_recording
-from gearbox_monitor.recordings.reading import open_recording
 limit = 50_000
 resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 bag = BagWriter(sys.argv[1], compression='none', chunk_seconds=1e9)

@@ -12,8 +12,8 @@ from gearbox_monitor.bag.read import JOINT_STATE
 from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.balance.robot_log import checked_log, RawLog
 from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.recordings.from_bag import names_in_log, robot_log
 from gearbox_monitor.recordings.reading import open_recording
-from gearbox_monitor.recordings.recording import names_in_log, robot_log
 
 JOINTS = ('a', 'b')
 

@@ -7,11 +7,11 @@ import pytest
 import yaml
 
 import gearbox_monitor as gm
-from gearbox_monitor.bag.robot_values import robot_model
 from gearbox_monitor.balance import robot_experiment
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.robot_limits import contacts_in, limits_in
+from gearbox_monitor.recordings.robot_values import robot_model
 
 mujoco = pytest.importorskip('mujoco')
 ARM = """<mujoco><compiler angle="radian"/><worldbody>

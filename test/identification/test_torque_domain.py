@@ -25,7 +25,7 @@ from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.quality.recording import UniformRecording
-from gearbox_monitor.recordings.reading import read_signals, Reading
+from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'
 DT = 1e-3
@@ -224,7 +224,7 @@ def test_bad_model_files():
 @pytest.mark.skipif(not DATA.exists(), reason='no recordings of the davinci_backend')
 def test_a_real_gearbox_has_a_dead_zone(tmp_path, capsys):
     """8 s of one run, from a model with hardly any gap."""
-    raw = read_signals(DATA / '20.TXT.gz', Reading('davinci_backend'))
+    raw = read_signals(DATA / '20.TXT.gz', ReadOptions('davinci_backend'))
     rows = np.column_stack([np.arange(8000) * DT, *(values[:8000] for values in (
         raw['motor_effort'], raw['motor_position'], raw['arm_position'], raw['arm_effort']))])
     np.savetxt(tmp_path / 'run.csv', rows, '%.9g', ',', header='t,u,motor,arm,arm_torque',

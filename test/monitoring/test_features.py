@@ -23,7 +23,7 @@ from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.plant.transmission import KINDS, transmission_torque
-from gearbox_monitor.recordings.reading import read_signals, Reading
+from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 
 ROOT = Path(__file__).parents[2]
 REAL = ROOT.parent / 'shared' / 'data' / 'davinci_backend'
@@ -338,7 +338,7 @@ def real_rows():
     model = load_model(ROOT / 'config' / 'davinci_backend.yaml')
     parameters = {**load_parameters(ROOT / 'config' / 'davinci_backend_estimator.yaml',
                                     'estimator', ESTIMATOR), 'drift_window': 600.0}
-    mapping, found = Reading('davinci_backend'), {False: [], True: []}
+    mapping, found = ReadOptions('davinci_backend'), {False: [], True: []}
     for index, path in enumerate(sorted(REAL.glob('[0-4][0-3].TXT.gz'))):
         r = read_signals(path, mapping)
         torque = np.column_stack([r['motor_effort'], np.full(len(r.stamp_ns), np.nan)])

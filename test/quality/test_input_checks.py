@@ -21,7 +21,7 @@ from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.quality.input_checks import check
 from gearbox_monitor.quality.recording import (
     at_one_rate, merged, prepare, RecordingKind, UniformRecording)
-from gearbox_monitor.recordings.reading import read_signals, Reading
+from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'
 MODEL = DriveModel()
@@ -147,7 +147,7 @@ def test_coarse_encoder_and_dwell_are_neither_frozen_nor_clipped():
 @pytest.mark.skipif(not DATA.is_dir(), reason='needs ../shared/data/davinci_backend')
 @pytest.mark.parametrize('run', ['00', '12', '43'])
 def test_a_real_drive_with_coarse_encoder_stiction_and_unknown_load(run):
-    raw = read_signals(DATA / f'{run}.TXT.gz', Reading('davinci_backend'))
+    raw = read_signals(DATA / f'{run}.TXT.gz', ReadOptions('davinci_backend'))
     model = load_model(config_path('davinci_backend.yaml'))
     y = np.column_stack([raw['motor_position'], raw['arm_position']])
     assert not found(raw.stamp_ns, raw['motor_effort'], y, model)

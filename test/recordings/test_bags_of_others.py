@@ -6,6 +6,7 @@ import json
 import re
 import shlex
 
+from mcap.writer import Writer as McapWriter
 import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer as Writer1
@@ -82,7 +83,32 @@ def test_ros1_bag(tmp_path, capsys):
     np.testing.assert_array_equal(found.effort, 2.0 * Q)
 
 
-def test_states_of_ros2_control_and_setpoints_of_a_controller(tmp_path):
+def test_mcap_of_ros1_and_schemas_of_foxglove(tmp_path, capsys):
+    store = get_typestore(Stores.ROS1_NOETIC)
+    types = store.types
+    for name, schema, encoding in (('old', 'sensor_msgs/JointState', 'ros1msg'),
+                                   ('web', 'foxglove.JointStates', 'jsonschema')):
+        with open(tmp_path / f'{name}.mcap', 'wb') as file:
+            writer = McapWriter(file)
+            writer.start()
+            number = writer.register_schema(schema, encoding, b'{}' if name == 'web' else
+                                            store.generate_msgdef(JOINT_STATE)[0].encode())
+            channel = writer.register_channel('/joint_states', 'ros1', number)
+            for k, stamp in enumerate(STAMPS.tolist()):
+                time = types['builtin_interfaces/msg/Time'](stamp // 10 ** 9, stamp % 10 ** 9)
+                message = types[JOINT_STATE](types['std_msgs/msg/Header'](k, time, ''),
+                                             list(JOINTS), Q[k], np.zeros(0), 2.0 * Q[k])
+                writer.add_message(channel, stamp, bytes(store.serialize_ros1(
+                    message, JOINT_STATE)), stamp)
+            writer.finish()
+    found, _ = imported(tmp_path, tmp_path / 'old.mcap')
+    np.testing.assert_array_equal(found.position, Q)
+    np.testing.assert_array_equal(found.stamp_ns, STAMPS)
+    assert main(['check', str(tmp_path / 'web.mcap')]) == 2
+    assert '/joint_states (foxglove.JointStates): schemas of Foxglove' in capsys.readouterr().err
+
+
+def test_states_of_ros2_control_and_setpoints_of_a_controller(tmp_path, capsys):
     store = get_typestore(Stores.ROS2_JAZZY)
     for name, text in DEFINITIONS.items():
         store.register(get_types_from_msg(text, name))
@@ -98,6 +124,7 @@ def test_states_of_ros2_control_and_setpoints_of_a_controller(tmp_path):
     found, topics = imported(tmp_path, tmp_path / 'bag')
     np.testing.assert_array_equal(found.position, Q)
     np.testing.assert_array_equal(found.effort, 3.0 * Q)
+    assert 'interfaces that are not used: temperature' in capsys.readouterr().out
     assert set(topics) == {'/joint_states'}
     (tmp_path / 'new').rename(tmp_path / 'robot')
     found, _ = imported(tmp_path, tmp_path / 'bag', '--joint', 'elbow')

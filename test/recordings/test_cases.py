@@ -95,6 +95,7 @@ def test_a_gripper_in_percent_is_asked_for(capsys, tmp_path):
                  str(tmp_path / 'bag')]) == 0
     with open_bag(tmp_path / 'bag') as reader:
         assert len(reader.joint_names('/joint_states')) == 5
+    capsys.readouterr()
     code, mapping, err = guess(capsys, 'import_lerobot/file-000.parquet')
     assert code == 3 and mapping['time']['segment'] == 'episode_index'
     assert '--unit position=deg' in err

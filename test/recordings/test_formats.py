@@ -16,11 +16,12 @@ import yaml
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.recordings.log_units import standard_unit, unit_factor, unit_of_label
 from gearbox_monitor.recordings.mapping import load_mapping, mapping_of
-from gearbox_monitor.recordings.signals import described, signals_of
+from gearbox_monitor.recordings.reading import open_recording
+from gearbox_monitor.recordings.si_signals import described, signals_of
 from gearbox_monitor.recordings.table import load_table
 from gearbox_monitor.recordings.text import format_of
-from gearbox_monitor.recordings.units import standard_unit, unit_factor, unit_of_label
 
 N = 200
 K = np.arange(N)
@@ -430,3 +431,29 @@ def test_stamps_in_a_wrong_unit_and_short_recordings(tmp_path, capsys, time, uni
 def test_packaged_mappings_load():
     for name in ('davinci_backend', 'emps', 'bam_servo_pendulum'):
         assert mapping_of(*load_mapping(name), None).signals
+
+
+@pytest.mark.parametrize('text', ['plain', 'blanks', 'epoch', 'robot'])
+def test_a_long_text_is_read_in_blocks_as_a_short_one_at_once(tmp_path, monkeypatch, text):
+    rows = [[f'{t:.6f}', q, u, 0.5 * q] for t, q, u in zip(T, Q, U)]
+    if text == 'blanks':
+        rows[7][2], rows[50][1] = '', 'nan'
+    if text == 'epoch':
+        rows = [[f'{1767225600 + k // 200}.{k % 200 * 5_000_000 + 123:09d}', *row[1:]]
+                for k, row in enumerate(rows)]
+    head = 't,q_a,tau_a,setpoint_a' if text == 'robot' else 't,motor,u,arm'
+    path = written(tmp_path, head + '\n# a comment\n' + ''.join(
+        ','.join(map(str, row)) + '\n' for row in rows))
+    found = []
+    for block in (1 << 22, 6000):
+        monkeypatch.setattr('gearbox_monitor.recordings.table.BLOCK', block)
+        monkeypatch.setattr('gearbox_monitor.recordings.text.BLOCK', block)
+        with open_recording(path) as reader:
+            found.append([reader.joint_states(topic, reader.joint_names(topic))
+                          for topic in reader.topics])
+            begin, end = reader.start_ns, reader.end_ns
+    for whole, streamed in zip(*found):
+        assert whole.names == streamed.names and len(streamed.stamp_ns) == N
+        for field in ('stamp_ns', 'position', 'velocity', 'effort'):
+            np.testing.assert_array_equal(getattr(streamed, field), getattr(whole, field))
+    assert begin == found[0][0].stamp_ns[0] and abs(end - found[0][0].stamp_ns[-1]) < 5e7

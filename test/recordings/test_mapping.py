@@ -16,8 +16,8 @@ import yaml
 from gearbox_monitor import __version__
 from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.recordings.reading import read_mapping, Reading
-from gearbox_monitor.recordings.signals import described, signals_of
+from gearbox_monitor.recordings.reading import read_mapping, ReadOptions
+from gearbox_monitor.recordings.si_signals import described, signals_of
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data'
 TEXT = """\
@@ -70,7 +70,7 @@ def changed(mapping, **changes):
 
 def read(path, mapping):
     """Return the Signals of the file `path` by the mapping file `mapping`."""
-    table, content, _ = read_mapping(Path(path), Reading(str(mapping)))
+    table, content, _ = read_mapping(Path(path), ReadOptions(str(mapping)))
     return signals_of(table, content)
 
 

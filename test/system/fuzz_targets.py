@@ -36,7 +36,7 @@ from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.recordings.reading import open_recording, read_mapping, Reading
+from gearbox_monitor.recordings.reading import open_recording, read_mapping, ReadOptions
 
 JOINT_STATE, DIAGNOSTICS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'
 TOPIC, JOINTS, SNAPSHOT = '/joint_states', ('motor', 'arm'), '/estimator/snapshot'
@@ -210,11 +210,13 @@ def _logs():
         f'{t:.3f},{joint},{q:.5f},{u:.5f}\n' for t, q1, q2, u1, u2 in rows
         for joint, q, u in (('a', q1, u1), ('b', q2, u2)))).encode(), damaged_text
     yield 'echo.yaml', '---\n'.join(
-        f'header:\n  stamp:\n    sec: {int(t)}\n    nanosec: {round(t % 1 * 1e9)}\nname:\n- a\n- b\n'
+        f'header:\n  stamp:\n    sec: {int(t)}\n    nanosec: {round(t % 1 * 1e9)}\n'
+        'name:\n- a\n- b\n'
         f'position:\n- {q1:.4f}\n- {q2:.4f}\nvelocity: []\neffort:\n- {u1:.4f}\n- {u2:.4f}\n'
         for t, q1, q2, u1, u2 in rows).encode(), damaged_text
     yield 'rsi.xml', ''.join(
-        f'<Rob Type="KUKA"><AIPos A1="{q1:.4f}" A2="{q2:.4f}"/><ASPos A1="{q1:.4f}" A2="{q2:.4f}"/>'
+        f'<Rob Type="KUKA"><AIPos A1="{q1:.4f}" A2="{q2:.4f}"/>'
+        f'<ASPos A1="{q1:.4f}" A2="{q2:.4f}"/>'
         f'<IPOC>{4 * n}</IPOC></Rob>\n' for n, (_, q1, q2, _, _) in enumerate(rows)
         ).encode(), damaged_text
     for name, save in (('data.mat', lambda out: scipy.io.savemat(
@@ -269,7 +271,7 @@ def targets(folder):
     mapping, rows = {'map.yaml': MAPPING.encode()}, {'rows.json': ROWS.encode()}
 
     def read_mapped(where):
-        read_mapping(where / 'rows.json', Reading(str(where / 'map.yaml')))
+        read_mapping(where / 'rows.json', ReadOptions(str(where / 'map.yaml')))
     found.append(Target('map.yaml', {**mapping, **rows}, damaged_text, read_mapped))
     found.append(Target('rows.json', {**rows, **mapping}, damaged_text, read_mapped))
     return found

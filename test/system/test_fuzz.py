@@ -17,7 +17,8 @@ from gearbox_monitor.files.baselines import Damaged, load_baseline, load_state
 from gearbox_monitor.files.yaml_files import load_model, load_parameters, load_yaml
 from gearbox_monitor.parameters import ESTIMATOR
 
-NUMBERS = {'drive.yaml': 20, 'estimator.yaml': 20, 'data.csv': 60, 'data.bin': 40, 'joints.csv': 40,
+NUMBERS = {'drive.yaml': 20, 'estimator.yaml': 20, 'data.csv': 60, 'data.bin': 40,
+           'joints.csv': 40,
            'baseline.yaml': 12, 'state.json': 100, 'snapshot': 60, 'map.yaml': 10,
            'rows.json': 10, 'bag, none': 20, 'bag, lz4': 20, 'bag, zstd': 20,
            'bag, metadata.yaml': 15, 'bag, recover': 20, 'bag, file compression': 20,

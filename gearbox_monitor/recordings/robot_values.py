@@ -18,8 +18,8 @@ from gearbox_monitor.errors import expect_choice, expect_keys, InputError, unkno
 from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, Reading
-from gearbox_monitor.recordings.recording import NO_SERVO, robot_log
+from gearbox_monitor.recordings.from_bag import NO_SERVO, robot_log
+from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.signals.convention import conventions_of
 
 BEYOND = 0.05  # rad or m: a joint that leaves its range by less is at its stop
@@ -134,7 +134,7 @@ def _gains(stated: Mapping[str, float], of_file: Array | None, file: ChainFile) 
 
 
 def load_columns(path: str, file: ChainFile, values: RobotValues, recorded: Mapping[str, str],
-                 topic: str, reading: Reading, no_servo: str = NO_SERVO) -> RawLog:
+                 topic: str, reading: ReadOptions, no_servo: str = NO_SERVO) -> RawLog:
     """
     Return the columns of a robot's log as its description counts them, without jumps.
 
@@ -173,7 +173,7 @@ def beyond_range(raw: RawLog, file: ChainFile) -> dict[str, str]:
 
 def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
              recorded: Mapping[str, str], topic: str = 'joint_states',
-             reading: Reading = BY_NAMES) -> RobotLog:
+             reading: ReadOptions = BY_NAMES) -> RobotLog:
     """
     Return the checked log in the file `path`. Raises InputError.
 

@@ -20,10 +20,10 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
 from gearbox_monitor.quality.stamps import evened
 from gearbox_monitor.recordings.clocks import estimated_lag, interpolated
+from gearbox_monitor.recordings.log_units import EFFORT, standard_unit, TIME, units_of
 from gearbox_monitor.recordings.mapping import key_of, Mapping, SignalMapping, TimeMapping
-from gearbox_monitor.recordings.table import Block, load_table, Table
+from gearbox_monitor.recordings.table import load_table, RowBlock, Table
 from gearbox_monitor.recordings.text import MIN_SAMPLES
-from gearbox_monitor.recordings.units import EFFORT, standard_unit, TIME, units_of
 
 FIRST_STAMP_NS = 1_000_000_000  # stamp 0 means "no stamp" to ROS and to the estimator
 EPOCH = 10 ** 18  # ns: a stamp from 2001 on is a date
@@ -109,7 +109,7 @@ def _clocks(mapping: Mapping) -> list[tuple[TimeMapping, list[str]]]:
 
 
 def _read(table: Table, mapping: Mapping, time: TimeMapping, names: Iterable[str]
-          ) -> Iterator[tuple[Block, dict[str, str]]]:
+          ) -> Iterator[tuple[RowBlock, dict[str, str]]]:
     """Yield (block, {signal, 'time', 'nanosec' or 'segment': column in it})."""
     columns = {name: table.find(mapping.signals[name].column, f'{key_of(name)}.column')
                for name in names}
@@ -175,7 +175,7 @@ def _one_clock(table: Table, mapping: Mapping, time: TimeMapping, names: list[st
 
 
 # --- times --------------------------------------------------------------------------------------
-def _stamps(path: Path, block: Block, columns: Dict[str, str], time: TimeMapping, begun: int,
+def _stamps(path: Path, block: RowBlock, columns: Dict[str, str], time: TimeMapping, begun: int,
             mapping: Mapping) -> tuple[Integers, Integers]:
     """Return (stamps in ns, rows of `block` that have one); begun: rows before it."""
     if time.rate is not None:
@@ -342,7 +342,7 @@ def even_stamps(path: Path, stamp_ns: Integers) -> tuple[Integers, list[str]]:
 
 
 # --- values -------------------------------------------------------------------------------------
-def _converted(path: Path, mapping: Mapping, name: str, block: Block, column: str,
+def _converted(path: Path, mapping: Mapping, name: str, block: RowBlock, column: str,
                zeros: dict[str, float]) -> Array:
     """Return the values of signal `name` in SI units on the arm side; zeros: those of 'first'."""
     signal, raw = mapping.signals[name], block.values[column].astype(float)
