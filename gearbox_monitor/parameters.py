@@ -24,8 +24,6 @@ AT_ONCE, RESTART, FIXED = 'at once', 'restart', 'fixed'
 # A filter is registered by its file; listing the files imports none of them.
 FILTER_NAMES = tuple(sorted(module.name for module in iter_modules(
     [f'{path}/estimation/filters' for path in gearbox_monitor.__path__])))
-# Whose messages a node takes when several publishers give the same joints.
-REFUSE, FOLLOW_FIRST, ACCEPT = POLICIES = ('refuse', 'follow_first', 'accept')
 # What a filter takes for the law of tau_K.
 TAU_K_MODELS = RANDOM_WALK, ELASTIC, LEARNED, MIXED = (
     'random_walk', 'elastic', 'learned', 'mixed')
@@ -178,9 +176,6 @@ class EstimatorParameters(ParameterSet):
         0.0005, 's', 'with arm_topic: largest distance of the stamps of motor and arm in one '
         'sample; less than half the sample period. At speed v it looks like a twist of v times '
         'the distance', low=0.0, high=1.0)
-    other_publishers: str = row(
-        FOLLOW_FIRST, '', 'if several nodes publish the monitored joints: follow the first one, '
-        'refuse all until one remains, or accept all', choices=POLICIES)
     gearbox_serial: str = row('gearbox', '', 'hardware_id in diagnostics')
     arm_load: str = row(
         'unknown', '', 'load on the arm besides effects of the model file: none, an unknown load '

@@ -11,6 +11,8 @@ same words. The table goes with the release after 0.3.
 REMOVED = {
     # commands
     'benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
+    # parameters
+    'other_publishers': 'two publishers of one joint are an ERROR: stop one or remap its topic',
 }
 
 
