@@ -45,7 +45,7 @@ def _of_test(test: ChangeTest) -> tuple[DiagnosticKey, ...]:
         (f'{size}_since', '', 'when it began'))
 
 
-_KEPT = ('recording', '', 'outcome of the recording of its newest ERROR, with `keep_after_error`')
+_KEPT = ('recording', '', 'outcome of the recording of its newest ERROR, with `keep_folder`')
 _POINT = (
     ('operating_point', '', 'its mean angle, rms speed, rms torque (and temperature)'),
     ('baseline_windows', '-', 'windows in its baseline'),

@@ -3,6 +3,7 @@
 
 """The last minutes kept in memory, and what is written of them; no ROS."""
 from pathlib import Path
+import resource
 import time
 import tracemalloc
 
@@ -10,7 +11,6 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.record_file import RecordFile
 from gearbox_monitor.bag.recorded_samples import read_samples
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
@@ -21,7 +21,6 @@ from gearbox_monitor.ros.recording_buffer import (
     BLOCK, DTYPE, MAX_RATE, RecordingBuffer, SECOND, stretch)
 from gearbox_monitor.ros.recording_export import (
     diagnosis_command, export_recording, RecordingContext)
-from gearbox_monitor.ros.recording_schedule import RecordingQuota, RecordingSchedule
 
 T0 = 1_700_000_000 * SECOND
 PERIOD = 2_000_000
@@ -180,60 +179,34 @@ def test_model_says_measured_only_where_the_load_is_in_the_bag(
     assert load_model(next(tmp_path.glob('*/drive.yaml'))).arm_load == written
 
 
-def test_failure_is_told_and_leaves_nothing(tmp_path, monkeypatch):
+def test_a_full_disk_leaves_nothing_and_deletes_nothing(tmp_path, monkeypatch):
+    """The limit of the system on the size of files, as a quota sets it."""
     (tmp_path / 'file').write_text('')
     with pytest.raises(InputError, match='keep_folder'):
         export_recording(tmp_path / 'file', moving(2500), about())
-    left, write_record = [0], RecordFile.write
-
-    def full(self, data):
-        left[0] += len(data)
-        if left[0] > 20000:
-            raise OSError(28, 'No space left on device')
-        return write_record(self, data)
-    monkeypatch.setattr(RecordFile, 'write', full)
-    with pytest.raises(InputError, match='No space left on device; removed again'):
-        export_recording(tmp_path, moving(2500), about())
-    assert [path.name for path in tmp_path.iterdir()] == ['file']
-
-
-def test_alerts_are_kept_once_and_apart():
-    """10 s after an ERROR; a recording reaches back 60 s, so none has to be closer to another."""
-    box, asked = RecordingSchedule(10.0, 60.0, ['friction']), []
-    wrong = {5: ['friction', 'backlash'], 7: [], 8: ['backlash'],  # flutters: the same alert
-             20: ['backlash', 'friction'],  # within the span of the one kept at 15
-             80: [], 81: ['backlash']}
-    now = ['friction']  # from before the start
-    for t in range(200):
-        now = wrong.get(t, now)
-        components = box.look(now, float(t), busy=t in (75, 76))
-        if components:
-            asked.append((t, components))
-            box.tell(components, 'kept')
-        if t == 30:
-            assert box.texts == {'backlash': 'kept', 'friction': 'due in 45 s'}
-    assert asked == [(15, ['backlash']), (77, ['friction']), (137, ['backlash'])]
-    box.look([], 200.0)
-    box.look(['backlash'], 201.0)  # the node ends before it is due
-    assert box.waiting() == ['backlash'] and box.waiting() == []
-
-
-def test_kept_recordings_are_few_and_leave_room(tmp_path, monkeypatch):
-    quota, kept = RecordingQuota(3), []
-    for t in range(0, 20_000, 100):  # somebody asks every 100 s
-        if not quota.wait(float(t)):
-            quota.take(float(t))
-            kept.append(t)
-    assert kept[:7] == [0, 100, 200, 3600, 3700, 3800, 7200]
-    assert quota.wait(20_000.0) == kept[-3] + 3600 - 20_000
-    quota.give_back()  # it was not written
-    assert quota.wait(20_000.0) == 0.0
-    (tmp_path / 'kept_old' / 'all').mkdir(parents=True)
-    (tmp_path / 'kept_old' / 'all' / 'x.mcap').write_bytes(bytes(400_000))
-    small = about(parameters={'keep_space': 1})
-    with pytest.raises(InputError, match='0 MB are kept, and 1.0 MB more exceed keep_space: 1 MB'):
-        export_recording(tmp_path, moving(2500), small)
+    export_recording(tmp_path, moving(100), about(parameters={'keep_newest': 1}))
+    before = sorted(tmp_path.iterdir())
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
+    try:
+        with pytest.raises(InputError, match='File too large; removed again'):
+            export_recording(tmp_path, moving(2500), about(parameters={'keep_newest': 1}))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     monkeypatch.setattr(recording_export, 'SPARE', 10 ** 18)
     with pytest.raises(InputError, match='MB are free, expected'):
         export_recording(tmp_path, moving(2500), about())
-    assert [path.name for path in tmp_path.iterdir()] == ['kept_old']
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_the_newest_recordings_stay_and_nothing_else_is_deleted(tmp_path):
+    others = {tmp_path / name for name in ('kept_for_the_meeting', 'kept_2026_03_04.txt', 'log')}
+    for path in others:
+        path.mkdir()
+    folders = []
+    for minute in range(5):
+        clock = time.struct_time((2026, 3, 4, 5, 50 - minute, 7, 0, 0, 0))  # a clock set back
+        export_recording(tmp_path, moving(50), about(parameters={'keep_newest': 3}),
+                         lambda: clock)
+        folders += set(tmp_path.iterdir()) - others - set(folders)
+    assert set(tmp_path.iterdir()) == others | set(folders[2:])
