@@ -19,8 +19,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.convert import (
     joint_values_of, RawSample, SampleReader, stamp_of, to_paired)
-from gearbox_monitor.ros.message_loss import MessageLossCounter
-from gearbox_monitor.ros.publishers import JointPublishers
+from gearbox_monitor.ros.publishers import JointPublishers, MessageLossCounter
 from gearbox_monitor.ros.qos import advertise
 
 SECOND = 1_000_000_000

@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Two publishers of one joint, recognised by the numbers of their messages.
+What the numbers of messages tell: two publishers of one joint, and lost messages.
 
 A message does not name its publisher, but each publisher numbers its messages upwards. A number
 that does not exceed the previous one comes from another publisher. Once, that is a restart; when
 it happens again soon, two publishers deliver. An endpoint that delivers nothing shows no number.
 """
+from collections.abc import Mapping
+
 SECOND = 1_000_000_000
 RECENT = 2 * SECOND   # ns between two changes of publisher that are no restart; a rival that sends
 #                       less often than this is not recognised
@@ -54,3 +56,29 @@ class JointPublishers:
     def _changed_within(self, time_ns: int, now_ns: int) -> bool:
         """Return whether the publisher changed less than `time_ns` ago; not if a clock was set."""
         return self._changed_ns is not None and abs(now_ns - self._changed_ns) < time_ns
+
+
+class MessageLossCounter:
+    """
+    Counts the missing messages of one publisher: `count` in all.
+
+    DDS silently drops messages that do not fit into a full queue, and steps of the stamps do not
+    show it if every second message is dropped. Each publisher numbers its messages from 1 on.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._next: int | None = None
+
+    def forget(self) -> None:
+        """Restart: messages that were not looked at are not lost."""
+        self._next = None
+
+    def add(self, info: Mapping[str, int | None], ours: bool) -> None:
+        """Take the `info` of a message (rclpy); `ours`: the counted publisher has sent it."""
+        number = info.get('publication_sequence_number')  # None: not every middleware numbers
+        if number is None or not (ours or number == self._next):
+            return  # the publisher of our joints may send other messages, too
+        if self._next is not None and number > self._next:
+            self.count += number - self._next
+        self._next = number + 1

@@ -20,7 +20,7 @@ from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.cli.demo_run import READY_SECONDS  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
-from gearbox_monitor.ros.ros_domain import own_domain  # noqa: E402
+from gearbox_monitor.ros.middleware import own_domain  # noqa: E402
 
 pytestmark = pytest.mark.ros
 ROOT = Path(__file__).parents[2]
