@@ -356,7 +356,7 @@ class MonitoredGearbox:
         self.monitor.reset()
         self._publish_snapshot('publishers')
 
-    def reset(self) -> tuple[bool, str]:
+    async def reset(self) -> tuple[bool, str]:
         """Restart with the next sample; return True and the answer."""
         self.monitor.reset()
         self._publish_snapshot('reset')
@@ -366,7 +366,7 @@ class MonitoredGearbox:
         """Write the last minutes as a bag; return whether that went well, and the answer."""
         return await self._black_box.keep()
 
-    def accept_baseline(self) -> tuple[bool, str]:
+    async def accept_baseline(self) -> tuple[bool, str]:
         """Take what was learnt for healthy; return whether that went well, and the answer."""
         monitor, p = self.monitor, self.monitor.parameters
         path = p.baseline_file
