@@ -24,8 +24,6 @@ AT_ONCE, RESTART, FIXED = 'at once', 'restart', 'fixed'
 # A filter is registered by its file; listing the files imports none of them.
 FILTER_NAMES = tuple(sorted(module.name for module in iter_modules(
     [f'{path}/estimation/filters' for path in gearbox_monitor.__path__])))
-# Whose messages a node takes when several publishers give the same joints.
-REFUSE, FOLLOW_FIRST, ACCEPT = POLICIES = ('refuse', 'follow_first', 'accept')
 # What a filter takes for the law of tau_K.
 TAU_K_MODELS = RANDOM_WALK, ELASTIC, LEARNED, MIXED = (
     'random_walk', 'elastic', 'learned', 'mixed')
@@ -178,9 +176,6 @@ class EstimatorParameters(ParameterSet):
         0.0005, 's', 'with arm_topic: largest distance of the stamps of motor and arm in one '
         'sample; less than half the sample period. At speed v it looks like a twist of v times '
         'the distance', low=0.0, high=1.0)
-    other_publishers: str = row(
-        FOLLOW_FIRST, '', 'if several nodes publish the monitored joints: follow the first one, '
-        'refuse all until one remains, or accept all', choices=POLICIES)
     gearbox_serial: str = row('gearbox', '', 'hardware_id in diagnostics')
     arm_load: str = row(
         'unknown', '', 'load on the arm besides effects of the model file: none, an unknown load '
@@ -382,15 +377,13 @@ class EstimatorParameters(ParameterSet):
     keep_minutes: float = row(
         5.0, 'min', 'length of joint_states in memory for ~/keep_recording, 6 MB for 5 min at 1 '
         'kHz; 0: none', low=0.0, high=60.0)
-    keep_after_error: float = row(
-        0.0, 's', 'time after an ERROR of backlash or friction at which the recording is kept '
-        'automatically; at most keep_minutes; 0: never', low=0.0,
-        high=3600.0)
     keep_folder: str = row(
-        '', '', 'folder for kept recordings; empty: where the node was started')
-    keep_per_hour: int = row(
-        20, '', 'largest number of recordings kept per hour', low=1,
-        high=3600)
+        '', '', 'folder for recordings of the last keep_minutes: at each ERROR of backlash or '
+        'friction, and with ~/keep_recording; empty: where the node was started, with '
+        '~/keep_recording only')
+    keep_newest: int = row(
+        20, '', 'number of recordings in keep_folder; older ones are deleted', low=1,
+        high=100_000)
     name_changes: bool = row(
         True, '', 'after an alert or a lasting model mismatch, name what changed against the '
         'baseline recording, in a child process of the lowest priority; costs nothing meanwhile')
@@ -402,9 +395,6 @@ class EstimatorParameters(ParameterSet):
         'about 90 s more when its kernels are not compiled yet', low=1.0, high=86400.0)
     name_changes_memory: int = row(
         2000, 'MB', 'largest address space of that child', low=100, high=1_000_000)
-    keep_space: int = row(
-        5000, 'MB', 'largest size of all kept recordings in keep_folder; 500 MB of the disk stay '
-        'free', low=1, high=1_000_000_000)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,11 @@ same words. The table goes with the release after 0.3.
 REMOVED = {
     # commands
     'benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
+    # parameters
+    'keep_after_error': 'set keep_folder: each ERROR of backlash or friction is kept at once',
+    'keep_per_hour': 'set keep_newest: so many recordings stay in keep_folder',
+    'keep_space': 'set keep_newest: so many recordings stay in keep_folder',
+    'other_publishers': 'two publishers of one joint are an ERROR: stop one or remap its topic',
 }
 
 

@@ -46,7 +46,7 @@ def test_every_condition_names_values_that_are_published(monitor):
     for c in CONDITIONS:
         assert c.level > Level.OK and c.says and c.when and c.window and c.advice
         values = monitor.outcomes[c.component].values
-        if c in (usability.OTHERS, usability.LOST):  # the node publishes them
+        if c in (usability.TWO_PUBLISHERS, usability.LOST):  # the node publishes them
             values = {**values, **dict.fromkeys(
                 row.key for row in DIAGNOSTIC_KEYS if row.component == 'input')}
         for key in (*c.value, *c.threshold):

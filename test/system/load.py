@@ -155,10 +155,8 @@ class _Estimators:
         return self
 
     def _start(self, name, arguments):
-        # Far past the limit numbers skip so far that they look like another publisher's.
-        self.nodes.start(name, 'load_estimators', {
-            'arm_load': 'none', 'other_publishers': 'accept', **self._parameters}, arguments,
-                         cores=self._cores[-1:])
+        self.nodes.start(name, 'load_estimators', {'arm_load': 'none', **self._parameters},
+                         arguments, cores=self._cores[-1:])
 
     def __exit__(self, *_):
         if self.source is not None:
