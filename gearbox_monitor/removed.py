@@ -7,10 +7,19 @@ Names of version 0.2 that a user may still type, and what to do without them.
 `errors.unknown` looks them up, so that every command, option, parameter and key is refused in the
 same words. The table goes with the release after 0.3.
 """
-# Name as the user types it -> what to do instead.
+_ROBOT_MOTION = 'diagnose a log of the robot: its verdict lists what the motion did not visit'
+# Name as the user types it, an option or its value after its command -> what to do instead.
 REMOVED = {
     # commands
     'benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
+    # options and their values
+    'suggest --robot': _ROBOT_MOTION,
+    'suggest --effects': _ROBOT_MOTION,
+    'suggest --payload': _ROBOT_MOTION,
+    'suggest --link': _ROBOT_MOTION,
+    # names of the Python package
+    'suggest_robot': _ROBOT_MOTION,
+    'SuggestedRobotMotion': _ROBOT_MOTION,
 }
 
 

@@ -46,9 +46,9 @@ def add_renamed(parser: ArgumentParser, old: str, new: str, dest: str) -> None:
                         default=SUPPRESS, help=SUPPRESS)
 
 
-def add_model_arguments(parser: ArgumentParser, required: bool = True) -> None:
-    """Declare in `parser` the model file (`required`), or the joint of a simulator's file."""
-    parser.add_argument('--model', metavar='FILE', required=required,
+def add_model_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` the model file, or the joint of a simulator's file."""
+    parser.add_argument('--model', metavar='FILE', required=True,
                         help='model file of the drive, or MJCF, URDF or SDF file with --joint')
     add_joint_arguments(parser)
     parser.add_argument('--values', metavar='FILE',

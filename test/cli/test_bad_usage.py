@@ -88,15 +88,6 @@ def test_nothing_is_written_into_the_folder_of_a_bag(words, option, capsys, tmp_
     assert sorted(path.name for path in tmp_path.iterdir()) == ['metadata.yaml', 'run_0.mcap']
 
 
-@pytest.mark.parametrize('words, name', [([], 'NAME'), (['paper', '--seeds', '5'], 'paper')])
-def test_benchmarks_are_run_from_a_checkout(words, name, capsys):
-    assert main(['benchmark', *words]) == 2
-    out, err = capsys.readouterr()
-    assert not out and err.splitlines() == [
-        'gearbox_monitor benchmark: benchmarks are no part of the package, run them from a '
-        f'checkout: python -m benchmarks {name}']
-
-
 @pytest.mark.parametrize('words, says', [
     (['nonsense'], "NAME: 'nonsense', expected one of actuators, "),
     (['trust', '--quik'],
