@@ -57,8 +57,6 @@ setup(
         'bam': ['better-actuator-models>=1.0; python_version>="3.12"'],
         # "compare" with filters of filterpy
         'compare': ['filterpy>=1.4'],
-        # "diagnose --simulator FILE.fmu"; no rosdep key
-        'fmu': ['fmpy>=0.3.20'],
         # "live --foxglove"; no rosdep key
         'foxglove': ['foxglove-sdk>=0.30'],
         # "live --rerun": 170 MB; no rosdep key
@@ -72,7 +70,6 @@ setup(
             'esprima>=4.0',
             'filterpy>=1.4',
             'flake8-import-order>=0.18',
-            'fmpy>=0.3.20',
             'foxglove-sdk>=0.30',
             'h5py>=3.10',
             'matplotlib>=3.6',
@@ -82,8 +79,6 @@ setup(
             'psutil>=5.9',
             'pytest>=7.4',
             'pytest-timeout>=2.2',
-            'pythonfmu>=0.6',
-            'pythonfmu3>=0.3',
             'pytest-cov>=5',
             'pytest-xdist>=3.3',
             'ruff>=0.6,<1',

@@ -7,7 +7,7 @@ Condition monitor for robot joint gearboxes.
 The public names follow. Each is imported from its room when it is first used, so that the import
 of the package alone is cheap. docs/python.md shows them at work:
 
-    load_model            the model of a drive, from a model file, MJCF, URDF or SDF
+    load_model            the model of a drive, from a model file, MJCF or URDF
     load_recording        a recording of a drive, from a bag, a table, a DataFrame or arrays
     estimate              torque, twist, trust and backlash over a recording
     backlash              gap and stiffness of a recording, window by window

@@ -8,6 +8,7 @@ Names of version 0.2 that a user may still type, and what to do without them.
 same words. The table goes with the release after 0.3.
 """
 _ROBOT_MOTION = 'diagnose a log of the robot: its verdict lists what the motion did not visit'
+_FORMATS = 'expected --to mjcf or --to urdf with --into FILE'
 # Name as the user types it, an option or its value after its command -> what to do instead.
 REMOVED = {
     # commands
@@ -17,6 +18,13 @@ REMOVED = {
     'suggest --effects': _ROBOT_MOTION,
     'suggest --payload': _ROBOT_MOTION,
     'suggest --link': _ROBOT_MOTION,
+    'export --to sdf': _FORMATS,
+    'export --to drake': _FORMATS,
+    'export --to bam': _FORMATS,
+    'export --to isaaclab': 'with --ranges expected --to isaac',
+    # endings of files
+    '.sdf': 'convert it to URDF or MJCF',
+    '.fmu': 'expected module:function, a Python function that runs the unit',
     # names of the Python package
     'suggest_robot': _ROBOT_MOTION,
     'SuggestedRobotMotion': _ROBOT_MOTION,

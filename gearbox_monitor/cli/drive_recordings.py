@@ -49,7 +49,7 @@ def add_renamed(parser: ArgumentParser, old: str, new: str, dest: str) -> None:
 def add_model_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` the model file, or the joint of a simulator's file."""
     parser.add_argument('--model', metavar='FILE', required=True,
-                        help='model file of the drive, or MJCF, URDF or SDF file with --joint')
+                        help='model file of the drive, or MJCF or URDF file with --joint')
     add_joint_arguments(parser)
     parser.add_argument('--values', metavar='FILE',
                         help='with --joint: model values that are not in that file')

@@ -173,8 +173,7 @@ def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) 
 
     """
     if drive.document.root.tag != 'mujoco':
-        raise InputError(f'{drive.path}: a URDF or SDF file, expected MJCF with --to '
-                         'mjcf')
+        raise InputError(f'{drive.path}: a URDF file, expected MJCF with --to mjcf')
     if values.rigid and drive.arm is not None:
         raise InputError(f'{drive.path}: joints {drive.motor.name}, {drive.arm.name}: two, '
                          'expected one joint for a model with transmission.kind: rigid')
