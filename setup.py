@@ -57,10 +57,6 @@ setup(
         'bam': ['better-actuator-models>=1.0; python_version>="3.12"'],
         # "compare" with filters of filterpy
         'compare': ['filterpy>=1.4'],
-        # "live --foxglove"; no rosdep key
-        'foxglove': ['foxglove-sdk>=0.30'],
-        # "live --rerun": 170 MB; no rosdep key
-        'rerun': ['rerun-sdk>=0.30'],
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
             *TABLES,
@@ -70,7 +66,6 @@ setup(
             'esprima>=4.0',
             'filterpy>=1.4',
             'flake8-import-order>=0.18',
-            'foxglove-sdk>=0.30',
             'h5py>=3.10',
             'matplotlib>=3.6',
             'mujoco>=4.0',

@@ -22,6 +22,8 @@ REMOVED = {
     'export --to drake': _FORMATS,
     'export --to bam': _FORMATS,
     'export --to isaaclab': 'with --ranges expected --to isaac',
+    'live --foxglove': 'connect Foxglove to foxglove_bridge, with the layout config/foxglove.json',
+    'live --rerun': 'send the topics with a node of your own, or watch the page of live',
     # endings of files
     '.sdf': 'convert it to URDF or MJCF',
     '.fmu': 'expected module:function, a Python function that runs the unit',

@@ -27,8 +27,6 @@ THIRD_PARTY = {
     'pandas': (None, 'pandas'),  # optional: tables of results
     'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
     'bam': (None, 'better-actuator-models'),  # optional: runs beside ours; no rosdep key
-    'foxglove': (None, 'foxglove-sdk'),  # optional: serves its viewer; no rosdep key
-    'rerun': (None, 'rerun-sdk'),  # optional: sends to its viewer; no rosdep key
     'google': (None, None),
     'jinja2': ('python3-jinja2', 'Jinja2'),
     'lz4': ('mcap-ros2-support', 'mcap'),

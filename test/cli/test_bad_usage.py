@@ -22,7 +22,6 @@ from gearbox_monitor.cli.main import main
     (['check', 'BAG', 'BAG2'], 'BAG2: one argument too many, expected none;'),
     (['demo', '--fliter', 'ekf'],
      "--fliter: no option of this command, did you mean '--filter'?;"),
-    (['live', '--foxglove', '--rerun'], '--rerun and --foxglove exclude each other;'),
     (['live', '--port', 'x'], "--port: 'x', expected a whole number from 0 to 65535;"),
     (['diagnose', 'BAG', '--model', 'M', '--re', 'x'],
      '--re: expected one of --recorded-motor, ')])
