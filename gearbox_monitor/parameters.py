@@ -230,7 +230,7 @@ class EstimatorParameters(ParameterSet):
         0.1, 's', 'lag of the smoothed output; 0 switches it off', low=0.0, high=1.0)
     narrow_std: bool = row(
         True, '', 'state less deviation of tau_K where innovations show that it wanders less than '
-        'q_std_tau_k lets it; off in replays of recordings of version 0.2')
+        'q_std_tau_k lets it')
     r_std_motor: float = row(
         5e-3, 'rad', 'noise of the motor encoder, arm side', low=1e-9, high=1e3, change=AT_ONCE)
     r_std_arm: float = row(

@@ -24,6 +24,12 @@ REMOVED = {
     'export --to isaaclab': 'with --ranges expected --to isaac',
     'live --foxglove': 'connect Foxglove to foxglove_bridge, with the layout config/foxglove.json',
     'live --rerun': 'send the topics with a node of your own, or watch the page of live',
+    'check --setpoint-joint': 'expected --recorded-setpoint',
+    'export --arm-joint': 'expected --model-arm-joint',
+    **{f'{command} --{old}': f'expected --{new}'
+       for command in ('adapt', 'diagnose', 'fit-nominal', 'simulate')
+       for old, new in (('motor-joint', 'recorded-motor'), ('arm-joint', 'recorded-arm'),
+                        ('setpoint-joint', 'recorded-setpoint'))},
     # endings of files
     '.sdf': 'convert it to URDF or MJCF',
     '.fmu': 'expected module:function, a Python function that runs the unit',

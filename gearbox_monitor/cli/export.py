@@ -45,7 +45,7 @@ import sys
 
 from gearbox_monitor.cli import export_robot
 from gearbox_monitor.cli.drive_recordings import (
-    add_bag_arguments, add_joint_arguments, add_renamed, load_recording)
+    add_bag_arguments, add_joint_arguments, load_recording)
 from gearbox_monitor.cli.options import (
     estimator_options, expect_new, expect_new_file, refuse, wrapped, write_new,
     write_or_print)
@@ -83,7 +83,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--into', metavar='FILE',
                         help='MJCF or URDF file that is patched; it stays as it is')
     add_joint_arguments(parser)
-    add_renamed(parser, '--arm-joint', '--model-arm-joint', 'model_arm_joint')
     parser.add_argument('--out', metavar='FILE',
                         help='write the patched file (default: print the difference)')
     parser.add_argument('--check', metavar='BAG',
