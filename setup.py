@@ -30,7 +30,6 @@ setup(
     # no such names; in a plain venv the extra "ros" brings them as wheels.
     install_requires=[
         'Jinja2>=3.1',
-        'mcap-ros2-support>=0.5',  # brings mcap; both spellings are the same rosdep key
         'mcap>=1.1',
         'numba>=0.59',
         'numpy>=1.26',
@@ -68,6 +67,7 @@ setup(
             'flake8-import-order>=0.18',
             'h5py>=3.10',
             'matplotlib>=3.6',
+            'mcap-ros2-support>=0.5',
             'mujoco>=4.0',
             'mypy>=1.11,<3',
             'pandas>=2.0',
@@ -85,13 +85,13 @@ setup(
     maintainer='gearbox_monitor maintainers',
     maintainer_email='maintainers@gearbox-monitor.org',
     description='Online condition monitor for robot joint gearboxes',
-    license='Apache-2.0',
+    license='Apache-2.0',  # without a classifier: newer setuptools warn of it
+    license_files=['LICENSE'],
     keywords=['ROS', 'robotics', 'condition monitoring', 'backlash', 'Kalman filter'],
     classifiers=[
         'Development Status :: 4 - Beta',
         'Intended Audience :: Manufacturing',
         'Intended Audience :: Science/Research',
-        'License :: OSI Approved :: Apache Software License',
         'Operating System :: POSIX :: Linux',
         'Programming Language :: Python :: 3',
         'Programming Language :: Python :: 3.11',

@@ -33,7 +33,6 @@ THIRD_PARTY = {
     'markupsafe': ('python3-jinja2', 'Jinja2'),  # a dependency of it
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'mcap': ('mcap-ros2-support', 'mcap'),
-    'mcap_ros2': ('mcap-ros2-support', 'mcap-ros2-support'),
     'mujoco': (None, 'mujoco'),  # optional: the extra that reads and checks its files
     'numba': (None, 'numba'),  # absent from Ubuntu's packages, optional
     'numpy': ('python3-numpy', 'numpy'),
