@@ -14,6 +14,9 @@ REMOVED = {
     # commands
     'benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
     # options and their values
+    'adapt --jobs': 'leave it out: the fit is one thread',
+    'compare --filterpy-samples': 'filters of filterpy take the first 20000 samples',
+    'fit-nominal --jobs': 'leave it out: the fit is one thread',
     'suggest --robot': _ROBOT_MOTION,
     'suggest --effects': _ROBOT_MOTION,
     'suggest --payload': _ROBOT_MOTION,
@@ -30,6 +33,9 @@ REMOVED = {
        for command in ('adapt', 'diagnose', 'fit-nominal', 'simulate')
        for old, new in (('motor-joint', 'recorded-motor'), ('arm-joint', 'recorded-arm'),
                         ('setpoint-joint', 'recorded-setpoint'))},
+    # parameters
+    'ekf_jacobian': 'leave it out: the tangent is exact wherever the friction law has one',
+    'srukf_precision': 'leave it out: the filter computes in float64',
     # endings of files
     '.sdf': 'convert it to URDF or MJCF',
     '.fmu': 'expected module:function, a Python function that runs the unit',

@@ -285,7 +285,7 @@ def _scaled(model: DriveModel, index: int, name: str) -> DriveModel:
     return replace(model, effects=tuple(effects))
 
 
-def _states(laid: Overlay, run: ModelRun, w: int, model: DriveModel) -> Array:
+def _states(run: ModelRun, w: int, model: DriveModel) -> Array:
     """Return the state [4] where window `w` of a run begins."""
     states: Array = run.begin.states[w]
     return states[[0, 0, 2, 2]] if model.transmission.kind == 'rigid' else states
@@ -295,7 +295,7 @@ def _fitted(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
             models: tuple[DriveModel, DriveModel]) -> tuple[Array, Array]:
     """Return start and residual of window `w` where it fits best in the user's simulator."""
     residual = _residual_of(simulator, laid, w, run, models)
-    start = min((_states(laid, one, w, models[0]) for one in (laid.runs[0], run)),
+    start = min((_states(one, w, models[0]) for one in (laid.runs[0], run)),
                 key=lambda s: float(np.sum(residual(s) ** 2)))
     return fitted_start(residual, start, np.repeat(STEPS, 2))
 
@@ -313,7 +313,7 @@ def _residual_of(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
     torque = equivalent_torque(
         Schedule(np.arange(span.start, span.stop) * recording.dt, ours.acting(e)[span],
                  ours.extra[span], recording.dt),
-        np.concatenate([_states(laid, run, w, nominal), run.begin.memory[w]]),
+        np.concatenate([_states(run, w, nominal), run.begin.memory[w]]),
         PackedDrive(model.pack(), e, none),
         PackedDrive(theirs.pack(), theirs.pack_effects(), none))
     channels = list(laid.channels)
