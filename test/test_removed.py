@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Every name that is gone is refused, with its advice, wherever a user may still type it."""
+from pathlib import Path
+
 import pytest
 
 import gearbox_monitor
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.export.user_simulator import user_simulator
 from gearbox_monitor.parameters import check_values, SETTINGS
 from gearbox_monitor.removed import refusal, REMOVED
 
@@ -19,7 +22,17 @@ def test_options_and_their_values(name, capsys):
     assert refusal(name) in line
 
 
-@pytest.mark.parametrize('name', [name for name in REMOVED if ' ' not in name])
+@pytest.mark.parametrize('file, read', [
+    ('arm.sdf', gearbox_monitor.load_model), ('arm.sdf', gearbox_monitor.load_robot),
+    ('unit.fmu', user_simulator)])
+def test_files_by_their_ending(file, read):
+    with pytest.raises(InputError) as caught:
+        read(file)
+    assert str(caught.value).endswith(f'{file}: {refusal(Path(file).suffix)}')
+
+
+@pytest.mark.parametrize('name', [
+    name for name in REMOVED if ' ' not in name and not name.startswith('.')])
 def test_commands_parameters_and_names_of_the_package(name, capsys):
     assert main([name]) == 2
     assert capsys.readouterr().err == f'gearbox_monitor: {name}: {refusal(name)}\n'
