@@ -30,7 +30,6 @@ setup(
     # no such names; in a plain venv the extra "ros" brings them as wheels.
     install_requires=[
         'Jinja2>=3.1',
-        'mcap-ros2-support>=0.5',  # brings mcap; both spellings are the same rosdep key
         'mcap>=1.1',
         'numba>=0.59',
         'numpy>=1.26',
@@ -57,12 +56,6 @@ setup(
         'bam': ['better-actuator-models>=1.0; python_version>="3.12"'],
         # "compare" with filters of filterpy
         'compare': ['filterpy>=1.4'],
-        # "diagnose --simulator FILE.fmu"; no rosdep key
-        'fmu': ['fmpy>=0.3.20'],
-        # "live --foxglove"; no rosdep key
-        'foxglove': ['foxglove-sdk>=0.30'],
-        # "live --rerun": 170 MB; no rosdep key
-        'rerun': ['rerun-sdk>=0.30'],
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
             *TABLES,
@@ -72,18 +65,15 @@ setup(
             'esprima>=4.0',
             'filterpy>=1.4',
             'flake8-import-order>=0.18',
-            'fmpy>=0.3.20',
-            'foxglove-sdk>=0.30',
             'h5py>=3.10',
             'matplotlib>=3.6',
+            'mcap-ros2-support>=0.5',
             'mujoco>=4.0',
             'mypy>=1.11,<3',
             'pandas>=2.0',
             'psutil>=5.9',
             'pytest>=7.4',
             'pytest-timeout>=2.2',
-            'pythonfmu>=0.6',
-            'pythonfmu3>=0.3',
             'pytest-cov>=5',
             'pytest-xdist>=3.3',
             'ruff>=0.6,<1',
@@ -95,13 +85,13 @@ setup(
     maintainer='gearbox_monitor maintainers',
     maintainer_email='maintainers@gearbox-monitor.org',
     description='Online condition monitor for robot joint gearboxes',
-    license='Apache-2.0',
+    license='Apache-2.0',  # without a classifier: newer setuptools warn of it
+    license_files=['LICENSE'],
     keywords=['ROS', 'robotics', 'condition monitoring', 'backlash', 'Kalman filter'],
     classifiers=[
         'Development Status :: 4 - Beta',
         'Intended Audience :: Manufacturing',
         'Intended Audience :: Science/Research',
-        'License :: OSI Approved :: Apache Software License',
         'Operating System :: POSIX :: Linux',
         'Programming Language :: Python :: 3',
         'Programming Language :: Python :: 3.11',

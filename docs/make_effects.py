@@ -12,9 +12,10 @@ sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS  # noqa: E402
 from gearbox_monitor.export.mjcf import EXPRESSIONS  # noqa: E402
+from gearbox_monitor.export.robot_patch import in_urdf  # noqa: E402
 from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS  # noqa: E402
 from gearbox_monitor.report.explanation import (  # noqa: E402
-    explained_effect, explained_robot_effect, in_simulators)
+    explained_effect, explained_robot_effect)
 
 PAGE = ROOT / 'docs/effects.md'
 HEAD = """\
@@ -72,12 +73,12 @@ def entry(explanation, identifier):
 
 def table():
     """Return the lines of the table of effects and simulators."""
-    lines = ['| effect | | MuJoCo | others |', '|---|---|---|---|']
+    lines = ['| effect | | MuJoCo | URDF |', '|---|---|---|---|']
     for name, effect in EFFECTS.items():
         mjcf = EXPRESSIONS[name]
-        others = [words for words in in_simulators(effect, mujoco=False)
-                  if not words.endswith('no parameter has its law: apply it in your code')]
-        lines.append(f'| `{name}` | {mjcf.kind} | {mjcf.words} | {"; ".join(others) or "-"} |')
+        words = in_urdf(effect)
+        urdf = '-' if words.endswith('no parameter has its law: apply it in your code') else words
+        lines.append(f'| `{name}` | {mjcf.kind} | {mjcf.words} | {urdf} |')
     return lines
 
 

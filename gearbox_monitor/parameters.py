@@ -225,7 +225,7 @@ class EstimatorParameters(ParameterSet):
         0.1, 's', 'lag of the smoothed output; 0 switches it off', low=0.0, high=1.0)
     narrow_std: bool = row(
         True, '', 'state less deviation of tau_K where innovations show that it wanders less than '
-        'q_std_tau_k lets it; off in replays of recordings of version 0.2')
+        'q_std_tau_k lets it')
     r_std_motor: float = row(
         5e-3, 'rad', 'noise of the motor encoder, arm side', low=1e-9, high=1e3, change=AT_ONCE)
     r_std_arm: float = row(
@@ -285,9 +285,6 @@ class EstimatorParameters(ParameterSet):
     p0_std_tau_k_deviation: float = row(
         0.0, 'N m', 'elastic, learned: initial standard deviation of the deviation of tau_K from '
         'the curve; 0: p0_std_torque', low=0.0, high=1e9, change=RESTART)
-    ekf_jacobian: str = row(
-        'analytic', '', 'EKF: exact tangent of the discrete map, or forward differences',
-        choices=('analytic', 'numeric'), change=AT_ONCE)
     friction_linearisation: str = row(
         'tangent', '', 'EKF: friction linearised at the estimate, or over the uncertainty of the '
         'motor speed', choices=('tangent', 'statistical'), change=AT_ONCE)
@@ -300,9 +297,6 @@ class EstimatorParameters(ParameterSet):
     ukf_kappa: float = row(
         0.0, '-', 'UKF, SRUKF: spread, added to the number of states', low=0.0, high=100.0,
         change=AT_ONCE)
-    srukf_precision: str = row(
-        'float64', '', 'SRUKF: precision of mean, sigma points and factor',
-        choices=('float64', 'float32'), change=AT_ONCE)
     adapt: tuple[str, ...] = row(
         ('q_std_tau_k', 'r_std_motor', 'r_std_arm'), '', 'AEKF: parameters to adapt from their '
         'configured values: q_std_tau_k, r_std_motor, r_std_arm, viscous_friction, '

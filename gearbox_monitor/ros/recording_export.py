@@ -127,7 +127,7 @@ def diagnosis_command(folder: Path, context: RecordingContext) -> str:
     if not context.topic.endswith('/joint_states'):
         words += ['--topic', context.topic]
     for option, joint in zip(('motor', 'arm'), context.joints):
-        words += [f'--{option}-joint', joint] if joint != option else []
+        words += [f'--recorded-{option}', joint] if joint != option else []
     return shlex.join(map(str, words))
 
 

@@ -144,7 +144,7 @@ def test_folder_holds_everything_as_received_and_the_model(tmp_path):
     rows, clock = moving(10000), lambda: time.struct_time((2026, 3, 4, 5, 6, 7, 0, 0, 0))
     text = export_recording(tmp_path / 'new', rows, about(), clock)
     folder = tmp_path / 'new' / 'kept_2026_03_04-05_06_07'
-    assert str(folder) in text and '14.0 s' in text and '--motor-joint m7' in text
+    assert str(folder) in text and '14.0 s' in text and '--recorded-motor m7' in text
     assert text.endswith(diagnosis_command(folder, about()))
     for name, wanted in (('all', rows), ('bag', stretch(rows))):
         with open_bag(folder / name) as bag:
@@ -164,7 +164,7 @@ def test_folder_holds_everything_as_received_and_the_model(tmp_path):
 def test_command_finds_another_topic_and_folder():
     words = diagnosis_command(Path('/a b'), about(topic='/j7', joints=('motor', 'x')))
     assert words == ("gearbox_monitor diagnose '/a b/bag' --model '/a b/drive.yaml' --topic /j7 "
-                     '--arm-joint x')
+                     '--recorded-arm x')
 
 
 def test_model_says_measured_only_where_the_load_is_in_the_bag():
