@@ -11,6 +11,10 @@ same words. The table goes with the release after 0.3.
 REMOVED = {
     # commands
     'benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
+    # BAGS and the folder of fleet
+    '://': 'name a path: mount the archive, or copy it',
+    'features/': 'choose a new --out, which gets one row per bag: its bags are analysed anew',
+    'bags.journal': 'choose a new --out: its bags are analysed anew',
 }
 
 
