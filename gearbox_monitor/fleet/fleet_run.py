@@ -105,8 +105,8 @@ def at_home(workers: int, memory: int = 0) -> Iterator[Executor]:
     memory: bytes that one bag may take, 0: any number.
     """
     context: Any = multiprocessing.get_context('forkserver')
-    # Workers are forked from a process that has imported all they need.
-    context.set_forkserver_preload([job.__name__])
+    # Workers are forked from a process that has loaded all they need.
+    context.set_forkserver_preload(['gearbox_monitor.fleet.preload'])
     # Ctrl-C reaches every process of a terminal; this one ends the others in order.
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
