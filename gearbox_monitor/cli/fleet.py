@@ -26,7 +26,6 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Mapping
-from functools import partial
 import re
 import sys
 from typing import Any
@@ -84,8 +83,10 @@ def run(args: Namespace) -> int:
     settings = _settings(args)
     bags, folder = find_bags(args.bags), FleetFolder(args.out)
     pending = [bag for bag in bags if not folder.has(bag, settings.key)]
-    executor = partial(on_cluster, args.scheduler) if args.scheduler else partial(
-        at_home, memory=args.max_memory << 20)
+
+    def executor(workers: int) -> Any:
+        return on_cluster(args.scheduler) if args.scheduler else at_home(
+            workers, args.max_memory << 20)
     rows: dict[str, Any] = {}  # of this run, by path; of bags to be tried again
     with Interrupt() as interrupt, count_bar('fleet', len(bags), len(bags) - len(pending)) as bar:
         for bag, row in run_fleet(pending, settings, executor, args.workers or cores(),

@@ -145,6 +145,7 @@ def on_cluster(address: str) -> Iterator[Executor]:
     """Give the executor of the Dask cluster with the scheduler at `address`. Raises InputError."""
     try:
         from distributed import Client
+        from distributed.comm import get_address_host_port
     except ImportError:
         raise InputError('--scheduler: dask.distributed is not installed, expected '
                          f'{installed_by("fleet")}') from None
@@ -152,6 +153,7 @@ def on_cluster(address: str) -> Iterator[Executor]:
         if name.startswith(('distributed', 'tornado')):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
+        get_address_host_port(address)  # a Client takes long to notice
         client: Any = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError(f'--scheduler: {address}: {" ".join(str(error).split())}, expected the '
