@@ -6,7 +6,6 @@ from glob import glob
 from setuptools import find_packages, setup
 
 package_name = 'gearbox_monitor'
-TABLES = ['fsspec>=2023.6', 'pyarrow>=14.0.1']
 
 setup(
     name=package_name,
@@ -41,9 +40,9 @@ setup(
     ],
     extras_require={
         # "fleet", Parquet and Feather files: 170 MB; no rosdep keys
-        'tables': TABLES,
+        'tables': ['pyarrow>=14.0.1'],
         # "fleet --scheduler", too; dask and distributed have no rosdep keys
-        'fleet': ['dask>=2024.1', 'distributed>=2024.1', *TABLES],
+        'fleet': ['dask>=2024.1', 'distributed>=2024.1', 'pyarrow>=14.0.1'],
         # "export", and models read from MJCF files; no rosdep key
         'mujoco': ['mujoco>=4.0'],
         # "demo", PNG files of "diagnose", "simulate", "compare"; the nodes do not need it
@@ -58,7 +57,6 @@ setup(
         'compare': ['filterpy>=1.4'],
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
-            *TABLES,
             'codespell>=2.3',
             'distributed>=2024.1',
             'djlint>=1.34',
@@ -72,6 +70,7 @@ setup(
             'mypy>=1.11,<3',
             'pandas>=2.0',
             'psutil>=5.9',
+            'pyarrow>=14.0.1',
             'pytest>=7.4',
             'pytest-timeout>=2.2',
             'pytest-cov>=5',

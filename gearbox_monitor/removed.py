@@ -46,6 +46,10 @@ REMOVED = {
     # names of the Python package
     'suggest_robot': _ROBOT_MOTION,
     'SuggestedRobotMotion': _ROBOT_MOTION,
+    # BAGS and the folder of fleet
+    '://': 'name a path: mount the archive, or copy it',
+    'features/': 'choose a new --out, which gets one row per bag: its bags are analysed anew',
+    'bags.journal': 'choose a new --out: its bags are analysed anew',
 }
 
 

@@ -23,7 +23,6 @@ SETUP = (ROOT / 'setup.py').read_text(encoding='utf-8')
 # imported name -> (key in package.xml or None, distribution in setup.py or None = from ROS).
 THIRD_PARTY = {
     'distributed': (None, 'distributed'),  # optional; it and the next have no rosdep key
-    'fsspec': (None, 'fsspec'),
     'pandas': (None, 'pandas'),  # optional: tables of results
     'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
     'bam': (None, 'better-actuator-models'),  # optional: runs beside ours; no rosdep key
