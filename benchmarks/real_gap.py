@@ -5,7 +5,7 @@
 Diagnose pairs of real recordings whose truth stays sealed until all verdicts are written.
 
 FOLDER holds manifests NAME.pair.yaml in any folders, and truth.yaml. A manifest says which files
-are compared and how they are read; benchmarks/README.md describes it. Files lie beside the manifest,
+are compared and how they are read (benchmarks/README.md). Files lie beside the manifest,
 or in the same folder of --data. Every pair runs the commands that a user would type: import, learn
 or fit-nominal of the references, diagnose. truth.yaml is opened last.
 

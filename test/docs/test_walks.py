@@ -94,8 +94,10 @@ WALKS = (
     Walk('docs/first_hour.md', ENTRANCES[1:], fails=('diagnose',),
          brings={'joint3_servo.yaml': served_drive},
          says={'backlash is 30 % wider': r'\(\+30\s+%', r'\[effect\]': '^  backlash_gap '}),
-    Walk('docs/tuning.md', ('A current instead of a torque',), claims={r'error falls(.|\n)*? in both cases': REPLAYED}),
-    Walk('docs/tuning.md', ('An identified effect in the estimator',), brings={'drive.yaml': CONFIG / 'drive.yaml'}, fails=('diagnose',),
+    Walk('docs/tuning.md', ('A current instead of a torque',),
+         claims={r'error falls(.|\n)*? in both cases': REPLAYED}),
+    Walk('docs/tuning.md', ('An identified effect in the estimator',),
+         brings={'drive.yaml': CONFIG / 'drive.yaml'}, fails=('diagnose',),
          claims={'rms, of [^;]*': 'rms of .*?,', **dict.fromkeys(
              (r'\| `drive.yaml`.*', r'\| `drive.closed.yaml`.*'),
              REPLAYED + r'|\S+ +\S+ +1\.00$')}),

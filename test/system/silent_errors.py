@@ -32,7 +32,7 @@ from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.parameters import FILTER_NAMES
 
 HEALTHY_SHARE = 0.25  # of the draws
-# Shares of the runs that may break the promise; benchmarks/README.md has the figures and the causes.
+# Shares of the runs that may break the promise; benchmarks/README.md has figures and causes.
 BARS = {'silent': ('faulty', 0.05), 'false alarms': ('healthy', 0.05),
         'healthy beyond': ('healthy', 0.15)}
 # Its softened friction is wrong in slow motion, and what it adapts at a rest is wrong behind it:
