@@ -17,6 +17,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.cli.exit_codes import (
     BAD_INPUT, exit_code_text, EXIT_CODES, INTERRUPTED, UNDECIDED)
 from gearbox_monitor.errors import InputError, Undecided, unknown
+from gearbox_monitor.removed import refusal
 
 # name -> (module, one line of help). Only the module of the requested command is imported.
 COMMANDS = {
@@ -131,10 +132,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv = sys.argv[1:] if argv is None else argv
     words = [word for word in argv if not word.startswith('-')]
     command = words[0] if words else None
-    if command == 'benchmark':
-        benchmark = ' '.join(words[1:2]) or 'NAME'
-        print('gearbox_monitor benchmark: benchmarks are no part of the package, run them from a '
-              f'checkout: python -m benchmarks {benchmark}', file=sys.stderr)
+    if gone := refusal(command):
+        print(f'gearbox_monitor: {command}: {gone}', file=sys.stderr)
         return BAD_INPUT
     return run_parsed(f'gearbox_monitor {command}', lambda: _parse(argv, command),
                       '' if command in LIVE else str(command))

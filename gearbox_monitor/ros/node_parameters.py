@@ -14,6 +14,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import FIXED, ParameterRow, ParameterValue, RESTART
+from gearbox_monitor.removed import refusal
 
 
 class TableNode(Node):
@@ -31,8 +32,16 @@ class TableNode(Node):
         return result
 
     def warn_of_unknown(self) -> None:
-        """Warn of parameters that the user sets and that the node does not have: misspelt ones."""
+        """
+        Warn of parameters that the user sets and the node does not have: misspelt ones.
+
+        Raises InputError for one of 0.2 that is gone.
+        """
         unknown = [name for name in self._parameter_overrides if not self.has_parameter(name)]
+        gone = [f'node {self.get_name()}: {name}: {refusal(name)}' for name in unknown
+                if refusal(name)]
+        if gone:
+            raise InputError(*gone)
         if unknown:
             self.get_logger().warning(
                 f'no parameters of this node, ignored: {", ".join(sorted(unknown))}')
