@@ -95,7 +95,7 @@ WALKS = (
          brings={'joint3_servo.yaml': served_drive},
          says={'backlash is 30 % wider': r'\(\+30\s+%', r'\[effect\]': '^  backlash_gap '}),
     Walk('docs/tuning.md', ('A current instead of a torque',),
-         claims={r'error falls(.|\n)*? in both cases': REPLAYED}),
+         claims={r'error\s+falls(.|\n)*?\s+in\s+both\s+cases': REPLAYED}),
     Walk('docs/tuning.md', ('An identified effect in the estimator',),
          brings={'drive.yaml': CONFIG / 'drive.yaml'}, fails=('diagnose',),
          claims={'rms, of [^;]*': 'rms of .*?,', **dict.fromkeys(
