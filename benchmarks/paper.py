@@ -6,8 +6,8 @@ Tables 1 and 2 and the torque loops of the paper, beside the published numbers.
 
 G. Hovland, "Comparison of different Kalman filters for tracking nonlinear transmission torques".
 Two simulated drives, with hysteresis (A, Table 1, Figure 3) and without (B, Table 2, Figure 4).
-The paper leaves torque curve, excitation and sample time unsaid; docs/paper.md states what is
-assumed here. R and Q are tuned by innovation likelihood on other seeds, never on the truth.
+The paper leaves torque curve, excitation and sample time unsaid; benchmarks/README.md states the
+assumptions. R and Q are tuned by innovation likelihood on other seeds, never on the truth.
 
 usage examples:
   python -m benchmarks paper

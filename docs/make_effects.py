@@ -56,7 +56,7 @@ What `export` makes of each effect. *native*: an attribute or element of MJCF im
 1 s in MuJoCo (RK4, 0.1 ms) differs from this package's simulator by 0.1 to 1.5 mrad rms, in a
 motion of 3 rad rms. "-": no parameter has its law, apply it in your code."""
 OWN = """
-[Plug-ins](plugins.md) add effects from other packages.
+[Your own package](extend.md#an-effect-in-your-own-package) can add effects.
 """
 
 

@@ -21,7 +21,7 @@ FILE.c of --out, and FILE.h beside it. --params states the parameters of the est
 docs/firmware.md.
 
 --ranges turns several estimates into the domain randomisation of a simulator: 90 % ranges of a new
-drive with their correlation, as YAML, or as event terms of Isaac Lab or mjlab (docs/ranges.md).
+drive with their correlation, as YAML, or as event terms of Isaac Lab or mjlab (docs/actuators.md).
 The estimates are JSON files of fit-nominal or diagnose, one of each drive or recording. MODEL may
 also be the name of an actuator of the catalogue (docs/actuators.md); a file of that name wins.
 

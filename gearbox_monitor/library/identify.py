@@ -28,7 +28,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     Return the verdict on recordings of one drive: the effects that its model lacks.
 
     Every effect of the library is fitted; the likelihood of the recordings decides which of them
-    count (docs/diagnosis_method.md).
+    count (docs/science.md).
 
     Args:
         recordings: of `load_recording`, one or several of one drive; each is evaluated with the

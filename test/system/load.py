@@ -9,7 +9,7 @@ estimators share one core, in one process or one each; the source has the other 
 from sending a stamped sample to publishing its estimate. And more is sent than can be taken.
 With --naming one estimator names the cause of an alert meanwhile, on the same core, and the same
 run is repeated without.
-docs/load.md explains the tables.
+benchmarks/README.md explains the tables.
 
 usage examples:
   .venv/bin/python test/system/load.py
