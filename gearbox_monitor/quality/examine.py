@@ -71,7 +71,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
         raise InputError(f'{len(samples.stamp_ns)} samples, expected {LIMITS.min_samples} or '
                          f'more with '
                          'increasing stamps')
-    samples, unphysical = _physical(samples, clock)
+    samples, unphysical = _physical(samples)
     jumping = _jumping(samples)
     u, y = samples.u[:, 0], samples.y
     servo = model is not None and model.controller is not None
@@ -156,7 +156,7 @@ def _jumping(samples: Samples) -> list[DataFinding]:
     return findings
 
 
-def _physical(samples: Samples, clock: StampClock) -> tuple[Samples, list[DataFinding]]:
+def _physical(samples: Samples) -> tuple[Samples, list[DataFinding]]:
     """Return samples without unphysical numbers, and findings about these with their times."""
     findings = []
     u, y = samples.u, samples.y
