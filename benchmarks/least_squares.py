@@ -15,21 +15,21 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.balance.candidates import Candidate, library as effects_of_robot
-from gearbox_monitor.balance.evidence import RobotEvidence
-from gearbox_monitor.balance.rows import rows_of
+from gearbox_monitor.diagnosis.joint.candidates import CandidateModel, Starts
+from gearbox_monitor.diagnosis.joint.torque_regression import torque_regression
+from gearbox_monitor.diagnosis.robot.candidates import Candidate, library as effects_of_robot
+from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
+from gearbox_monitor.diagnosis.robot.rows import rows_of
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.files.knowledge_file import load_knowledge
-from gearbox_monitor.identification.candidates import CandidateModel, Starts
-from gearbox_monitor.identification.torque_regression import torque_regression
 from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import SETPOINT
-from gearbox_monitor.quality.admission import prepared
-from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.recordings.robot_values import load_log, load_values, robot_model
+from gearbox_monitor.signals.admission import prepared
+from gearbox_monitor.signals.uniform import UniformRecording
+from gearbox_monitor.simulators.robot_model import read_robot
 
 Cause = tuple[str, str]  # effect, joint or link; '' of a single drive
 

@@ -13,9 +13,9 @@ from typing import Any
 
 from gearbox_monitor.cli.options import expect_new_file, refuse, show, wrapped
 from gearbox_monitor.cli.robot_inputs import names_of, reading_of_robot, robot_of
-from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.library.robot import check_robot
-from gearbox_monitor.quality.finding import BAD, DataFinding
+from gearbox_monitor.signals.finding import BAD, DataFinding
+from gearbox_monitor.simulators.robot_model import SUFFIXES
 
 OF_DRIVE = ('params', 'motor_joint', 'arm_joint', 'setpoint_joint', 'purposes')
 OF_ROBOT = ('values', 'root', 'recorded', 'prefix', 'convention')

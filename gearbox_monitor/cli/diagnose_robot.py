@@ -15,11 +15,10 @@ from gearbox_monitor.cli.options import dump, expect_new_file, ids_in, refuse, s
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import names_of, reading_of_robot, robot_of, robot_options
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.export.robot_model import SUFFIXES
-from gearbox_monitor.library.robot import (
-    diagnose_robot, robot_effects, RobotDiagnosis)
+from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDiagnosis
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
+from gearbox_monitor.simulators.robot_model import SUFFIXES
 
 # Options of one joint: why a whole robot has no use for each.
 OF_ONE_JOINT = {

@@ -37,18 +37,17 @@ from typing import Any
 import yaml
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.read import BagReader
-from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.cli.options import (
-    add_reading_arguments, reading_of, show, stated, table_text)
+from gearbox_monitor.cli.options import add_reading_arguments, reading_of, show, stated, table_text
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
 from gearbox_monitor.parameters import resolve, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.guess import Unsettled
 from gearbox_monitor.recordings.messages import converted_bag
+from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import is_bag, read_mapping
 from gearbox_monitor.recordings.virtual_bag import bag_of_table
+from gearbox_monitor.recordings.write import BagWriter
 
 # Options that not all ways of importing use.
 OPTIONS = ('guess', 'map', 'set', 'joint_of_log', 'topic', 'use', 'unit', 'torque_constant',
@@ -185,8 +184,8 @@ def _say(args: Namespace, data: dict[str, Any]) -> int:
 
 def _pair(args: Namespace) -> int:
     """Join motor and arm of a bag; return the exit code."""
-    from gearbox_monitor.bag.paired_bag import write_paired
-    from gearbox_monitor.bag.read import open_bag
+    from gearbox_monitor.recordings.paired_bag import write_paired
+    from gearbox_monitor.recordings.read import open_bag
     motor = args.topic or 'joint_states'
     options = load_parameters(args.params, 'estimator', SETTINGS, motor) if args.params else \
         {'arm_topic': args.arm_topic}

@@ -16,9 +16,9 @@ from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import (
     add_robot_arguments, names_of, reading_of_robot, robot_of)
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.library.payload_track import PayloadTrack, track_payload
 from gearbox_monitor.library.views import columns
+from gearbox_monitor.simulators.robot_model import SUFFIXES
 
 OF_ESTIMATOR = ('params', 'filter', 'estimates_only', 'smooth')
 OF_ROBOT = ('reference', 'values', 'root', 'recorded', 'prefix', 'convention', 'link', 'empty')

@@ -17,9 +17,9 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.fleet.job import Row
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash.forecast import GrowthHistory, Trend
 from gearbox_monitor.kernels.types import Array, Flags, Integers
-from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.backlash.forecast import GrowthHistory, Trend
 
 ENDS, SHARE = 5, 8  # at either end, one bag in SHARE is compared, at most ENDS
 SCATTER = 4  # bags from which on their scatter is estimated

@@ -7,14 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from gearbox_monitor.diagnosis.joint import diagnose as identification
+from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, NominalFit
+from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, InputError, unknown
-from gearbox_monitor.identification import diagnose as identification
-from gearbox_monitor.identification.nominal import fit_nominal, NominalFit
-from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.recording import all_of, DriveRecording
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
+from gearbox_monitor.signals.uniform import at_one_rate, UniformRecording
 
 Recorded = DriveRecording | UniformRecording
 Progress = Callable[..., object]

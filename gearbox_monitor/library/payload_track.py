@@ -8,18 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.balance.conventions import columns_as_read, named_readings
-from gearbox_monitor.balance.knowledge import Knowledge
-from gearbox_monitor.balance.payload import PayloadTracker, SECOND
-from gearbox_monitor.balance.robot_log import checked_log, SETPOINT
+from gearbox_monitor.diagnosis.robot.conventions import columns_as_read, named_readings
+from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
+from gearbox_monitor.diagnosis.robot.payload import PayloadTracker, SECOND
+from gearbox_monitor.diagnosis.robot.robot_log import checked_log, SETPOINT
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.robot import expect_robot, learn_robot, Robot
 from gearbox_monitor.presentation import Drawn
 from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
 from gearbox_monitor.recordings.robot_values import load_columns, robot_model
+from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.report.robot_words import reading_words
 from gearbox_monitor.signals.convention import conventions_of
 

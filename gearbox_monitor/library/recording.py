@@ -10,10 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.kernels.array_input import column
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.library.drive_file import expect_path
@@ -21,11 +19,13 @@ from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.origin import FileLimits, NO_LIMITS
 from gearbox_monitor.plant.simulate import Trajectory
 from gearbox_monitor.presentation import Drawn
-from gearbox_monitor.quality.admission import admitted, prepared, require_samples, weighed
-from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
 from gearbox_monitor.recordings.from_bag import drive_recording, robot_recording, signals_at
+from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
+from gearbox_monitor.recordings.topics import JOINT_STATES
+from gearbox_monitor.signals.admission import admitted, prepared, require_samples, weighed
 from gearbox_monitor.signals.recording import ARM, drive_samples, MOTOR, Recording
+from gearbox_monitor.signals.uniform import merged, REPEATED, UniformRecording
 
 ROLES = ('motor', 'arm', 'setpoint')  # of joints in a bag
 WORDS = {'t': 'time in s', 'u': 'torque in N m, or current in A with torque_constant in the model',

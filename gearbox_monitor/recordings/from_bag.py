@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.bag.joint_input import find_input, find_topic, topics_called
-from gearbox_monitor.bag.read import BagReader
-from gearbox_monitor.balance.robot_log import CURRENT, raw_log, RawLog, SETPOINT, TORQUE
+from gearbox_monitor.diagnosis.robot.robot_log import CURRENT, raw_log, RawLog, SETPOINT, TORQUE
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.recordings.joint_input import find_input, find_topic, topics_called
 from gearbox_monitor.recordings.log_units import EFFORT, units_of
+from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.signals.recording import (
     ARM, CURRENT as OF_CURRENT, JointSignals, MOTOR, Recording, UNKNOWN)
 

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
-from gearbox_monitor.bag.read import BagReader, is_ros1, JOINT_STATE, open_bag
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.recordings.clocks import interpolated
+from gearbox_monitor.recordings.read import BagReader, is_ros1, JOINT_STATE, open_bag
 from gearbox_monitor.recordings.si_signals import even_stamps
+from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.recordings.virtual_bag import Frames, JOINT_TOPIC, SETPOINT_TOPIC, VirtualBag
 
 DYNAMIC, CONTROLLER = ('control_msgs/msg/DynamicJointState',

@@ -5,16 +5,16 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from gearbox_monitor.bag.read import BagReader, FORMATS, is_ros1, open_bag, ROS1
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import open_file
-from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.recordings.guess import Answers, Guess, guessed, NO_ANSWERS
 from gearbox_monitor.recordings.mapping import load_mapping, Mapping, mapping_of, text_of
 from gearbox_monitor.recordings.messages import converted_bag, needs_conversion
+from gearbox_monitor.recordings.read import BagReader, FORMATS, is_ros1, open_bag, ROS1
 from gearbox_monitor.recordings.si_signals import Signals, signals_of
 from gearbox_monitor.recordings.siblings import file_in
 from gearbox_monitor.recordings.table import load_table, Table
+from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.recordings.virtual_bag import bag_of_table
 
 MAGIC = (b'\x89MCAP0\r\n', b'SQLite format 3\x00', ROS1)

@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.balance.robot_log import (
+from gearbox_monitor.diagnosis.robot.robot_log import (
     checked_log, continuous, CURRENT, RawLog, read_by, RobotLog, TORQUE, TURNED)
-from gearbox_monitor.balance.rows import RobotModel
-from gearbox_monitor.balance.settings import SETTINGS
+from gearbox_monitor.diagnosis.robot.rows import RobotModel
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError, unknown
-from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.recordings.from_bag import NO_SERVO, robot_log
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.signals.convention import conventions_of
+from gearbox_monitor.simulators.robot_model import ChainFile
 
 BEYOND = 0.05  # rad or m: a joint that leaves its range by less is at its stop
 KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',

@@ -18,12 +18,12 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
-from gearbox_monitor.quality.stamps import evened
 from gearbox_monitor.recordings.clocks import estimated_lag, interpolated
 from gearbox_monitor.recordings.log_units import EFFORT, standard_unit, TIME, units_of
 from gearbox_monitor.recordings.mapping import key_of, Mapping, SignalMapping, TimeMapping
 from gearbox_monitor.recordings.table import load_table, RowBlock, Table
 from gearbox_monitor.recordings.text import MIN_SAMPLES
+from gearbox_monitor.signals.stamps import evened
 
 FIRST_STAMP_NS = 1_000_000_000  # stamp 0 means "no stamp" to ROS and to the estimator
 EPOCH = 10 ** 18  # ns: a stamp from 2001 on is a date

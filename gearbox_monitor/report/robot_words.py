@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.balance.conventions import NamedReading
-from gearbox_monitor.balance.robot_effects import JOINT, ROBOT_EFFECTS
+from gearbox_monitor.diagnosis.robot.conventions import NamedReading
+from gearbox_monitor.diagnosis.robot.robot_effects import JOINT, ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
 from gearbox_monitor.plant.units import on_axis

@@ -12,14 +12,14 @@ import pytest
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.read import JOINT_STATE, open_bag
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.messages import CONTROLLER, DEFINITIONS, DYNAMIC
+from gearbox_monitor.recordings.read import JOINT_STATE, open_bag
+from gearbox_monitor.recordings.write import BagWriter
 
 T0, N, RATE = 1_700_000_000_000_000_000, 2400, 400.0
 STAMPS = T0 + np.rint(np.arange(N) * 1e9 / RATE).astype(np.int64)

@@ -13,11 +13,11 @@ import pytest
 import scipy.io
 import yaml
 
-from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings.log_units import standard_unit, unit_factor, unit_of_label
 from gearbox_monitor.recordings.mapping import load_mapping, mapping_of
+from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.reading import open_recording
 from gearbox_monitor.recordings.si_signals import described, signals_of
 from gearbox_monitor.recordings.table import load_table

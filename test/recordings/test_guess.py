@@ -11,9 +11,9 @@ import pytest
 import scipy.io
 import yaml
 
-from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.recordings.guess import guessed
+from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.table import load_table
 
 T = np.round(np.arange(2000) * 0.002, 6)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import yaml
 
-from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.recordings.read import open_bag
 
 OF_DRIVE = {'motor_position': 'position', 'motor_velocity': 'velocity', 'motor_effort': 'effort',
             'motor_setpoint': 'setpoint', 'arm_position': 'position',

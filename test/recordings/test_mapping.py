@@ -14,8 +14,8 @@ import scipy.io
 import yaml
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.reading import read_mapping, ReadOptions
 from gearbox_monitor.recordings.si_signals import described, signals_of
 

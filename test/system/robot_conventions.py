@@ -28,14 +28,14 @@ import random_robots
 from robot_gap import interval
 from script import run_script
 
-from gearbox_monitor.balance.conventions import (
+from gearbox_monitor.diagnosis.robot.conventions import (
     ConventionBalance, LIMITS, named_readings, RobotReading, thinned)
-from gearbox_monitor.balance.local_cosines import local_cosines
-from gearbox_monitor.balance.motion import motion_of
-from gearbox_monitor.balance.robot_log import LogSection, RobotLog
-from gearbox_monitor.balance.rows import RobotModel
-from gearbox_monitor.export.robot_model import chain_of_compiled
+from gearbox_monitor.diagnosis.robot.local_cosines import local_cosines
+from gearbox_monitor.diagnosis.robot.motion import motion_of
+from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog
+from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.signals.convention import Convention
+from gearbox_monitor.simulators.robot_model import chain_of_compiled
 
 KINDS = ('reversed', 'effort sign', 'effort unit', 'zero', 'degrees', 'exchanged')
 

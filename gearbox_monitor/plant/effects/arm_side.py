@@ -5,11 +5,9 @@
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Values
-from gearbox_monitor.plant.effects.balance_column import (
-    BalanceColumn, wave as wave_values, waves)
+from gearbox_monitor.plant.effects.balance_column import BalanceColumn, wave as wave_values, waves
 from gearbox_monitor.plant.effects.effect import (
-    Effect, FreeParameter, of_model, Parameter, positive, PROFILE, Scales, Starts,
-    wave)
+    Effect, FreeParameter, of_model, Parameter, positive, PROFILE, Scales, Starts, wave)
 
 _M2 = Parameter('m2', 'kg m^2', 1e-9)
 
