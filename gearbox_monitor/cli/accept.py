@@ -32,9 +32,9 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, expect_new_file, opened, show, warn)
+    add_estimator_arguments, estimator_options, opened, show, warn)
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model, save_model
+from gearbox_monitor.files.yaml_files import expect_new_file, load_model, save_model
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.health.backlash.locked_input import is_locked, locked_windows

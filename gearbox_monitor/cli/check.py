@@ -30,16 +30,16 @@ from gearbox_monitor.cli import check_robot
 from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
 from gearbox_monitor.cli.filter_inputs import settings_of
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, bag_arguments, estimator_options, expect_new_file, opened, show,
-    wrapped)
+    add_estimator_arguments, estimator_options, opened, show, wrapped)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
+from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.recordings.joint_input import find_input
+from gearbox_monitor.recordings.joint_input import bag_arguments, find_input
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import sample_parts
 from gearbox_monitor.signals.examine import Examination, examine

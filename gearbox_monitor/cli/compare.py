@@ -31,7 +31,7 @@ import numpy as np
 
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, opened, show, warn, write_files)
+    add_estimator_arguments, check_filter, opened, show, warn, write_files)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
@@ -39,6 +39,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.score import (
     reference_at, score, settled, torque_errors, WHITE_LIMIT)
+from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel

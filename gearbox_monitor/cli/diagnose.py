@@ -38,14 +38,14 @@ from gearbox_monitor.cli import diagnose_robot
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_recordings, written_options)
-from gearbox_monitor.cli.options import (
-    dump, expect_new_files, ids_in, JSON_FILE_HELP, plain, write_files)
+from gearbox_monitor.cli.options import expect_new_files, ids_in, JSON_FILE_HELP, write_files
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.findings import NONE
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by
+from gearbox_monitor.files.plain_data import dump, plain
 from gearbox_monitor.files.yaml_files import model_text
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.library.identify import diagnose, expect_ids

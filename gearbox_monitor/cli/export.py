@@ -46,11 +46,12 @@ import sys
 from gearbox_monitor.cli import export_robot
 from gearbox_monitor.cli.drive_recordings import (
     add_bag_arguments, add_joint_arguments, load_recording)
-from gearbox_monitor.cli.options import (
-    estimator_options, expect_new, expect_new_file, refuse, wrapped, write_new, write_or_print)
+from gearbox_monitor.cli.options import estimator_options, refuse, wrapped, write_or_print
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.diagnosis.joint.model_overlay import overlay
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import write_new
+from gearbox_monitor.files.yaml_files import expect_new, expect_new_file
 from gearbox_monitor.library.actuators import CatalogueActuator, is_actuator, load_actuator, NAMES
 from gearbox_monitor.library.drive_file import load_model, SIMULATORS
 from gearbox_monitor.library.ranges import ranges

@@ -30,9 +30,9 @@ from typing import Any
 
 from gearbox_monitor.cli import replay_robot
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, expect_new_file, opened, show, warn)
+    add_estimator_arguments, estimator_options, opened, show, warn)
 from gearbox_monitor.cli.progress import count_bar, Progress
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.yaml_files import expect_new_file, load_model
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.units import on_axis

@@ -37,12 +37,13 @@ import numpy as np
 
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, opened, show, warn, wrapped)
+    add_estimator_arguments, check_filter, opened, show, warn, wrapped)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search
 from gearbox_monitor.estimation.tune import expected_seconds, tune
 from gearbox_monitor.files.parameter_file import error_words, write_parameters
+from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, MIXED

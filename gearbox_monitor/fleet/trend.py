@@ -7,7 +7,7 @@ Trend of the backlash of each gearbox from bag to bag, and the order of urgency.
 Growth compares the newest bags with the oldest ones, so that late growth counts in full. An
 excursion is a growth that has ended: bags above those before them and above those after them. Rate
 and forecast are those of a line through all bags outside of excursions
-(monitoring.backlash.forecast); without a significant slope there is no forecast.
+(health.backlash.forecast); without a significant slope there is no forecast.
 """
 from collections.abc import Iterable, Sequence
 import math

@@ -56,17 +56,17 @@ ROOMS = MappingProxyType({
                                              'identification/test_innovations.py',
                                              'identification/test_fit_nominal.py')},
     'alerts': {
-        'monitoring/checks/innovation.py': ('monitoring/test_alert_limits.py',
+        'health/checks/innovation.py': ('monitoring/test_alert_limits.py',
                                             'monitoring/test_trust.py'),
-        'monitoring/checks/covariance.py': ('monitoring/test_alert_limits.py',
+        'health/checks/covariance.py': ('monitoring/test_alert_limits.py',
                                             'monitoring/test_trust.py'),
-        'monitoring/checks/outcome.py': ('monitoring/test_outcome.py',
+        'health/checks/outcome.py': ('monitoring/test_outcome.py',
                                          'monitoring/test_alert_limits.py'),
-        'monitoring/checks/passivity.py': ('monitoring/test_row_checks.py',
+        'health/checks/passivity.py': ('monitoring/test_row_checks.py',
                                            'monitoring/test_alert_limits.py'),
-        'monitoring/backlash/wear.py': ('monitoring/test_wear.py', 'monitoring/test_change.py',
+        'health/backlash/wear.py': ('monitoring/test_wear.py', 'monitoring/test_change.py',
                                         'monitoring/test_drift.py'),
-        'monitoring/backlash/change_tests.py': ('monitoring/test_change.py',
+        'health/backlash/change_tests.py': ('monitoring/test_change.py',
                                                 'monitoring/test_drift.py')}})
 # Of two numbers that are hardly ever equal, < and <= are one.
 PAIRS = ((ast.Lt, ast.GtE), (ast.Gt, ast.LtE), (ast.Eq, ast.NotEq), (ast.Is, ast.IsNot),

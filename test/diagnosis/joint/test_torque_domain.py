@@ -27,7 +27,7 @@ from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 from gearbox_monitor.signals.uniform import UniformRecording
 
-DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'
+DATA = Path(__file__).resolve().parents[4] / 'shared' / 'data' / 'davinci_backend'
 DT = 1e-3
 CUBIC = 3  # samples on either side, that the arm's acceleration comes from
 GAP = {'kind': 'dead_zone', 'stiffness': 25.0, 'half_gap': 0.05}

@@ -60,7 +60,7 @@ def test_pair_names_the_load_and_the_rubbing_joint(arm, tmp_path, capsys):
 
 
 def test_all_keys_of_a_verdict_are_documented(arm, capsys):
-    page = (Path(__file__).parents[2] / 'docs/robot_gap.md').read_text()
+    page = (Path(__file__).parents[3] / 'docs/robot_gap.md').read_text()
     words = set(re.findall(r'`(\w+)`', page.split('## What it says')[1].split('\n## ')[0]))
     assert diagnose(arm, '--reference', str(arm / 'arm.knowledge'), '--json', '-') == 1
     data = json.loads(capsys.readouterr().out)
@@ -204,5 +204,5 @@ def test_replay_weighs_the_load_as_the_page_says(arm, capsys):
     assert main(['replay', str(arm / 'today.csv'), '--model', str(arm / 'robot.urdf'),
                  '--reference', str(arm / 'arm.knowledge')]) == 0
     headline = capsys.readouterr().out.splitlines()[0]
-    assert headline in (Path(__file__).parents[2] / 'docs/payload.md').read_text()
+    assert headline in (Path(__file__).parents[3] / 'docs/payload.md').read_text()
     assert abs(float(headline.split()[0]) - 2.0) < 0.2
