@@ -61,7 +61,7 @@ from typing import Any
 _PUBLIC = {
     'DriveModel': 'plant.drive', 'simulate': 'plant.simulate',
     'Estimator': 'estimation.estimator', 'Filter': 'estimation.filter',
-    'Monitor': 'monitoring.monitor', 'Sample': 'estimation.estimates',
+    'Monitor': 'health.monitor', 'Sample': 'estimation.estimates',
     'Samples': 'estimation.estimates', 'Estimate': 'estimation.estimates',
     'Estimates': 'estimation.estimates', 'EstimatorParameters': 'parameters',
     'InputError': 'errors', 'NominalFit': 'identification.nominal',
@@ -72,7 +72,7 @@ _PUBLIC = {
     'estimate': 'library.estimation', 'backlash': 'library.estimation',
     'diagnose': 'library.identify', 'fit': 'library.identify',
     'tune': 'library.tuning', 'adapt': 'library.tuning', 'TunedParameters': 'library.tuning',
-    'Adapted': 'identification.unit_adaptation', 'export_model': 'library.simulator_file',
+    'Adapted': 'diagnosis.joint.unit_adaptation', 'export_model': 'library.simulator_file',
     'SimulatorFile': 'library.simulator_file', 'write_report': 'library.recording_report',
     'ReportPages': 'library.recording_report', 'load_robot': 'library.robot',
     'learn_robot': 'library.robot',
@@ -80,7 +80,7 @@ _PUBLIC = {
     'RobotDiagnosis': 'library.robot',
     'track_payload': 'library.payload_track', 'PayloadTrack': 'library.payload_track',
     'ranges': 'library.ranges',
-    'ParameterRanges': 'identification.parameter_ranges',
+    'ParameterRanges': 'diagnosis.joint.parameter_ranges',
     'load_actuator': 'library.actuators', 'CatalogueActuator': 'library.actuators',
 }
 __all__ = list(_PUBLIC)

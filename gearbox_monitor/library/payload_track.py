@@ -70,7 +70,7 @@ def track_payload(log: str | Path, robot: Robot, *,
                   progress: Callable[[int, int], None] = lambda done, total: None
                   ) -> PayloadTrack:
     """
-    Return what a robot held over a log, and who pushed it (balance.payload).
+    Return what a robot held over a log, and who pushed it (diagnosis.robot.payload).
 
     Args:
         log: bag, CSV or Parquet file with positions and torques of all joints.

@@ -54,7 +54,7 @@ class DiagnosisEvidence:
     axis: of the model; labels {quantity: words with unit}; overlay: nominal model first; windows:
     (words, window) of those to show; maps {quantity: maps of the residual in sigma, one per run};
     missing: None without a gap; matrix: (ids, s2 [A, A]) or None; separations: {id: (d, {rival:
-    s2})} of identification.isolability. placed: whether the recording shows where an effect acts:
+    s2})} of diagnosis.joint.isolability. placed: whether the recording shows where an effect acts:
     both encoders, or one of a rigid drive.
     """
 

@@ -7,7 +7,7 @@ Node `payload`: what a robot holds, and the external torque on its joints, ten t
 Takes positions and torques of all joints from joint_states and publishes, 0.35 s later with the
 stamp of the measurement: payload (mass and centre in the frame of the link that carries) and
 external_torque (N m, positive where it helps the motor), each with a topic of deviations,
-..._stddev. balance.payload does all the work. Call ~/tare while the robot holds nothing.
+..._stddev. diagnosis.robot.payload does all the work. Call ~/tare while the robot holds nothing.
 
   ros2 run gearbox_monitor payload_node --ros-args -p model:=robot.urdf -p reference:=r.knowledge
 """

@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Compile a robot's file in a process of its own, which has limits: started by export.compiling.
+Compile a robot's file in a process of its own, which has limits: started by simulators.compiling.
 
 Reads a line of JSON {folder, root, cpu_seconds, memory, locked} and the XML from the standard
 input; writes the compiled model. An error is one line on the standard error, with exit code 3, and

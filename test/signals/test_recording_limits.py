@@ -28,11 +28,11 @@ def test_limits_stay_and_none_is_idle():
         LIMITS.spike = 0.0
     with pytest.raises(TypeError):
         LIMITS.margins['signs'] = 0.0
-    assert_all_decide(quality, RecordingLimits, 'recording_limits')
+    assert_all_decide(signals, RecordingLimits, 'recording_limits')
 
 
 def test_no_module_has_a_limit_of_its_own():
-    assert loose_numbers(quality, NUMERICAL) == []
+    assert loose_numbers(signals, NUMERICAL) == []
 
 
 def response(**values):

@@ -6,7 +6,7 @@ Backlash from the motor's torque and encoder alone: the arm is a hidden state.
 
 While the teeth cross the gap the torque moves the motor alone; behind it the motor moves the arm,
 too. Where in the motion that happens tells the gap. Each window is fitted by the innovations of a
-filter of the whole drive (identification.innovations): gap, stiffness, inertias, friction and
+filter of the whole drive (diagnosis.joint.innovations): gap, stiffness, inertias, friction and
 loads together, with priors that are as wide as these values are usually off.
 """
 from collections.abc import Sequence
