@@ -27,12 +27,11 @@ import textwrap
 from typing import Any
 
 from gearbox_monitor.cli import check_robot
-from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
 from gearbox_monitor.cli.filter_inputs import settings_of
+from gearbox_monitor.cli.inputs import add_robot_arguments, add_setpoint_argument
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, estimator_options, opened, show, wrapped)
 from gearbox_monitor.cli.progress import count_bar
-from gearbox_monitor.cli.robot_inputs import add_robot_arguments
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
 from gearbox_monitor.files.yaml_files import expect_new_file

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from gearbox_monitor.cli.inputs import names_of, reading_of_robot, robot_of
 from gearbox_monitor.cli.options import refuse, show, wrapped
-from gearbox_monitor.cli.robot_inputs import names_of, reading_of_robot, robot_of
 from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.library.robot import check_robot
 from gearbox_monitor.signals.finding import BAD, DataFinding

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.recordings.log_units import (
     axis_of, EFFORT, POSITION, PRISMATIC, ROTARY, TIME, unit_factor, units_of, VELOCITY)

@@ -24,7 +24,7 @@ import zlib
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.packed_files import BoundedGzip, open_unpacked
+from gearbox_monitor.files.opening import BoundedGzip, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Integers
 from gearbox_monitor.recordings import container_child
 from gearbox_monitor.recordings.log_units import (

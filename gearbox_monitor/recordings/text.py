@@ -20,7 +20,7 @@ import warnings
 import numpy as np
 
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError
-from gearbox_monitor.files.packed_files import LONGEST_LINE, open_unpacked
+from gearbox_monitor.files.opening import LONGEST_LINE, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Array
 from gearbox_monitor.recordings.log_units import number_with_unit, standard_unit
 

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.recordings.cdr import joint_state_rows
+from gearbox_monitor.recordings.cdr import joint_state_rows, MessageBlock
 from gearbox_monitor.recordings.mapping import Mapping as Columns
-from gearbox_monitor.recordings.message_block import MessageBlock
 from gearbox_monitor.recordings.read import BagReader, BLOCK_MESSAGES, JOINT_STATE
 from gearbox_monitor.recordings.si_signals import (
     described, effort_unit, is_streamed, signal_blocks, Signals, signals_of)

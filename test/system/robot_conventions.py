@@ -30,8 +30,7 @@ from script import run_script
 
 from gearbox_monitor.diagnosis.robot.conventions import (
     ConventionBalance, LIMITS, named_readings, RobotReading, thinned)
-from gearbox_monitor.diagnosis.robot.local_cosines import local_cosines
-from gearbox_monitor.diagnosis.robot.motion import motion_of
+from gearbox_monitor.diagnosis.robot.motion import local_cosines, motion_of
 from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.signals.convention import Convention

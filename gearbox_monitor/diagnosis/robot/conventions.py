@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.robot.local_cosines import local_cosines, TestFunctions
-from gearbox_monitor.diagnosis.robot.motion import motion_of, RobotMotion, smooth_sign
+from gearbox_monitor.diagnosis.robot.motion import (
+    local_cosines, motion_of, RobotMotion, smooth_sign, TestFunctions)
 from gearbox_monitor.diagnosis.robot.robot_log import (
     LogSection, RawLog, read_by, RobotLog, SETPOINT)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
