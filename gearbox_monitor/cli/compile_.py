@@ -25,9 +25,9 @@ from typing import Any
 from gearbox_monitor.cli import main as command_line
 from gearbox_monitor.cli.options import check_filter, estimator_options
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.health.warm_up import warm_up
+from gearbox_monitor.health.staleness import warm_up
 from gearbox_monitor.kernels.jit import CACHE_FOLDER, CACHE_PROBLEM, COMPILED, KERNELS
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel

@@ -21,17 +21,17 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from gearbox_monitor import __version__
-from gearbox_monitor.health.warm_up import warm_up
+from gearbox_monitor.health.staleness import warm_up
 from gearbox_monitor.kernels.jit import CACHE_PROBLEM, COMPILED
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
 from gearbox_monitor.ros.black_box import KEEP
-from gearbox_monitor.ros.change_naming import ChangeNamer
+from gearbox_monitor.ros.change_watch import ChangeNamer
 from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_states
 from gearbox_monitor.ros.first_start import compile_first
-from gearbox_monitor.ros.gearbox_settings import declare_gearboxes, GearboxSettings, located
 from gearbox_monitor.ros.joint_subscriptions import JointSubscriptions, TakenSamples
-from gearbox_monitor.ros.monitored_gearbox import MonitoredGearbox
+from gearbox_monitor.ros.monitored_gearbox import (
+    declare_gearboxes, GearboxSettings, located, MonitoredGearbox)
 from gearbox_monitor.ros.node_parameters import on_change, TableNode
 from gearbox_monitor.ros.qos import advertise, latched
 from gearbox_monitor.ros.runtime import spin_node
