@@ -2,18 +2,53 @@
 # SPDX-License-Identifier: Apache-2.0
 
 from glob import glob
+import os
+from pathlib import Path
+import shutil
+import subprocess
+import sys
 
-from setuptools import find_packages, setup
+from setuptools import Extension, find_packages, setup
+from setuptools.command.build_ext import build_ext
+
+try:
+    from setuptools.command.bdist_wheel import bdist_wheel
+except ImportError:  # setuptools up to 70
+    from wheel.bdist_wheel import bdist_wheel
 
 package_name = 'gearbox_monitor'
 TABLES = ['fsspec>=2023.6', 'pyarrow>=14.0.1']
+HAVE_COMPILER = bool(os.environ.get('CC')) or any(map(shutil.which, ('cc', 'gcc', 'clang')))
+
+
+class Kernels(build_ext):
+    """Compile kernels to plain shared libraries, without Python.h; see kernels/build.py."""
+
+    def build_extension(self, ext):
+        target = Path(self.get_ext_fullpath(ext.name)).absolute()
+        paths = [str(Path(__file__).parent.absolute()), *filter(None, sys.path)]
+        subprocess.run(
+            [sys.executable, '-m', 'gearbox_monitor.kernels.build', str(target.parent)],
+            check=True, cwd=target.anchor,
+            env={**os.environ, 'PYTHONPATH': os.pathsep.join(paths)})
+
+    def get_ext_filename(self, name):
+        return os.path.join(*name.split('.')) + '.so'
+
+
+class Wheel(bdist_wheel):
+    """A wheel for any Python of this machine."""
+
+    def get_tag(self):
+        return 'py3', 'none', super().get_tag()[2]
+
 
 setup(
     name=package_name,
     version='0.2.0',
     packages=find_packages(exclude=['benchmarks', 'benchmarks.*', 'test', 'test.*']),
     package_data={package_name: [
-        'py.typed', 'export/firmware/*', 'export/templates/*', 'report/assets/*',
+        'py.typed', 'kernels/translate/prelude.h', 'export/firmware/*', 'export/templates/*', 'report/assets/*',
         'report/templates/*.html', 'report/templates/*/*.html']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
@@ -32,7 +67,6 @@ setup(
         'Jinja2>=3.1',
         'mcap-ros2-support>=0.5',  # brings mcap; both spellings are the same rosdep key
         'mcap>=1.1',
-        'numba>=0.59',
         'numpy>=1.26',
         'PyYAML>=6.0',
         'rosbags>=0.10',
@@ -91,6 +125,10 @@ setup(
             'tinycss2>=1.2',
         ],
     },
+    ext_modules=[Extension(f'{package_name}._kernels', [])],
+    cmdclass={'build_ext': Kernels, 'bdist_wheel': Wheel},
+    # Kernels are imported to be compiled; without a compiler on the machine pip brings one.
+    setup_requires=['numpy>=1.26', *([] if HAVE_COMPILER else ['ziglang'])],
     zip_safe=False,
     maintainer='gearbox_monitor maintainers',
     maintainer_email='maintainers@gearbox-monitor.org',

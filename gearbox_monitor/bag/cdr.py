@@ -11,17 +11,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gearbox_monitor.bag.message_block import Bytes, MessageBlock, word
+from gearbox_monitor.bag.message_block import MessageBlock, word
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.kernel import entry
+from gearbox_monitor.kernels.types import Array, Bytes, Flags, Integers, WordMatrix, Words
 
 FIELDS = ('position', 'velocity', 'effort')
 LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 MAX_JOINTS = 4096   # no robot has more: a message of a million names would take minutes
 MAX_BYTES = 1 << 20  # of a joint state, with names of 200 bytes each
 MAX_LAYOUTS = 16  # of one topic; messages in further layouts are decoded one by one
-Words = npt.NDArray[np.uint64]
 
 
 @dataclass(frozen=True)
@@ -132,8 +131,10 @@ def _aligned(offset: int, size: int) -> int:
     return offset + (4 - offset) % size
 
 
-@jit
-def _decode_rows(data: Any, block: Any, layout: Any, columns: Any, decoded: Any) -> None:
+@entry
+def _decode_rows(data: Bytes, block: tuple[Integers, Integers],
+                 layout: tuple[int, Words, Words, Words], columns: Integers,
+                 decoded: tuple[Integers, WordMatrix, Flags]) -> None:
     """
     Write stamps [N] and values [N, 3 J] of the messages in `data` that share one layout.
 

@@ -17,7 +17,7 @@ from gearbox_monitor.bag.player import EstimatePlayer, ReplayPart
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
-from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Array, Integers
 
 COLUMNS = ('x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_k_std', 'innovation_motor', 'innovation_arm',

@@ -9,51 +9,41 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from gearbox_monitor.kernels.jit import COMPILED, jit, jit_inline
-from gearbox_monitor.kernels.types import Integers
+from gearbox_monitor.kernels.kernel import entry, inline
+from gearbox_monitor.kernels.types import Bytes, Integers, Numbers, Words
 
 MESSAGE = 5  # opcode
 MESSAGE_HEAD = 31  # opcode, length, channel, sequence, log time, publish time
 CHANNELS = 1 << 16
 U8, U9, U15, U23, U31 = (np.uint64(k) for k in (8, 9, 15, 23, 31))
-Bytes: TypeAlias = npt.NDArray[np.uint8]
-Numbers: TypeAlias = npt.NDArray[np.int32]  # of channels or topics
 Message: TypeAlias = tuple[str, int, int, bytes]  # topic, log_ns, publish_ns, CDR bytes
 
 
 # Bytes in one word; what is unsigned needs no check for an index from the end.
-if COMPILED:
-    @jit_inline
-    def word(data: Any, offset: Any) -> Any:
-        """Return the little-endian uint64 at data[offset] (`data` uint8 [N], `offset` uint64)."""
-        value = np.uint64(0)
-        for i in range(8):
-            value |= np.uint64(data[offset + np.uint64(i)]) << np.uint64(8 * i)
-        return value
+@inline
+def word(data: Any, offset: Any) -> Any:
+    """Return the little-endian uint64 at data[offset] (`data` uint8 [N], `offset` uint64)."""
+    value = np.uint64(0)
+    for i in range(8):
+        value |= np.uint64(data[offset + np.uint64(i)]) << np.uint64(8 * i)
+    return value
 
-    @jit_inline
-    def copy(source: Any, begin: int, size: int, target: Any, place: int) -> None:
-        """Copy source[begin:begin + size] to `target` from `place` on; both are uint8."""
-        for i in range(size):
-            target[np.uint64(place) + np.uint64(i)] = source[np.uint64(begin) + np.uint64(i)]
-else:
-    def copy(source: Any, begin: int, size: int, target: Any, place: int) -> None:
-        """Copy source[begin:begin + size] to `target` from `place` on; both are uint8."""
-        target[place:place + size] = source[begin:begin + size]
 
-    def word(data: Any, offset: Any) -> Any:
-        """Return the little-endian uint64 at data[offset] (`data` uint8 [N], `offset` uint64)."""
-        return np.uint64(int.from_bytes(data[offset:offset + U8].tobytes(), 'little'))
+@inline
+def copy(source: Any, begin: int, size: int, target: Any, place: int) -> None:
+    """Copy source[begin:begin + size] to `target` from `place` on; both are uint8."""
+    for i in range(size):
+        target[np.uint64(place) + np.uint64(i)] = source[np.uint64(begin) + np.uint64(i)]
 
 
 class MessageIndex(NamedTuple):
     """Columns that find_messages fills, one row per message; number: of its topic or channel."""
 
-    offset: Any      # int64 [rows], first byte of the message
-    size: Any        # int64 [rows]
-    number: Any      # int32 [rows]
-    log_ns: Any      # uint64 [rows]
-    publish_ns: Any  # uint64 [rows]
+    offset: Integers   # [rows], first byte of the message
+    size: Integers     # [rows]
+    number: Numbers    # [rows]
+    log_ns: Words      # [rows]
+    publish_ns: Words  # [rows]
 
 
 def empty_index(rows: int) -> MessageIndex:
@@ -63,8 +53,8 @@ def empty_index(rows: int) -> MessageIndex:
     return MessageIndex(offset, size, np.empty(rows, np.int32), log_ns, publish_ns)
 
 
-@jit
-def find_messages(data: Any, begin: int, end: int, number_of: Any, stop: bool, row: int,
+@entry
+def find_messages(data: Bytes, begin: int, end: int, number_of: Numbers, stop: bool, row: int,
                   index: MessageIndex) -> tuple[int, int]:
     """
     Walk over the MCAP records in data[begin:end] and note its messages.
@@ -140,8 +130,9 @@ class MessageBlock:
             yield self.topics[topic], log_ns, publish_ns, data[offset:offset + size]
 
 
-@jit
-def _gather(heads: Any, width: int, data: Any, block: Any, out: Any) -> None:
+@entry
+def _gather(heads: Bytes, width: int, data: Bytes, block: tuple[Integers, Integers],
+            out: Bytes) -> None:
     """
     Write each head and the message behind it to `out`, one after the other.
 

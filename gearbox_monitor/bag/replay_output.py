@@ -23,7 +23,7 @@ from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.interfaces.signals import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, Signal, signal_values, SIGNALS, SNAPSHOT, TRANSMISSION)
-from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Integers
 from gearbox_monitor.monitoring.monitor import Monitor
 

@@ -26,7 +26,7 @@ from gearbox_monitor.estimation.filter_setup import (
     arm_load_of, COMPENSATED, described, drive_of, expect_effort, loop_arrays, model_warnings,
     settings_of)
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, learned_length, markers, pack, Q0, state_names, TAU_ARM, TAU_K)
+    EIGENVALUE, learned_length, layout_of, pack, Q0, state_names, TAU_ARM, TAU_K)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
     DescribedLoad, Output, part_of, SECOND, Stream)
@@ -105,7 +105,7 @@ class Estimator:
             self.settings = self.settings._replace(described=DescribedLoad(
                 p.robot_error_time, self.packed[Q0 + TAU_ARM], self.packed[Q0 + TAU_K],
                 self.packed[EIGENVALUE], self.drive.arm_inertia))
-        self.states = markers(self.packed, len(self.names))
+        self.states = layout_of(self.packed, len(self.names))
         self.warnings = [*self._kind.warnings(len(self.names), p), *model_warnings(self.drive)]
         if self._arm_load is None and described(p):
             self.warnings.append('robot_description is not at hand: the load on the arm counts '
@@ -137,7 +137,7 @@ class Estimator:
     @property
     def kernels(self) -> tuple[object, ...]:
         """What the compiler makes kernels for: filters alike share them, others compile first."""
-        described = self.settings.described is not None
+        described = self.settings.described.time > 0.0
         return (self.states, described, *(member.kernels for member in self.members))
 
     def with_changes(self, changes: Values) -> 'Estimator':

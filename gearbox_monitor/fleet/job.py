@@ -29,7 +29,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.plain_data import plain
 from gearbox_monitor.fleet.paths import content_hash, fetched
 from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
 from gearbox_monitor.monitoring.backlash.recording_windows import (
     combine, reason_of, RecordingWindows, separable_of)

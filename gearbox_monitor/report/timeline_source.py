@@ -24,7 +24,7 @@ from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE)
 from gearbox_monitor.estimation.sample_loop import BRIDGED, REASONS, SECOND
 from gearbox_monitor.interfaces.signals import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
-from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers, Values
 from gearbox_monitor.monitoring.backlash.features import Backlash
 from gearbox_monitor.monitoring.checks.usability import key_of

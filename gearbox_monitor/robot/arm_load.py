@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.kernel import entry, kernel
+from gearbox_monitor.kernels.types import Array, Integers, Matrix, Vector
 from gearbox_monitor.robot.dynamics import move, RobotArrays, torque_on
 
 LOAD, DEVIATION, INERTIA, NOISE, N_LOAD = range(5)
@@ -33,9 +33,9 @@ class MotionState(NamedTuple):
     ns. acting [3, n]: scratch.
     """
 
-    joints: Array
+    joints: Matrix
     clock: Integers
-    acting: Array
+    acting: Matrix
 
 
 def motion_at_start(n: int) -> MotionState:
@@ -43,7 +43,7 @@ def motion_at_start(n: int) -> MotionState:
     return MotionState(np.zeros((5, n)), np.zeros(2, np.int64), np.zeros((3, n)))
 
 
-@jit
+@kernel
 def _follow(motion: MotionState, stamp: int, positions: Array, time: float) -> bool:
     """Take the `positions` [n] (rad) at `stamp` (ns); return whether the sample is a next one."""
     joints, clock = motion.joints, motion.clock
@@ -61,9 +61,10 @@ def _follow(motion: MotionState, stamp: int, positions: Array, time: float) -> b
     clock[0] = stamp
     clock[1] += elapsed
     fading, late = math.exp(-dt / time), 1.0 - math.exp(-dt / (LAG * time))
-    gain1 = 1.0 - fading ** 3
-    gain2 = 1.5 * (1.0 - fading) ** 2 * (1.0 + fading) / dt
-    gain3 = (1.0 - fading) ** 3 / (dt * dt)
+    fresh = 1.0 - fading
+    gain1 = 1.0 - fading * fading * fading
+    gain2 = 1.5 * (fresh * fresh) * (1.0 + fading) / dt
+    gain3 = fresh * fresh * fresh / (dt * dt)
     for i in range(positions.shape[0]):
         q, v, a = joints[0, i], joints[1, i], joints[2, i]
         q, v = q + dt * (v + 0.5 * dt * a), v + dt * a
@@ -81,9 +82,9 @@ def _follow(motion: MotionState, stamp: int, positions: Array, time: float) -> b
     return True
 
 
-@jit
+@entry
 def write_loads(robot: RobotArrays, motion: MotionState, joint: int, time: float, stamps: Integers,
-                positions: Array, out: Array, weight: Array) -> None:
+                positions: Matrix, out: Matrix, weight: Vector) -> None:
     """
     Write load, its errors and the inertia of a joint for N samples.
 

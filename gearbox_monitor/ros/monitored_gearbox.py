@@ -22,7 +22,7 @@ from gearbox_monitor.files.baselines import (
     Damaged, load_baseline, load_state, save_baseline, set_aside, state_text)
 from gearbox_monitor.files.state_file import StateFile
 from gearbox_monitor.interfaces.signals import ARM, DIAGNOSIS, MOTOR, SNAPSHOT, TRANSMISSION
-from gearbox_monitor.kernels.jit import COMPILED, KERNELS
+from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.change import Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
@@ -328,15 +328,8 @@ class MonitoredGearbox:
     # ------------------------------------------------------------------ changes
 
     def set_parameters(self, changes: Mapping[str, Any]) -> None:
-        """
-        Apply `changes` {name: value} of parameters. Raises InputError.
-
-        Also where they need kernels that are not compiled: the node would not answer meanwhile.
-        """
+        """Apply `changes` {name: value} of parameters. Raises InputError."""
         estimator = self.monitor.estimator
-        if COMPILED and estimator.with_changes(changes).kernels != estimator.kernels:
-            raise InputError(f'{", ".join(changes)}: needs kernels that only a start compiles, '
-                             'expected in the parameter file (or with -p) of a new start')
         logged = estimator.warnings
         restarts = self.monitor.set_parameters(changes)
         self._node.get_logger().info(

@@ -32,9 +32,9 @@ from gearbox_monitor.estimation.process_model import UNIFORM
 from gearbox_monitor.estimation.rts_smoother import (
     S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TWIST, S_TWIST_NOISE_STD,
     S_TWIST_RATE_NOISE_STD, S_U, S_X3)
-from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.kernel import entry
 from gearbox_monitor.kernels.levenberg_marquardt import Damping
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Vector
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level
 from gearbox_monitor.monitoring.checks.row_check import MAX_ROWS, middle, Result, RowCheck
@@ -187,8 +187,8 @@ def _start(fit: Regression, centre: float) -> Array:
     return theta
 
 
-@jit
-def _stretches(twist: Array, width: float, side: float, stretch: Array) -> None:
+@entry
+def _stretches(twist: Vector, width: float, side: float, stretch: Vector) -> None:
     """Write by how much `twist` [N] leads the play behind it, `side` the end that carried it."""
     memory = twist[0] - side * width
     for i in range(len(twist)):

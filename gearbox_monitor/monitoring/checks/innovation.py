@@ -18,8 +18,8 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box, MIN_SAMPLES
-from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.kernels.kernel import entry
+from gearbox_monitor.kernels.types import Array, Matrix, Values, Vector
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.checks.outcome import Condition, Level, Outcome, outcome_of
 
@@ -73,8 +73,8 @@ CONDITIONS = (BIASED, COLOURED, LARGER, SMALLER, GROSS, MOTOR_VARIANCE, ARM_VARI
               TOO_FEW)
 
 
-@jit
-def _finite_sum(column: Array) -> tuple[float, int]:
+@entry
+def _finite_sum(column: Vector) -> tuple[float, int]:
     """Return (sum, number) of the finite values of `column` [N]."""
     total, count = 0.0, 0
     for i in range(column.shape[0]):
@@ -84,8 +84,8 @@ def _finite_sum(column: Array) -> tuple[float, int]:
     return total, count
 
 
-@jit
-def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float]:
+@entry
+def _sizes(errors: Matrix, stds: Matrix, newest: int) -> tuple[float, float, float]:
     """
     Return the mean of (error / std)^2 of motor and arm, and the largest abs(error) / std.
 

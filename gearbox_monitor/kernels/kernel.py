@@ -1,0 +1,204 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Mark kernels, and call compiled ones from Python.
+
+A kernel is annotated Python of the constructs that translate/ knows. Those that Python calls are
+entries: their annotations declare their arguments, they are compiled when the package is
+installed, and a call of one is one foreign call, with the GIL released. All others are plain
+functions: kernels call them in C, Python interprets them, and both give the same bits.
+GEARBOX_MONITOR_KERNELS=python interprets entries, too.
+"""
+from collections.abc import Callable, Sequence
+import ctypes
+from functools import update_wrapper
+import os
+import platform
+import struct
+from types import FunctionType
+from typing import Any, TypeVar
+
+from gearbox_monitor.kernels import library
+from gearbox_monitor.kernels.declared import (
+    argument_types, Declared, flatten, layout_of, result_format, unpacked)
+
+Function = TypeVar('Function', bound=Callable[..., Any])
+INTERPRETED = os.environ.get('GEARBOX_MONITOR_KERNELS', '') == 'python'
+# What decides the last bits of a result.
+KERNELS = f'{"interpreted" if INTERPRETED else "C"} on {platform.machine()}'
+RESULT = 64  # bytes ahead of the arguments
+
+
+def _placed(function: Any, place: str) -> Any:
+    function.placed = place
+    return function
+
+
+def kernel(function: Function) -> Function:
+    """Mark `function` as a kernel that kernels call."""
+    made: Function = _placed(function, 'static')
+    return made
+
+
+def inline(function: Function) -> Function:
+    """Mark `function` as a kernel that is put into its callers: a few lines, or a hot path."""
+    made: Function = _placed(function, 'inline')
+    return made
+
+
+def apart(function: Function) -> Function:
+    """Mark `function` as a kernel that stays one function, for a large one that several call."""
+    made: Function = _placed(function, 'apart')
+    return made
+
+
+def instruction(c_name: str, results: int = 0) -> Callable[[Function], Function]:
+    """
+    Return what marks the Python of an instruction.
+
+    Args:
+        c_name: what C calls it.
+        results: how many floats it writes to its first argument in C; 0: it returns one.
+    """
+    def marked(function: Any) -> Any:
+        function.instruction, function.results = c_name, results
+        return function
+    return marked
+
+
+def entry(function: Function) -> Function:
+    """Return the kernel `function` as Python calls it."""
+    made: Any = function if INTERPRETED else Entry(kernel(function))
+    return made
+
+
+def folding(*usual: Any) -> Callable[[Function], Function]:
+    """
+    Return what makes entries whose first argument is often one of the `usual` NamedTuples.
+
+    For each of these the kernel is compiled with it as a constant, and once for all others.
+    """
+    def made(function: Any) -> Any:
+        return function if INTERPRETED else Entry(kernel(function), usual)
+    return made
+
+
+def bound(template: Any, name: str, installed: bool = True, **values: Any) -> Any:
+    """
+    Return a copy of a kernel with other `values` of its globals, an entry if the template is one.
+
+    Args:
+        template: kernel or entry.
+        name: is added to the template's name.
+        installed: whether the library of the package has the copy.
+        values: functions and numbers by the names that the kernel calls them.
+    """
+    python = getattr(template, '__wrapped__', template)
+    code = python.__code__.replace(co_name=f'{python.__name__}_{name}')
+    copy: Any = FunctionType(code, {**python.__globals__, **values}, code.co_name,
+                             python.__defaults__, python.__closure__)
+    copy.__annotations__, copy.__doc__ = python.__annotations__, python.__doc__
+    copy.__module__, copy.placed = python.__module__, getattr(python, 'placed', 'inline')
+    return Entry(copy, template.usual, installed) if isinstance(template, Entry) else copy
+
+
+class Entry:
+    """
+    A kernel as Python calls it.
+
+    usual: what is folded into it, see folding; installed: whether the package's library has it,
+    which one around a user's function is not in.
+    """
+
+    def __init__(self, function: Any, usual: Sequence[Any] = (), installed: bool = True) -> None:
+        update_wrapper(self, function)
+        self.__wrapped__: Any = function
+        self.usual, self.installed = tuple(usual), installed
+        code = function.__code__
+        self._count = code.co_argcount
+        self._defaults: dict[str, Any] = dict(zip(
+            code.co_varnames[:self._count][::-1], (function.__defaults__ or ())[::-1]))
+        self._plans: dict[Any, tuple[Any, struct.Struct, str, Any]] = {}
+        if installed:
+            library.ENTRIES.append(self)
+
+    @property
+    def symbol(self) -> str:
+        """What the library calls it."""
+        module = self.__wrapped__.__module__.replace('gearbox_monitor.', '').replace('.', '_')
+        return f'gm_{module}_{self.__wrapped__.__name__}'
+
+    def variants(self) -> list[tuple[str, tuple[Any, ...]]]:
+        """Return (symbol, types of the arguments) of the general form and of each folded one."""
+        types = argument_types(self.__wrapped__)
+        return [(self.symbol, types), *(
+            (f'{self.symbol}_{k}', (layout_of(usual), *types[1:]))
+            for k, usual in enumerate(self.usual))]
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """Run the compiled kernel."""
+        if named or len(arguments) < self._count:
+            arguments = self._completed(arguments, named)
+        function, form, result, types = self._plan(arguments)
+        values: list[Any] = []
+        keep = flatten(types, arguments, values, self)
+        room = bytearray(form.size)
+        form.pack_into(room, 0, *values)
+        function((ctypes.c_char * form.size).from_buffer(room))
+        for copy, original in keep:
+            original[...] = copy
+        return unpacked(result, room)
+
+    def prepared(self, *arguments: Any) -> Callable[[], Any]:
+        """
+        Return the call with these arguments: one foreign call, for a loop over samples.
+
+        Arrays among them stay where they are; numbers stay as they are.
+        """
+        function, form, result, types = self._plan(arguments)
+        values: list[Any] = []
+        if flatten(types, arguments, values, self):
+            raise TypeError(f'{self.__name__}: an array that is not contiguous')
+        room = bytearray(form.size)
+        form.pack_into(room, 0, *values)
+        buffer = (ctypes.c_char * form.size).from_buffer(room)
+        place = ctypes.addressof(buffer)
+
+        def call(held: Any = (arguments, buffer)) -> Any:
+            function(place)
+            return unpacked(result, room)
+        return call
+
+    def _completed(self, arguments: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
+        names = self.__wrapped__.__code__.co_varnames[len(arguments):self._count]
+        given = self._defaults | named
+        if not set(named) <= set(names) or not set(names) <= set(given):
+            raise TypeError(f'{self.__name__}: other arguments than it takes')
+        return (*arguments, *(given[name] for name in names))
+
+    def _plan(self, arguments: tuple[Any, ...]) -> tuple[Any, struct.Struct, str, Any]:
+        """Return C function, format of the slots, format of the result, types of arguments."""
+        if len(arguments) != self._count:
+            raise TypeError(f'{self.__name__}: {len(arguments)} arguments, expected {self._count}')
+        k = self.usual.index(arguments[0]) + 1 if self.usual and arguments[0] in self.usual else 0
+        plan = self._plans.get(k)
+        if plan is None:
+            symbol, types = self.variants()[k]
+            plan = self.use(library.find(self, symbol, types), types, k)
+        return plan
+
+    def use(self, function: Any, types: tuple[Declared, ...],
+            variant: int = 0) -> tuple[Any, struct.Struct, str, Any]:
+        """
+        Call a C function from now on; return how.
+
+        Args:
+            function: of ctypes.
+            types: of its arguments.
+            variant: its place in `variants`.
+        """
+        function.argtypes, function.restype = [ctypes.c_void_p], None
+        form = struct.Struct(f'<{RESULT}x' + ''.join(t.form for t in types))
+        plan = self._plans[variant] = (function, form, result_format(self.__wrapped__), types)
+        return plan
