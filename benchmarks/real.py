@@ -41,7 +41,6 @@ from benchmarks.static_compensation import fit_static
 from gearbox_monitor.bag.importer import load_mapping, read_recording
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.identification.unit_adaptation import adapt
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.quality.recording import UniformRecording
 
 NAMES = [f'{x}{y}' for x in range(5) for y in range(4)]
@@ -240,9 +239,6 @@ def _progress(done: int, total: int) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    if not COMPILED:
-        raise InputError('numba: not in use, expected it installed (some hundred passes over '
-                         '120 000 samples) and GEARBOX_MONITOR_JIT not 0')
     first, *others = args.data
     runs, arm_step = load_runs(first)
     for part in (True, False):

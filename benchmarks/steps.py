@@ -14,7 +14,7 @@ from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading,
 from gearbox_monitor.estimation.filter_setup import loop_arrays
 from gearbox_monitor.estimation.process_model import markers, pack, state_names
 from gearbox_monitor.estimation.sample_loop import filter_step, start
-from gearbox_monitor.kernels.jit import bound
+from gearbox_monitor.kernels.kernel import bound
 from gearbox_monitor.kernels.types import Array, States, Values
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel

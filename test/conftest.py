@@ -91,7 +91,7 @@ def pytest_runtest_protocol(item):
 
 
 def pytest_report_header():
-    found = {name: importlib.util.find_spec(name) is not None for name in ('rclpy', 'numba')}
+    found = {name: importlib.util.find_spec(name) is not None for name in ('rclpy',)}
     return 'found: ' + ', '.join(f'{name} {"yes" if yes else "NO"}' for name, yes in found.items())
 
 

@@ -38,7 +38,6 @@ THIRD_PARTY = {
     'mcap': ('mcap-ros2-support', 'mcap'),
     'mcap_ros2': ('mcap-ros2-support', 'mcap-ros2-support'),
     'mujoco': (None, 'mujoco'),  # optional: the extra that reads and checks its files
-    'numba': (None, 'numba'),  # absent from Ubuntu's packages, optional
     'numpy': ('python3-numpy', 'numpy'),
     'pyarrow': (None, 'pyarrow'),  # no rosdep key
     'rosbags': ('python3-rosbags-pip', 'rosbags'),

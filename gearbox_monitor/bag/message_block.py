@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from gearbox_monitor.kernels.kernel import entry, inline
 from gearbox_monitor.kernels.types import Bytes, Integers, Numbers, Words

@@ -23,7 +23,7 @@ from gearbox_monitor.estimation.filter_kind import (
 from gearbox_monitor.estimation.process_model import (
     BESIDE, N_FACTORS, N_LANE, N_PACKED, TAU_K_MODEL_STD, torque_of, USUAL)
 from gearbox_monitor.estimation.step_record import correction, record_size, sensitivities
-from gearbox_monitor.kernels.kernel import bound, folding, inline
+from gearbox_monitor.kernels.kernel import bound, folding, inline, prepared
 from gearbox_monitor.kernels.types import Array, Layout, Pair, Values, Vector
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -121,7 +121,7 @@ class Filter:
         self._packed[:] = estimator.packed
         self.z[:] = math.nan  # until start
         self.innovation, self.S, self.K, self._scores = correction(self._record, n)
-        self._kernel = kernel_of(kind)
+        self._step = prepared(kernel_of(kind), self._states, self._room)
 
     def start(self, y1: float, y2: float) -> None:
         """Restart at the motor and arm position y1, y2 (rad on the arm side); NaN: unknown."""
@@ -147,7 +147,7 @@ class Filter:
 
         """
         try:
-            return bool(self._kernel(self._states, self._room, dt, u, load, y1, y2))
+            return bool(self._step(dt, u, load, y1, y2))
         except Exception:
             _expect_numbers(dt=dt, u=u, y1=y1, y2=y2, load=load)
             raise

@@ -28,7 +28,8 @@ from gearbox_monitor.kernels import library
 from gearbox_monitor.kernels.declared import declared, Declared, result_format
 from gearbox_monitor.kernels.translate.program import Program
 from gearbox_monitor.kernels.translate.values import (
-    Array, BOOL, FLOAT, INT, Known, Number, Record, Refused, Type)
+    Array, BOOL, FLOAT, INT, Known, NATURAL, Number, Record, Refused,
+    Type)
 
 EVERYTHING = 'gearbox_monitor.compiled'  # imports whatever has entries
 FLAGS = ('-std=c99', '-fPIC', '-ffp-contract=off', '-fno-math-errno', '-fno-trapping-math',
@@ -57,7 +58,7 @@ def type_of(kind: Declared) -> Type:
         return Record(tuple(map(type_of, kind.items)), kind.made_of)
     if kind.kind == 'folded':
         return Known(kind.value)
-    return {'float': FLOAT, 'int': INT, 'bool': BOOL}[kind.kind]
+    return {'float': FLOAT, 'int': INT, 'natural': NATURAL, 'bool': BOOL}[kind.kind]
 
 
 def _format(kind: Type) -> str:
@@ -94,7 +95,7 @@ def units() -> dict[str, str]:
     """
     Return the C of all entries of the package: {flags of the compiler: text}.
 
-    What is folded or has no variants is compiled for speed, the general forms for size.
+    What is folded or has no variants is compiled for speed, the general forms faster.
     """
     import_module(EVERYTHING)
     fast, general = Program(), Program()
@@ -108,7 +109,7 @@ def units() -> dict[str, str]:
     quoted = sources.replace('\n', '\\n')
     return {'-O3': f'{fast.text()}\nconst char *gm_sources = "{quoted}";\n'
                    f'const char *gm_digest = "{library.digest(sources)}";\n',
-            '-O1': general.text()}
+            '-O2': general.text()}
 
 
 def compile_(texts: dict[str, str], path: Path, *flags: str) -> None:
@@ -129,7 +130,7 @@ def compile_(texts: dict[str, str], path: Path, *flags: str) -> None:
         for own, text in texts.items():
             objects.append(str(Path(folder, f'kernels{own}.o')))
             Path(folder, f'kernels{own}.c').write_text(text)
-            _run(FLAGS, flags, [own, '-c', '-o', objects[-1], str(Path(folder, f'kernels{own}.c'))])
+            _run(FLAGS, flags, [own, '-c', '-o', objects[-1], f'{folder}/kernels{own}.c'])
         made = Path(folder, path.name)
         _run(['-shared', '-o', str(made)], objects, ['-lm'])
         os.replace(made, path)

@@ -16,7 +16,7 @@ class Declared:
     """
     The type of an argument.
 
-    kind: float, int, bool, array, tuple or folded. form: of its slots, as struct writes them.
+    kind: float, int, natural, bool, array, tuple or folded. form: of its slots, as struct writes them.
     element, ndim: of an array. items, made_of: of a tuple. value: what is folded.
     """
 
@@ -38,6 +38,8 @@ def declared(annotation: Any) -> Declared:
     if annotation in SCALARS:
         return SCALARS[annotation]
     details = getattr(annotation, '__metadata__', ())
+    if details == ('natural',):
+        return Declared('natural', 'q')
     if details:
         return Declared('array', 'q' * (1 + details[1]), *details)
     if get_origin(annotation) is tuple and Ellipsis not in get_args(annotation):

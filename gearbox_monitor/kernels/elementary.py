@@ -76,6 +76,7 @@ def arctan(x: float) -> float:
     q = fma(z4, fma(z4, high, mid), low)
     return math.copysign(offset + fma(t * z, q, t), x)
 
+
 # Added to a number, it rounds it to an integer, which the lowest bits then hold.
 _ROUNDING = 1.5 * 2.0 ** 52
 _LOG2_E, _LN2, _LN2_REST = 1.0 / math.log(2.0), math.log(2.0), 2.3190468138462996e-17

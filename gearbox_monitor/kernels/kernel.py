@@ -12,7 +12,7 @@ GEARBOX_MONITOR_KERNELS=python interprets entries, too.
 """
 from collections.abc import Callable, Sequence
 import ctypes
-from functools import update_wrapper
+from functools import partial, update_wrapper
 import os
 import platform
 import struct
@@ -150,22 +150,27 @@ class Entry:
             original[...] = copy
         return unpacked(result, room)
 
-    def prepared(self, *arguments: Any) -> Callable[[], Any]:
+    def prepared(self, *arguments: Any) -> Callable[..., Any]:
         """
         Return the call with these arguments: one foreign call, for a loop over samples.
 
-        Arrays among them stay where they are; numbers stay as they are.
+        Arrays among them stay where they are. What is missing at the end are numbers, which the
+        call takes.
         """
-        function, form, result, types = self._plan(arguments)
+        function, form, result, types = self._plan(arguments, len(arguments))
+        given, missing = types[:len(arguments)], types[len(arguments):]
         values: list[Any] = []
-        if flatten(types, arguments, values, self):
+        if flatten(given, arguments, values, self):
             raise TypeError(f'{self.__name__}: an array that is not contiguous')
         room = bytearray(form.size)
-        form.pack_into(room, 0, *values)
+        fixed = struct.Struct(f'<{RESULT}x' + ''.join(t.form for t in given))
+        fixed.pack_into(room, 0, *values)
         buffer = (ctypes.c_char * form.size).from_buffer(room)
-        place = ctypes.addressof(buffer)
+        place, rest = ctypes.addressof(buffer), struct.Struct('<' + ''.join(
+            t.form for t in missing))
 
-        def call(held: Any = (arguments, buffer)) -> Any:
+        def call(*numbers: Any, held: Any = (arguments, buffer)) -> Any:
+            rest.pack_into(room, fixed.size, *numbers)
             function(place)
             return unpacked(result, room)
         return call
@@ -177,10 +182,12 @@ class Entry:
             raise TypeError(f'{self.__name__}: other arguments than it takes')
         return (*arguments, *(given[name] for name in names))
 
-    def _plan(self, arguments: tuple[Any, ...]) -> tuple[Any, struct.Struct, str, Any]:
+    def _plan(self, arguments: tuple[Any, ...],
+              count: int | None = None) -> tuple[Any, struct.Struct, str, Any]:
         """Return C function, format of the slots, format of the result, types of arguments."""
-        if len(arguments) != self._count:
-            raise TypeError(f'{self.__name__}: {len(arguments)} arguments, expected {self._count}')
+        expected = self._count if count is None else count
+        if len(arguments) != expected:
+            raise TypeError(f'{self.__name__}: {len(arguments)} arguments, expected {expected}')
         k = self.usual.index(arguments[0]) + 1 if self.usual and arguments[0] in self.usual else 0
         plan = self._plans.get(k)
         if plan is None:
@@ -202,3 +209,34 @@ class Entry:
         form = struct.Struct(f'<{RESULT}x' + ''.join(t.form for t in types))
         plan = self._plans[variant] = (function, form, result_format(self.__wrapped__), types)
         return plan
+
+
+class Repeated:
+    """
+    A kernel that is called with the same objects again and again, as for each sample of a stream.
+
+    Their calls are prepared once, and forgotten where many others come.
+    """
+
+    MOST = 4
+
+    def __init__(self, kernel: Any) -> None:
+        self._prepare = partial(prepared, kernel)
+        self._calls: dict[tuple[int, ...], Callable[[], Any]] = {}
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the kernel."""
+        key = tuple(map(id, arguments))  # the prepared call keeps them alive
+        call = self._calls.get(key)
+        if call is None:
+            if len(self._calls) >= self.MOST:
+                self._calls.clear()
+            call = self._calls[key] = self._prepare(*arguments)
+        return call()
+
+
+def prepared(kernel: Any, *arguments: Any) -> Callable[..., Any]:
+    """Return Entry.prepared of a kernel, which may be interpreted, with its first `arguments`."""
+    made: Callable[..., Any] = kernel.prepared(*arguments) if isinstance(
+        kernel, Entry) else partial(kernel, *arguments)
+    return made

@@ -18,6 +18,7 @@ Eleven: TypeAlias = tuple[float, float, float, float, float, float, float, float
                           float]
 ZEROS: Eleven = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
+
 @inline
 def multiply(layout: Layout, a: Array, b: Array, out: Array) -> None:
     """

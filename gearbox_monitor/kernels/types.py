@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[np.floating[Any]]  # float64 where nothing else is said
 AnyArray: TypeAlias = npt.NDArray[Any]
+Natural: TypeAlias = Annotated[int, 'natural']  # not negative: an index from the front
 # Of an annotation: the element, as numpy names it, and the number of dimensions.
 Vector: TypeAlias = Annotated[Array, 'f8', 1]
 Matrix: TypeAlias = Annotated[Array, 'f8', 2]
@@ -50,7 +51,7 @@ class Layout(NamedTuple):
     the arctangent. The usual ones are folded into kernels, which then leave out what they lack.
     """
 
-    n: int
+    n: Natural
     loaded: bool
     curve: int
     law: bool

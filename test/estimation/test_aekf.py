@@ -16,7 +16,6 @@ from gearbox_monitor.estimation.filters import aekf, ekf
 from gearbox_monitor.estimation.process_model import ADAPT_AT, markers, P0, pack, state_names
 from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.estimation.step_record import places, record_size
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -31,7 +30,6 @@ TUNED = {
     'filter': 'aekf', 'arm_load': 'none', 'r_std_motor': R_A[0], 'r_std_arm': R_A[1],
     'q_std_motor_position': Q_A[0], 'q_std_arm_position': Q_A[1], 'q_std_motor_speed': Q_A[2],
     'q_std_arm_speed': Q_A[3], 'q_std_tau_k': 10.0}
-slow = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 
 
 def simulated(seconds, seed=1, dt=1e-3):
@@ -145,9 +143,6 @@ def test_frozen_adaptation_is_the_ekf():
         assert aekf.differentiate((None,) * n, Belief(z, P, memory), reading, p, scratch, record)
         assert ekf.step((None,) * n, Belief(z_e, P_e, np.zeros(0)), reading, p, scratch, record_e)
         np.testing.assert_allclose(record, record_e, rtol=1e-9, atol=1e-9)
-
-
-@slow
 @pytest.mark.parametrize('q, r', [(1.0, 1.0), (100.0, 3.0)])
 def test_finds_the_noise_from_a_wrong_start(q, r):
     out = simulated(30.0)
@@ -193,24 +188,15 @@ def test_what_was_adapted_survives_starts():
         with pytest.raises(InputError, match='adaptation'):
             fresh.recall({**kept, **damage})
         assert fresh.learnt() == {}
-
-
-@slow
 def test_finds_viscous_friction_from_twice_its_value():
     estimator = Estimator(CASE_A.with_(viscous_friction=0.2),
                           {**TUNED, 'adapt': ['viscous_friction']})
     estimator.run(samples(simulated(30.0)))
     assert estimator.adapted()['viscous_friction'] == pytest.approx(0.1, abs=2e-3)
-
-
-@slow
 def test_finds_a_stiffness_that_halves_the_error():
     estimator = Estimator(CASE_A, {**TUNED, 'adapt': ['q_std_tau_k', 'tau_k_stiffness'],
                                    'tau_k_stiffness': 1.0})
     assert settled(estimator, simulated(30.0), (15, 30)) < 0.66
-
-
-@slow
 def test_follows_encoders_that_become_noisier():
     out = simulated(40.0)
     y = out.y.copy()
@@ -218,9 +204,6 @@ def test_follows_encoders_that_become_noisier():
     adaptive = settled(Estimator(CASE_A, TUNED), out, (20, 40), y)
     fixed = settled(Estimator(CASE_A, {**TUNED, 'filter': 'ekf'}), out, (20, 40), y)
     assert adaptive < 1.75 < 2.4 < fixed
-
-
-@slow
 def test_six_at_once_all_wrong():
     estimator = Estimator(CASE_A.with_(viscous_friction=0.05), {
         **TUNED, 'adapt': list(ADAPTABLE), 'q_std_tau_k': 100.0, 'r_std_motor': 0.2,

@@ -23,7 +23,6 @@ from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE,
     S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4, smooth, Span)
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, substeps
 from gearbox_monitor.plant.excitation import Excitation
@@ -339,47 +338,3 @@ def test_process_noise_is_a_spectral_density():
         out = data(20000 * dt, dt)
         estimates, _ = monitored(out, TUNED, dt=dt)
         assert estimates.nis[500:].mean() == pytest.approx(2.0, abs=0.08), dt
-
-
-COMPARE = """
-import sys
-import numpy as np
-from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.estimator import Estimator
-assert not COMPILED
-data = np.load(sys.argv[1])
-estimator = Estimator(DriveModel(), {'friction_error_std': 0.1, 'arm_load': 'none'})
-estimates = estimator.run(Samples(data['stamps'], data['u'], data['y']))
-np.savez(sys.argv[2], rows=estimates.rows, smoothed=estimates.smoothed, codes=estimates.codes,
-         smoothed_stamps=estimates.smoothed_stamp_ns, counts=estimator.counts)
-"""
-
-
-def test_interpreted_equals_compiled(tmp_path):
-    if not COMPILED:
-        pytest.skip('numba is not installed: nothing to compare with')
-    out = data(0.6)
-    stamps = 10 ** 9 + np.arange(600) * 10 ** 6
-    stamps[300:] += 10 ** 8
-    stamps[400] = 0
-    y = out.y.copy()
-    y[100:120, 0], y[110:150, 1], y[200] = np.nan, np.nan, np.inf
-    u = np.stack([out.u, np.zeros(600)], axis=1)
-    u[250:260] = np.nan
-    np.savez(tmp_path / 'in.npz', stamps=stamps, u=u, y=y)
-    subprocess.run(
-        [sys.executable, '-W', 'error', '-c', COMPARE, tmp_path / 'in.npz', tmp_path / 'out.npz'],
-        check=True, timeout=120,
-        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0',
-             'PYTHONPATH': str(Path(__file__).parents[2])})
-    other = np.load(tmp_path / 'out.npz')
-    estimator = Estimator(DriveModel(), {'friction_error_std': 0.1, 'arm_load': 'none'})
-    estimates = estimator.run(Samples(stamps, u, y))
-    np.testing.assert_array_equal(estimates.codes, other['codes'])
-    np.testing.assert_array_equal(estimator.counts, other['counts'])
-    np.testing.assert_array_equal(estimates.smoothed_stamp_ns, other['smoothed_stamps'])
-    np.testing.assert_allclose(estimates.rows, other['rows'], rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(estimates.smoothed, other['smoothed'], rtol=1e-9, atol=1e-9)
-    assert len(estimates.smoothed) > 200

@@ -21,7 +21,6 @@ from gearbox_monitor.estimation.filters.srukf import triangularise
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, markers, propagate, propagate_numeric, Q0, softened_sharpness, X1, X2, X3)
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import ALPHA, CAC, DriveModel, substeps
 from gearbox_monitor.plant.excitation import Excitation
@@ -296,41 +295,6 @@ def test_goes_on_bit_for_bit_from_a_snapshot(settings):
     expected = whole.run(samples)
     parts = [chunks.run(cut(samples, k, k + 250)) for k in range(0, 2000, 250)]
     np.testing.assert_array_equal(np.concatenate([part.rows for part in parts]), expected.rows)
-
-
-COMPARE = """
-import sys
-import numpy as np
-from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.estimator import Estimator
-assert not COMPILED
-data = np.load(sys.argv[1])
-samples = Samples(data['stamps'], data['u'], data['y'])
-rows = [Estimator(DriveModel(), settings).run(samples).rows for settings in eval(sys.argv[3])]
-np.savez(sys.argv[2], *rows)
-"""
-
-
-def test_interpreted_equals_compiled(tmp_path):
-    if not COMPILED:
-        pytest.skip('numba is not installed: nothing to compare with')
-    samples = cut(recording(), 0, 500)
-    settings = [s for s in SETTINGS if s['filter' if 'filter' in s else 'ekf_jacobian'] in (
-        'ukf', 'srukf', 'numeric')]
-    np.savez(tmp_path / 'in.npz', stamps=samples.stamp_ns, u=samples.u, y=samples.y)
-    subprocess.run(
-        [sys.executable, '-W', 'error', '-c', COMPARE, tmp_path / 'in.npz', tmp_path / 'out.npz',
-         repr(settings)], check=True, timeout=300,
-        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0',
-             'PYTHONPATH': str(Path(__file__).parents[2])})
-    other = np.load(tmp_path / 'out.npz')
-    for i, chosen in enumerate(settings):
-        rows = Estimator(DriveModel(), chosen).run(samples).rows
-        # Differences of 1e-7 of numbers that differ in the last bit; single precision.
-        close = 1e-9 if chosen in ({'filter': 'ukf'}, {'filter': 'srukf'}) else 1e-3
-        np.testing.assert_allclose(rows, other[f'arr_{i}'], rtol=close, atol=close)
 
 
 def test_every_filter_is_chosen_by_its_name():

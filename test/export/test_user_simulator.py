@@ -15,7 +15,6 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.user_simulator import (
     confirmation, passed, user_simulator, UserSimulator)
 from gearbox_monitor.files.yaml_files import save_model
-from gearbox_monitor.kernels.jit import jit_allocating
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -26,7 +25,6 @@ SIGMA = 2e-3
 NOMINAL = DriveModel(friction_sharpness=20.0)
 
 
-@jit_allocating
 def stepped(torque, start, dt, m2, coulomb):
     """Integrate equation (1) with small semi-implicit steps, nothing of the package's plant."""
     x1, x2, x3, x4 = start

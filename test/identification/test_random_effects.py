@@ -9,7 +9,6 @@ import pytest
 from gearbox_monitor.identification.candidates import Starts
 from gearbox_monitor.identification.diagnose import diagnose
 from gearbox_monitor.identification.random_effects import between_recordings, pooled
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -33,7 +32,6 @@ def test_range_covers_the_mean_at_its_odds(count, between):
     assert 0.85 <= np.mean(covered) <= 0.95
 
 
-@pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 @pytest.mark.system
 @pytest.mark.parametrize('effect, key, field, value, between', [
     ('backlash_gap', 'b', 'half_gap', 0.12, 0.03),
@@ -60,7 +58,6 @@ def test_recordings_without_scatter_have_a_range():
     assert (result.mean, result.between) == (2.0, 0.0) and result.low <= 2.0 <= result.high
 
 
-@pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 @pytest.mark.system
 def test_a_gap_that_differs_between_recordings_is_one_answer():
     def recorded(half_gap, seed):

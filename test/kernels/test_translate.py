@@ -348,7 +348,7 @@ def _power(a):
 def _changes_type(a):
     x = a
     x = (a, a)
-    return x
+    return x[0]
 
 
 def _unknown_function(a):

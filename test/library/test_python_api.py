@@ -10,11 +10,9 @@ from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
 from gearbox_monitor.bag.robot_example import write_robot_pair
 from gearbox_monitor.identification import unit_adaptation
 from gearbox_monitor.identification.unit_adaptation import Adapted
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.library.identify import uniform
 from gearbox_monitor.plant.simulate import Noise
 
-pytestmark = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 DT = 2e-3
 MODEL = gm.DriveModel().with_(gear_ratio=-3.0, torque_constant=0.5)
 TRUE = MODEL.with_(effects=[{'id': 'gravity', 'G': 1.5, 'phi': 0.0}])

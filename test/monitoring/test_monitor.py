@@ -18,7 +18,6 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.monitoring.backlash.change import Tracker
 from gearbox_monitor.monitoring.backlash.wear_data import ERRORS_LARGER, TRUSTED
 from gearbox_monitor.monitoring.checks.outcome import Level
@@ -515,20 +514,7 @@ def test_loads_of_the_model_act_besides_the_measured_one():
             in monitor.estimator.warnings[0])
 
 
-RUN = """
-import json, sys
-import numpy as np
-from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.monitoring.monitor import Monitor
-assert not COMPILED
-data = np.load(sys.argv[1])
-monitor = Monitor.restore(json.loads(sys.argv[3]))
-np.save(sys.argv[2], monitor.run(Samples(data['stamps'], data['u'], data['y'])).rows)
-"""
-
-
-def test_loads_of_the_model_in_replay_and_without_compiler(tmp_path):
+def test_loads_of_the_model_in_replay():
     model = MODEL.with_(effects=[*LOADS['all'], {'id': 'arm_viscous', 'Cav': 0.1}])
     samples, _ = drive(0.6, model=model)
     live = Monitor(model, {'arm_load': 'none'})
@@ -537,16 +523,6 @@ def test_loads_of_the_model_in_replay_and_without_compiler(tmp_path):
     rows = live.run(cut(samples, 300, 600)).rows
     again = Monitor.restore(snapshot).run(cut(samples, 300, 600)).rows
     np.testing.assert_array_equal(again, rows)
-    if not COMPILED:
-        pytest.skip('numba is not installed: nothing to compare with')
-    rest = cut(samples, 300, 600)
-    np.savez(tmp_path / 'in.npz', stamps=rest.stamp_ns, u=rest.u, y=rest.y)
-    subprocess.run(
-        [sys.executable, '-W', 'error', '-c', RUN, tmp_path / 'in.npz', tmp_path / 'out.npy',
-         json.dumps(snapshot)], check=True, timeout=120,
-        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0',
-             'PYTHONPATH': str(Path(__file__).parents[2])})
-    np.testing.assert_allclose(rows, np.load(tmp_path / 'out.npy'), rtol=1e-9, atol=1e-9)
 
 
 def test_no_arm_load_for_the_papers_plant():

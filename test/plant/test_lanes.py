@@ -9,7 +9,6 @@ import pytest
 
 from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.kernels.elementary import arctan, exponential, sine
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
@@ -57,7 +56,6 @@ def test_sine():
     assert math.isnan(sine(math.inf)) and math.isnan(sine(math.nan))
 
 
-@pytest.mark.skipif(not COMPILED, reason='interpreted, windows run one after the other')
 @pytest.mark.parametrize('effects', [
     [],
     [{'id': 'stiffness', 'K': 31.0}, {'id': 'load_friction', 'Cl': 0.1},

@@ -27,7 +27,6 @@ from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.files.baselines import state_text, write_whole  # noqa: E402
 from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
-from gearbox_monitor.kernels.compilation import FIRST_START  # noqa: E402
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings  # noqa: E402
 from gearbox_monitor.monitoring.backlash.features import Backlash  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
@@ -336,25 +335,8 @@ def test_parameters_are_described_and_checked(graph):
     for value in (-1.0, math.nan):
         assert not set_parameter(graph, 'q_std_tau_k', value).successful
     assert not set_parameter(graph, 'max_gap', 1.0).successful
-    other = set_parameter(graph, 'friction_error_std', 0.1)  # a state more: it would compile
-    assert not other.successful and 'of a new start' in other.reason
+    assert set_parameter(graph, 'friction_error_std', 0.1).successful  # a state more
 
-
-@pytest.mark.system
-def test_first_start_announces_that_it_compiles(graph, tmp_path, monkeypatch):
-    """Of an estimator, which a signal ends meanwhile, and of a plant; not so the next start."""
-    pytest.importorskip('numba')
-    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
-    monkeypatch.delenv('NUMBA_CACHE_DIR', raising=False)
-    estimator = graph.start('estimator_node')
-    assert f'[estimator]: {FIRST_START}' in estimator.stderr.readline()
-    assert 'compiled in' not in graph.stop(estimator, signal.SIGTERM)
-    plant = graph.start('plant_node', duration=0.01)
-    assert f'[plant]: {FIRST_START}' in plant.stderr.readline()
-    assert re.search(r'\[plant\]: compiled in \d+\.\d s\n', plant.stderr.readline())
-    graph.until(lambda: plant.poll() is not None, 'the end of the plant')
-    _, errors = graph.start('plant_node', duration=0.01).communicate(timeout=300)
-    assert 'published 10 samples' in errors and 'compil' not in errors
 
 
 def test_bad_parameters_end_with_one_line(tmp_path):

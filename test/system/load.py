@@ -28,7 +28,7 @@ from script import run_script
 from tqdm import tqdm
 
 from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_compiled)
+    add_json_option, bar_lines, BarTable, finish)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.ros.joint_subscriptions import DEPTH
@@ -280,7 +280,6 @@ def text(data):
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    require_compiled('load')
     for option in ('numbers', 'seconds', 'past'):
         if args.naming and getattr(args, option) is not None:
             raise InputError(f'--{option} with --naming: one gearbox runs until its change is '

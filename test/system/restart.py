@@ -28,7 +28,7 @@ from script import run_script
 from tqdm import tqdm
 
 from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
+    add_json_option, bar_lines, BarTable, finish, require_whole)
 from gearbox_monitor.files.baselines import load_state
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -273,7 +273,6 @@ def text(data):
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    require_compiled('restart')
     require_whole('--times', args.times)
     expect_folder_of(args.json)
     data = evaluate(args.times, args.seed)

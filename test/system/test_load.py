@@ -16,11 +16,9 @@ from script import run_script  # noqa: E402
 import soak  # noqa: E402
 
 from benchmarks.harness import all_met  # noqa: E402
-from gearbox_monitor.kernels.jit import COMPILED  # noqa: E402
 from gearbox_monitor.ros.message_loss import MessageLossCounter  # noqa: E402
 
 pytestmark = pytest.mark.ros
-compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 
 
 def test_lost_messages_are_counted_by_their_numbers():
@@ -39,7 +37,6 @@ def bar(data, name):
 
 
 @pytest.mark.system
-@compiled
 def test_load(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(load, 'LAYOUTS', (load.ONE,))
     file = tmp_path / 'load.json'
@@ -53,9 +50,6 @@ def test_load(tmp_path, capsys, monkeypatch):
     assert bar(data, 'drops that the node counts'), json.dumps(data['past'])
     assert 'highest number without a dropped sample' in out
     assert code == (0 if all_met(data['bars']) else 1)
-
-
-@compiled
 @pytest.mark.system
 def test_naming_costs_no_sample(tmp_path):
     file = tmp_path / 'naming.json'
@@ -63,9 +57,6 @@ def test_naming_costs_no_sample(tmp_path):
     named, plain = json.loads(file.read_text())['naming']
     assert named['effect'] == 'backlash_gap' and plain['effect'] == ''
     assert named['sent'] == pytest.approx(plain['sent'], rel=0.05)
-
-
-@compiled
 @pytest.mark.system
 def test_soak(tmp_path):
     file = tmp_path / 'soak.json'
@@ -98,9 +89,6 @@ def test_slope_has_its_interval():
     y[40] = 1e3
     middle, low, high = soak.slope(x, y)
     assert low < 0.5 < high and high - low < 0.03 and low < middle < high
-
-
-@compiled
 @pytest.mark.system
 def test_restart(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(restart, 'AT_WORK', (2.5, 3.0))

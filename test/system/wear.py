@@ -27,7 +27,6 @@ import numpy as np
 import script
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.kernels.jit import jit_allocating
 from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, FEATURES, TESTS
 from gearbox_monitor.monitoring.checks.outcome import Level
@@ -54,7 +53,6 @@ SPEED = 20.4           # rad/s rms of the first motion, at which viscous_share l
 NEVER_ALL = 0.985      # of the friction, that is viscous
 
 
-@jit_allocating
 def integrate(state, u, noise, values):
     """
     Return positions [N, 2] under torques u [N], with semi-implicit Euler; `state` [5] goes on.

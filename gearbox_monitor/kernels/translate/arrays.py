@@ -55,8 +55,8 @@ class Arrays(Frame):
         if len(index) < array.type.ndim or not all(isinstance(i, Scalar) for i in index):
             return self._part(array, index)
         places = [self.place(i, n) for i, n in zip(index, array.shape) if isinstance(i, Scalar)]
-        if array.data is not None and all(getattr(i, 'constant') is not OPEN for i in index):
-            return constant(array.data[tuple(getattr(i, 'constant') for i in index)])
+        if array.data is not None and all(i.constant is not OPEN for i in index):
+            return constant(array.data[tuple(i.constant for i in index)])
         if array.strides is None:
             offset = places[0]
             for p, n in zip(places[1:], array.shape[1:]):

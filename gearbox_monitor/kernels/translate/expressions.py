@@ -229,7 +229,8 @@ class Expressions(Arrays):
     def _power(self, a: Scalar, b: Scalar) -> Value:
         if a.constant is not OPEN and b.constant is not OPEN:
             return constant(a.constant ** b.constant)
-        if a.type.kind == 'f' or not isinstance(b.constant, int) or not 0 < b.constant <= MAX_POWER:
+        small = isinstance(b.constant, int) and 0 < b.constant <= MAX_POWER
+        if a.type.kind == 'f' or not small:
             raise Refused('** that is no small power of an integer, expected products, math.sqrt '
                           'or math.pow')
         value = self.number(self.settled(a))

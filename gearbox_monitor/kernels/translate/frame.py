@@ -8,7 +8,7 @@ from typing import Any, NoReturn, TYPE_CHECKING
 
 from gearbox_monitor.kernels.translate.source import definition
 from gearbox_monitor.kernels.translate.values import (
-    alike, Array, C_NUMBERS, integer, join, Known, Number, Object, OPEN, real, Record, Refused,
+    alike, Array, C_NUMBERS, integer, join, Number, Object, OPEN, real, Record, Refused,
     Scalar, stored, Tuple, Type, type_of, Value, View, words)
 
 if TYPE_CHECKING:

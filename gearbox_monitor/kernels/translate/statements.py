@@ -48,10 +48,10 @@ class Function(Expressions):
             self.node.body, list) else self.s_Return(ast.Return(self.node.body))
         if not ended:
             self._give(Object(None), self.node)
-        result = self.program.c_type(self.result) if stored(
-            self.result or Known(None)) and self.result else 'void'
-        variables = [f'    {self.program.c_type(kind)} {name}_;'
-                     for name, kind in self.variables.items() if name not in names and stored(kind)]
+        given = self.result or Known(None)
+        result = self.program.c_type(given) if stored(given) else 'void'
+        variables = [f'    {self.program.c_type(kind)} {name}_;' for name, kind in
+                     self.variables.items() if name not in names and stored(kind)]
         keyword = KEYWORDS.get(getattr(self.function, 'placed', 'inline'), 'GM_STATIC')
         code = self.function.__code__
         file = code.co_filename.rpartition('gearbox_monitor/')[2]
@@ -120,12 +120,16 @@ class Function(Expressions):
             items = self.items(value)
             if len(items) != len(target.elts):
                 self.refuse(target, f'{len(items)} values for {len(target.elts)} names')
-            if not value.name if isinstance(value, Tuple) else True:
+            if not (isinstance(value, Tuple) and value.name):
                 items = [self.settled(item) for item in items]  # all before the first is assigned
             for part, item in zip(target.elts, items):
                 self._assign(part, item)
         elif isinstance(target, ast.Subscript):
-            self.store(self.element(self.e(target.value), self.indices(target.slice)), value)
+            before = len(self.lines)
+            place = self.element(self.e(target.value), self.indices(target.slice))
+            if len(self.lines) > before:  # the value is computed first
+                value = self._before(before, [value])[0]
+            self.store(place, value)
         else:
             self.refuse(target, f'an assignment to {type(target).__name__}')
 
@@ -139,7 +143,8 @@ class Function(Expressions):
             self.known[name] = value
             return
         kind = self.declare(name, kind if stored(kind) else self._open(value), target)
-        self.emit(f'{name}_ = {self.expression(value, kind)};')
+        if stored(kind):
+            self.emit(f'{name}_ = {self.expression(value, kind)};')
 
     def _open(self, value: Value) -> Type:
         """Return the type of a constant as one of a variable."""
@@ -160,9 +165,7 @@ class Function(Expressions):
         right = self.e(node.value)
         held = place
         if len(self.lines) > before:  # the left side is read first
-            later, self.lines = self.lines[before:], self.lines[:before]
-            held = self.temporary(place)
-            self.lines += later
+            held = self._before(before, [place])[0]
         self.store(place, self.binary(node.op, held, right))
         return False
 
