@@ -10,15 +10,15 @@ import os
 import shlex
 import signal
 import sys
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from gearbox_monitor.cli.options import stated
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.library.drive_file import load_model
-from gearbox_monitor.library.identify import uniform
-from gearbox_monitor.library.recording import load_recording as recording_of, Recording
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import REPEATED, UniformRecording
+
+if TYPE_CHECKING:
+    from gearbox_monitor.library.recording import Recording
 
 
 class Renamed(Action):
@@ -116,6 +116,7 @@ def load_drive(args: Namespace) -> DriveModel:
 
     It is a model file, or the file of a simulator where --joint is given. Raises InputError.
     """
+    from gearbox_monitor.library.drive_file import load_model
     return load_model(args.model, args.joint, arm_joint=args.model_arm_joint,
                       keyframe=args.keyframe, actuator=args.actuator, root=args.root,
                       values=args.values)
@@ -145,6 +146,7 @@ def load_recording(name: str, model: DriveModel, args: Namespace
         InputError: it cannot be read, or allows no statement about the drive.
 
     """
+    from gearbox_monitor.library.identify import uniform
     (recording,), _, notes = uniform(_recording_of(name, model, args), model)
     return recording, notes
 
@@ -169,14 +171,16 @@ def load_recordings(args: Namespace, weigh: bool = False) -> tuple[
         if places.count(place) > 1:
             raise InputError(f'{path}: twice, expected different recordings')
     model = load_drive(args)
+    from gearbox_monitor.library.identify import uniform
     recordings = [_recording_of(path, model, args) for path in paths]
     return model, *uniform(recordings[:len(args.bag)], model,
                            recordings[-1] if validate else None, weigh)
 
 
-def _recording_of(name: str, model: DriveModel, args: Namespace) -> Recording:
+def _recording_of(name: str, model: DriveModel, args: Namespace) -> 'Recording':
     joints = {'motor': args.motor_joint, 'arm': args.arm_joint,
               'setpoint': getattr(args, 'setpoint_joint', 'setpoint')}
+    from gearbox_monitor.library.recording import load_recording as recording_of
     return recording_of(name, model, joints=joints, topic=args.topic,
                         repeated=getattr(args, 'repeated', REPEATED[0]))
 

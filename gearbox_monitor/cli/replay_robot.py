@@ -10,15 +10,16 @@ from argparse import ArgumentParser, Namespace
 import csv
 import io
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gearbox_monitor.cli.options import expect_new_file, refuse, show, write_new
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.robot_model import SUFFIXES
-from gearbox_monitor.library.payload_track import PayloadTrack, track_payload
-from gearbox_monitor.library.robot import recorded_names
-from gearbox_monitor.library.views import columns
+
+if TYPE_CHECKING:
+    from gearbox_monitor.library.payload_track import PayloadTrack
 
 OF_ESTIMATOR = ('params', 'filter', 'estimates_only', 'smooth')
 OF_ROBOT = ('reference', 'values', 'root', 'recorded', 'link', 'empty')
@@ -44,6 +45,10 @@ def is_robot(args: Namespace) -> bool:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
+    # Of whole robots alone: replay of a gearbox does not wait for them.
+    from gearbox_monitor.library.payload_track import track_payload
+    from gearbox_monitor.library.robot import recorded_names
+    from gearbox_monitor.library.views import columns
     if args.out and not args.out.lower().endswith('.csv'):
         raise InputError(f'--out: {args.out}, expected FILE.csv: of a whole robot replay writes '
                          'a table')
@@ -64,7 +69,8 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _write(path: str, track: PayloadTrack) -> None:
+def _write(path: str, track: 'PayloadTrack') -> None:
+    from gearbox_monitor.library.views import columns
     table, text = columns(track), io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow(table)

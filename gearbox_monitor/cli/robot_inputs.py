@@ -4,9 +4,12 @@
 """Options of commands about whole robots, and the robot that they name."""
 from argparse import ArgumentParser, Namespace
 import shlex
+from typing import TYPE_CHECKING
 
 from gearbox_monitor.cli.drive_recordings import add_root_argument, written_options
-from gearbox_monitor.library.robot import load_robot, Robot
+
+if TYPE_CHECKING:
+    from gearbox_monitor.library.robot import Robot
 
 
 def add_robot_arguments(parser: ArgumentParser, reference: bool = True, values: bool = True
@@ -31,6 +34,7 @@ def robot_options(args: Namespace) -> str:
     return f'{written} {names}'.strip()
 
 
-def robot_of(args: Namespace) -> Robot:
+def robot_of(args: Namespace) -> 'Robot':
     """Return the robot that --model, --values and --root of `args` name. Raises InputError."""
+    from gearbox_monitor.library.robot import load_robot
     return load_robot(args.model, values=args.values, root=args.root)

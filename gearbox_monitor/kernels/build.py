@@ -180,7 +180,7 @@ def one(entry: Any, symbol: str, types: Any, folder: Path) -> Path:
     text = program.text()
     path = folder / f'{hashlib.sha256(text.encode()).hexdigest()[:24]}-{library.stems()[0]}.so'
     if not path.exists():
-        compile_({'-O3': text}, path, *_flags(library.stems()[0]))
+        compile_({'-O2': text}, path, *_flags(library.stems()[0]))
     return path
 
 

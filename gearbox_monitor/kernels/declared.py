@@ -16,8 +16,8 @@ class Declared:
     """
     The type of an argument.
 
-    kind: float, int, natural, bool, array, tuple or folded. form: of its slots, as struct writes them.
-    element, ndim: of an array. items, made_of: of a tuple. value: what is folded.
+    kind: float, int, natural, bool, array, tuple or folded. form: of its slots, as struct writes
+    them. element, ndim: of an array. items, made_of: of a tuple. value: what is folded.
     """
 
     kind: str

@@ -17,7 +17,6 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise
 
 
-
 def test_intervals():
     # Wilson, E. B. (1927): 8 of 10; zero of 10; rule of three.
     assert intervals.share(8, 10) == pytest.approx([0.4902, 0.9433], abs=1e-4)
@@ -69,6 +68,8 @@ def test_gap_and_growth_of_a_play_count_its_width():
     assert trust_drift.true_gap(play) == pytest.approx(1.2)
     assert trust_drift.half_gap_growth(play, 0.01) == pytest.approx(0.02)
     assert trust_drift.half_gap_growth(DriveModel(), 0.01) == pytest.approx(0.01)
+
+
 def test_a_watched_drive_is_healthy_until_its_fault():
     packaged = trust_runs.packaged_drive()
     assert packaged.model.effects and not packaged.assumed.effects
@@ -83,6 +84,8 @@ def test_a_watched_drive_is_healthy_until_its_fault():
     # It is the same however often it is run.
     again = trust_runs.watch(packaged, 20.0, 3, due)
     assert all(np.array_equal(found.flags[t], again.flags[t]) for t in trust_runs.TESTS)
+
+
 def test_a_table_judges_its_rows():
     drive = trust_runs.SimulatedDrive(
         'B', DriveModel(), Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005)), DriveModel(),
@@ -95,6 +98,8 @@ def test_a_table_judges_its_rows():
     bars.judge('between', 0.5, 0.4, 0.6)
     assert [b['met'] for b in bars.rows[2:]] == [False, True]
     assert bars.rows[3]['expected'] == '0.4 .. 0.6'
+
+
 @pytest.mark.parametrize('met, code', [(True, 0), (False, 1)])
 def test_a_missed_bar_ends_with_1(monkeypatch, capsys, tmp_path, met, code):
     def evaluate(size, full, data, progress):
@@ -123,6 +128,8 @@ def test_stated_deviations_cover_drives_within_the_tolerances(tmp_path):
     for row in rows:
         if row['motion'] == 'multisine' and row['estimate'] == 'smoothed':
             assert row['one_noise'] + 0.1 < row['one'] and row['ratio'] < 1.8
+
+
 @pytest.mark.parametrize('arguments, words', [
     (['--seeds', '0'], '--seeds: 0'), (['--quick', '--full'], '--full'),
     (['--json', 'no_such/x.json'], 'no_such'), (['no_such_folder'], 'no_such_folder')])

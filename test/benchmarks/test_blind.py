@@ -347,6 +347,8 @@ def test_bars_of_one_encoder_judge_values_and_forgive_what_is_admitted():
     assert missed(**wrong) == {'location', 'top-1 of distinguishable effects',
                                'delay against compliance'}
     assert missed(**wrong, confusable=['stiffness']) == {'location', 'delay against compliance'}
+
+
 @pytest.mark.system
 def test_oracle_meets_the_bars_and_others_do_not(labelled):
     _, labels, verdicts, read = labelled
@@ -407,6 +409,8 @@ def test_a_value_that_may_scatter_has_the_evidence_of_its_tolerance():
     assert far >= sizing.PARAMETER_TOLERANCES and 25.0 <= label['d'] <= far ** 2
     assert label['truth']['Cv'] == label['told']['Cv']
     assert label['truth']['m1'] != label['told']['m1']
+
+
 def test_states_of_windows_are_found_where_impacts_follow_each_other():
     """A model that hardly differs fits all of a window, from states that are not near."""
     nominal = {**plant.NOMINAL, 'm1': 0.0083, 'm2': 0.0231, 'D': 0.0075, 'Cv': 0.1081,

@@ -13,7 +13,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
 from gearbox_monitor.estimation.filters import aekf, ekf
-from gearbox_monitor.estimation.process_model import ADAPT_AT, markers, P0, pack, state_names
+from gearbox_monitor.estimation.process_model import ADAPT_AT, layout_of, P0, pack, state_names
 from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.estimation.step_record import places, record_size
 from gearbox_monitor.monitoring.monitor import Monitor
@@ -90,7 +90,7 @@ def test_gradient_is_that_of_the_log_likelihood(setup):
         scratch = Scratch(np.zeros((aekf.N_VECTORS, n)), np.zeros((5, n * n)))
         value, gradient, record = 0.0, np.zeros(aekf.MAX_THETA), np.zeros(record_size(n))
         for u, (y1, y2) in zip(out.u, y):
-            assert aekf.differentiate(markers(p, n), Belief(z, P, memory),
+            assert aekf.differentiate(layout_of(p, n), Belief(z, P, memory),
                                       Reading(dt, u, 0.0, y1, y2), p, scratch, record)
             value += record[places(n)[-1] + 1]
             gradient += [aekf.gradient(scratch.vectors, i) for i in range(aekf.MAX_THETA)]
@@ -143,6 +143,8 @@ def test_frozen_adaptation_is_the_ekf():
         assert aekf.differentiate((None,) * n, Belief(z, P, memory), reading, p, scratch, record)
         assert ekf.step((None,) * n, Belief(z_e, P_e, np.zeros(0)), reading, p, scratch, record_e)
         np.testing.assert_allclose(record, record_e, rtol=1e-9, atol=1e-9)
+
+
 @pytest.mark.parametrize('q, r', [(1.0, 1.0), (100.0, 3.0)])
 def test_finds_the_noise_from_a_wrong_start(q, r):
     out = simulated(30.0)
@@ -188,15 +190,21 @@ def test_what_was_adapted_survives_starts():
         with pytest.raises(InputError, match='adaptation'):
             fresh.recall({**kept, **damage})
         assert fresh.learnt() == {}
+
+
 def test_finds_viscous_friction_from_twice_its_value():
     estimator = Estimator(CASE_A.with_(viscous_friction=0.2),
                           {**TUNED, 'adapt': ['viscous_friction']})
     estimator.run(samples(simulated(30.0)))
     assert estimator.adapted()['viscous_friction'] == pytest.approx(0.1, abs=2e-3)
+
+
 def test_finds_a_stiffness_that_halves_the_error():
     estimator = Estimator(CASE_A, {**TUNED, 'adapt': ['q_std_tau_k', 'tau_k_stiffness'],
                                    'tau_k_stiffness': 1.0})
     assert settled(estimator, simulated(30.0), (15, 30)) < 0.66
+
+
 def test_follows_encoders_that_become_noisier():
     out = simulated(40.0)
     y = out.y.copy()
@@ -204,6 +212,8 @@ def test_follows_encoders_that_become_noisier():
     adaptive = settled(Estimator(CASE_A, TUNED), out, (20, 40), y)
     fixed = settled(Estimator(CASE_A, {**TUNED, 'filter': 'ekf'}), out, (20, 40), y)
     assert adaptive < 1.75 < 2.4 < fixed
+
+
 def test_six_at_once_all_wrong():
     estimator = Estimator(CASE_A.with_(viscous_friction=0.05), {
         **TUNED, 'adapt': list(ADAPTABLE), 'q_std_tau_k': 100.0, 'r_std_motor': 0.2,

@@ -2,10 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Filter and smoother against exact cases, filterpy and an independent oracle."""
-import os
-from pathlib import Path
-import subprocess
-import sys
 
 from filterpy.kalman import ExtendedKalmanFilter, KalmanFilter
 import numpy as np
@@ -18,7 +14,7 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
 from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, markers, N_PACKED, P0, pack, propagate, Q0, state_names)
+    EIGENVALUE, layout_of, N_PACKED, P0, pack, propagate, Q0, state_names)
 from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE,
     S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4, smooth, Span)
@@ -70,7 +66,7 @@ def filtered(p, n, z, P, dts, u, load, y):
     scratch = Scratch(np.zeros((1, n)), np.zeros((5, n * n)))
     records = np.zeros((len(dts), record_size(n)))
     for k, dt in enumerate(dts):
-        assert ekf.step(markers(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p, scratch,
+        assert ekf.step(layout_of(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p, scratch,
                         records[k])
     return records
 
@@ -104,7 +100,7 @@ def test_tangent_is_that_of_the_rk4_step(variant, x3, dt):
     counted = substeps(dt, p[EIGENVALUE])
     expected, phi_expected = oracle.flow(z, 0.05, 0.2, dt, counted, constants)
     phi = np.full(n * n, np.nan)
-    propagate(markers(p, n), z, phi, (0.05, 0.2), dt, counted, p)
+    propagate(layout_of(p, n), z, phi, (0.05, 0.2), dt, counted, p)
     np.testing.assert_allclose(z, expected, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(phi.reshape(n, n), phi_expected, rtol=1e-10, atol=1e-12)
 

@@ -2,10 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """UKF, SRUKF and the EKF's options against exact cases, filterpy and one another."""
-import os
-from pathlib import Path
-import subprocess
-import sys
 
 from filterpy.kalman import KalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 import numpy as np
@@ -19,7 +15,7 @@ from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading,
 from gearbox_monitor.estimation.filters import ekf, srukf, ukf
 from gearbox_monitor.estimation.filters.srukf import triangularise
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, markers, propagate, propagate_numeric, Q0, softened_sharpness, X1, X2, X3)
+    EIGENVALUE, layout_of, propagate, propagate_numeric, Q0, softened_sharpness, X1, X2, X3)
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import ALPHA, CAC, DriveModel, substeps
@@ -27,8 +23,7 @@ from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)
-KINDS = {'numeric': (ekf, {'ekf_jacobian': 'numeric'}),
-         'statistical': (ekf, {'friction_linearisation': 'statistical'}),
+KINDS = {'statistical': (ekf, {'friction_linearisation': 'statistical'}),
          'ukf': (ukf, {}), 'srukf': (srukf, {})}
 
 
@@ -40,7 +35,7 @@ def filtered(module, p, n, z, P, dts, u, load, y):
     scratch = Scratch(np.zeros((kind.n_vectors, n)), np.zeros((max(kind.n_matrices, 5), n * n)))
     records = np.zeros((len(dts), record_size(n)))
     for k, dt in enumerate(dts):
-        assert module.step(markers(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p, scratch,
+        assert module.step(layout_of(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p, scratch,
                            records[k])
     return records
 
@@ -162,17 +157,16 @@ def test_sigma_points_feel_the_loads_of_the_model():
 def test_reference_case():
     out, error = data(10.0), {}
     for name, options in {
-            'ekf': {}, 'numeric': {'ekf_jacobian': 'numeric'},
+            'ekf': {},
             'statistical': {'friction_linearisation': 'statistical'},
             'ukf': {'filter': 'ukf'}, 'srukf': {'filter': 'srukf'},
-            'float32': {'filter': 'srukf', 'srukf_precision': 'float32'},
             'narrow': {'filter': 'ukf', 'ukf_alpha': 1e-3}}.items():
         estimates, _ = monitored(out, {**TUNED, 'arm_load': 'unknown', **options})
         assert estimates.nis[500:].mean() == pytest.approx(2.0, abs=0.1)
         assert len(estimates.smoothed) > 9800
         error[name] = rms((estimates.tau_k - out.tau_k[1:])[500:])
     for name in error:
-        close = {'float32': 0.02, 'narrow': 0.2}.get(name, 0.01)
+        close = 0.2 if name == 'narrow' else 0.01
         assert error[name] == pytest.approx(error['ekf'], rel=close), name
     assert error['srukf'] == pytest.approx(error['ukf'], rel=1e-6)
     assert error['narrow'] > 1.02 * error['ukf']
@@ -184,14 +178,9 @@ def test_square_root_form_survives_tiny_noise_without_process_noise():
     tuned.update({k: 0.0 for k in tuned if k.startswith('q_std') and k != 'q_std_tau_k'})
     out = simulate(CASE_A, Excitation().torque(1e-3 * np.arange(6000)), 1e-3,
                    Noise((0.0,) * 4, (6.58e-6, 8.33e-6)), 1)
-    error = []
-    for chosen in ('float64', 'float32'):
-        estimates, _ = monitored(
-            out, {**tuned, 'filter': 'srukf', 'srukf_precision': chosen}, CASE_A)
-        assert len(estimates.rows) == 5999
-        error.append(rms((estimates.tau_k - out.tau_k[1:])[500:]))
-    assert error[1] == pytest.approx(error[0], rel=0.05)
-    assert error[0] == pytest.approx(0.116, rel=0.1)
+    estimates, _ = monitored(out, {**tuned, 'filter': 'srukf'}, CASE_A)
+    assert len(estimates.rows) == 5999
+    assert rms((estimates.tau_k - out.tau_k[1:])[500:]) == pytest.approx(0.116, rel=0.1)
 
 
 @pytest.mark.parametrize('module', [ukf, srukf])
@@ -226,8 +215,8 @@ def test_numeric_tangent_is_close_to_the_exact_one(variant):
     for x3 in (0.005, 1.0):
         start = np.array([0.3, -0.2, x3, 0.5 * x3, 0.02, -0.1, 0.03])[:n]
         a, b, phi, numeric = start.copy(), start.copy(), np.zeros(n * n), np.zeros(n * n)
-        propagate(markers(p, n), a, phi, (0.05, 0.2), 2e-3, 3, p)
-        propagate_numeric(markers(p, n), b, numeric, (0.05, 0.2), 2e-3, 3, p, np.zeros(n))
+        propagate(layout_of(p, n), a, phi, (0.05, 0.2), 2e-3, 3, p)
+        propagate_numeric(layout_of(p, n), b, numeric, (0.05, 0.2), 2e-3, 3, p, np.zeros(n))
         np.testing.assert_allclose(b, a, rtol=1e-13)
         np.testing.assert_allclose(numeric, phi, atol=1e-4)
 
@@ -270,8 +259,7 @@ def cut(samples, a, b):
 
 # The AEKF's snapshot also holds what it has adapted: test_aekf.
 SETTINGS = [{'filter': name} for name in FILTER_NAMES if name != 'aekf'] + [
-    {'filter': 'srukf', 'srukf_precision': 'float32'},
-    {'ekf_jacobian': 'numeric', 'friction_linearisation': 'statistical'}]
+    {'friction_linearisation': 'statistical'}]
 
 
 @pytest.mark.parametrize('settings', SETTINGS, ids=lambda s: '-'.join(s.values()))

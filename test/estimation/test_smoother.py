@@ -45,6 +45,8 @@ def case(name, seconds=20.0, seed=1):
 
 def rms(values):
     return float(np.sqrt(np.mean(values ** 2)))
+
+
 @pytest.mark.parametrize('name, bound', [('A', 0.23), ('B', 0.20)])
 def test_whole_recording(name, bound):
     model, parameters, samples, tau_k, _ = case(name)
@@ -54,12 +56,16 @@ def test_whole_recording(name, bound):
     assert rms(error) < bound
     # Somewhat pessimistic: the true tau_K is smoother than a random walk.
     assert 0.68 < np.mean(np.abs(error) < found.rows[START:, S_TAU_K_STD]) < 0.97
+
+
 @pytest.mark.parametrize('name', CASES)
 def test_lag_of_40_ms(name):
     model, parameters, samples, tau_k, _ = case(name)
     found = Estimator(model, parameters.replace(smoother_lag=0.04)).run(samples)
     at = np.searchsorted(samples.stamp_ns, found.smoothed_stamp_ns)
     assert rms((found.smoothed[:, S_TAU_K] - tau_k[at])[at >= START]) < 0.34
+
+
 def test_no_false_hysteresis():
     """The filtered loop looks like hysteresis where there is none; the smoothed one does not."""
     model, parameters, samples, _, _ = case('B')

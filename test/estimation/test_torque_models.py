@@ -14,7 +14,7 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter import Filter
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.process_model import (
-    curve_count, markers, pack, propagate, propagate_numeric, state_names)
+    curve_count, layout_of, pack, propagate, propagate_numeric, state_names)
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.parameters import EstimatorParameters
@@ -70,8 +70,8 @@ def test_tangent_is_that_of_the_map(name, shape, load):
     parameters = EstimatorParameters(
         tau_k_model=name, arm_load=load, friction_error_std=0.1 if effects else 0.0)
     p, n = pack(model, parameters), len(state_names(model, parameters))
-    states, rng = markers(p, n), np.random.default_rng(4)
-    at = n - curve_count(states[1])
+    states, rng = layout_of(p, n), np.random.default_rng(4)
+    at = n - curve_count(states.curve)
     for case, substeps in itertools.product(range(15), (1, 2)):
         z = 0.3 * rng.normal(size=n)
         z[1] = z[0] - 0.25 * rng.normal()

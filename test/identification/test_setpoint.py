@@ -37,6 +37,8 @@ def recorded(*effects, columns=(0, 1), noise=0.003, true=None, stated=MODEL):
     y += noise * np.random.default_rng(5).standard_normal(y.shape)
     y[:, [i for i in (0, 1) if i not in columns]] = np.nan
     return admitted(t, setpoint, y, None, 'servo', None, stated, 'stated')[0]
+
+
 @pytest.mark.parametrize('effect, columns', [
     ({'id': 'setpoint_delay', 'T': 0.025}, (0, 1)),
     *(pytest.param(effect, columns, marks=pytest.mark.system) for effect, columns in (
@@ -53,6 +55,8 @@ def test_effect_is_named_with_gains_in_doubt(effect, columns):
     assert verdict['params'][effect['id']][name] == pytest.approx(effect[name], rel=0.05)
     if effect['id'] != 'servo_gain':
         assert verdict['nominal']['kp'] == pytest.approx(6.0, rel=0.01)
+
+
 @pytest.mark.parametrize('effects', [(), ({'id': 'motor_viscous', 'Cv': 0.12},)])
 def test_of_ties_the_gain_that_the_model_states_is_named(effects):
     """Without damping and limit of the servo, a torque scale is the same motion."""
@@ -63,10 +67,14 @@ def test_of_ties_the_gain_that_the_model_states_is_named(effects):
                        only=['torque_gain', 'servo_gain', 'motor_viscous']).to_dict()
     assert set(verdict['params']) == {'servo_gain', *(e['id'] for e in effects)}
     assert 'torque_gain' in verdict['confusable']
+
+
 def test_right_model_with_gains_in_doubt_has_no_effect():
     verdict = diagnose([recorded()], MODEL, only=['servo_deadband']).to_dict()
     assert verdict['verdict'] == 'none'
     assert verdict['nominal']['kp'] == pytest.approx(6.0, rel=0.01)
+
+
 @pytest.mark.system
 def test_unknown_gains_of_a_late_servo_are_fitted():
     true = {'kp': 6.0, 'kd': 0.15, 'ki': 8.0, 'feedforward': 0.1, 'delay': 0.004, 'rate': 500.0,
@@ -79,6 +87,8 @@ def test_unknown_gains_of_a_late_servo_are_fitted():
     assert verdict['verdict'] == 'none'
     for name, key in (('kp', 'kp'), ('kd', 'kd'), ('ki', 'ki'), ('kff', 'feedforward')):
         assert verdict['nominal'][name] == pytest.approx(true[key], rel=0.03)
+
+
 def test_models_are_compared_with_their_own_gains():
     effect = {'id': 'servo_gain', 'kp': 4.0}
     recording, closed = recorded(effect), model_from_dict(
@@ -93,6 +103,8 @@ def test_gains_scatter_by_their_own_tolerance():
     both = model_from_dict({'controller': STATED, 'tolerance': 0.02}, 'both')
     assert nuisances_of(both)['kp'] == 0.06 and nuisances_of(both)['m1'] == 0.02
     assert 'kp' not in nuisances_of(model_from_dict({'tolerance': 0.02}, 'torque'))
+
+
 def test_effects_fit_what_is_recorded():
     recording = recorded()
     for name, effect in EFFECTS.items():
@@ -101,6 +113,8 @@ def test_effects_fit_what_is_recorded():
             effect.location != 'controller')
     scales = Starts(MODEL, [recording]).scales
     assert 0.5 < scales.torque < 8.0 and scales.values['kp'] == 6.3
+
+
 def test_fit_nominal_finds_the_gain_of_a_servo_that_swings_a_weight_it_knows():
     effects = [{'id': 'gravity', 'G': 1.0}, {'id': 'load_friction', 'Cl': 0.3}]
     truth = model_from_dict({'transmission': {'kind': 'rigid'}, 'effects': effects,

@@ -4,10 +4,6 @@
 """One sample in, one estimate out: same bits however it is fed, whatever comes in."""
 from dataclasses import replace
 import json
-import os
-from pathlib import Path
-import subprocess
-import sys
 
 from filter_choice import EACH_FILTER
 import numpy as np

@@ -80,6 +80,8 @@ def closed_loop(effects, duration, limit=5.0):
         state = solve_ivp(rates, (t, t + DT), state, rtol=1e-9, atol=1e-10,
                           max_step=2e-3).y[:, -1]
     return np.array(rows)
+
+
 @pytest.mark.parametrize('name', EFFECTS)
 def test_closed_loop_agrees_with_scipy(name):
     expected = closed_loop(EFFECTS[name], 0.7)
@@ -100,6 +102,8 @@ def test_closed_loop_agrees_with_scipy(name):
                              np.zeros((count, N_MEMORY)))
         read = expected[:, 0] + (0.1 * np.sin(expected[:, 0] + 0.5) if name == 'behind' else 0.0)
         assert np.abs(y[0] - np.column_stack([read, expected[:, 1]])).max() < 3e-3
+
+
 @pytest.mark.parametrize('ki, limit', [(0.0, 5.0), (12.0, 5.0), (12.0, 50.0)])
 def test_feedforward_agrees_with_scipy(ki, limit):
     """Its slopes are differences over a sample of the setpoint: so the plant runs at that rate."""
@@ -114,6 +118,8 @@ def test_feedforward_agrees_with_scipy(ki, limit):
     parts = Plant(model)
     cut = [parts.run(SETPOINT[a:b], DT).x for a, b in ((0, 11), (11, 12), (12, n))]
     np.testing.assert_array_equal(np.concatenate(cut), whole.x)
+
+
 @pytest.mark.parametrize('late, ki', [(0, 0.0), (3, 10.0)])
 def test_servo_that_computes_at_a_rate(late, ki):
     """One that is computed by hand at 500 Hz, half a period after the setpoint, and acts later."""

@@ -88,6 +88,8 @@ def test_values_are_given_for_all():
         place, parameters = own.EFFECTS[name]
         assert effect.location == place
         assert parameters == tuple(p.name for p in effect.parameters) or name == 'disturbance'
+
+
 @pytest.mark.parametrize('name', ON_TORQUE)
 def test_agrees_with_a_plant_that_shares_no_code(name):
     """
@@ -128,6 +130,8 @@ def test_agrees_with_a_plant_that_shares_no_code(name):
     runs, _ = simulator.run(shooting_windows(recording, len(U) * DT), model, rest, rest, extra)
     assert np.abs(runs[0] - y).max() < max(6e-3 * influence, 2e-4)
     assert np.abs(runs[0] - y).max() < 1e-3
+
+
 @pytest.mark.parametrize('seed', range(3))
 def test_agrees_with_several_effects_at_once(seed):
     random = np.random.default_rng(seed)
@@ -215,6 +219,8 @@ def test_faults_act_on_replaced_values():
     twice = FaultyPlant(drive('motor_viscous'), faults=Faults(viscous_friction=2.0)).run(U, DT)
     direct = Plant(model_from_dict({'viscous_friction': 0.26}, 'test')).run(U, DT)
     np.testing.assert_array_equal(twice.x, direct.x)
+
+
 @pytest.mark.parametrize('effect', [
     {'id': 'lugre', 'sigma0': 500.0, 'sigma1': 30.0, 'Cs': 0.1, 'vs': 0.3},
     {'id': 'lugre', 'sigma0': 5000.0, 'sigma1': 0.3, 'Cs': 0.1, 'vs': 0.3},
@@ -278,6 +284,8 @@ def plugin_folder(tmp_path, monkeypatch):
     yield tmp_path
     effects.plugins.cache_clear()
     sys.modules.pop('my_effects', None)
+
+
 @pytest.mark.system
 def test_the_plugin_of_the_page(plugin_folder):
     """Simulated as the own plant does it, beside the nominal drive, and found by the search."""

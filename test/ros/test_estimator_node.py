@@ -5,8 +5,6 @@
 from array import array
 import json
 import math
-import re
-import signal
 import time
 
 import numpy as np
@@ -336,7 +334,6 @@ def test_parameters_are_described_and_checked(graph):
         assert not set_parameter(graph, 'q_std_tau_k', value).successful
     assert not set_parameter(graph, 'max_gap', 1.0).successful
     assert set_parameter(graph, 'friction_error_std', 0.1).successful  # a state more
-
 
 
 def test_bad_parameters_end_with_one_line(tmp_path):

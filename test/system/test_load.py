@@ -50,6 +50,8 @@ def test_load(tmp_path, capsys, monkeypatch):
     assert bar(data, 'drops that the node counts'), json.dumps(data['past'])
     assert 'highest number without a dropped sample' in out
     assert code == (0 if all_met(data['bars']) else 1)
+
+
 @pytest.mark.system
 def test_naming_costs_no_sample(tmp_path):
     file = tmp_path / 'naming.json'
@@ -57,6 +59,8 @@ def test_naming_costs_no_sample(tmp_path):
     named, plain = json.loads(file.read_text())['naming']
     assert named['effect'] == 'backlash_gap' and plain['effect'] == ''
     assert named['sent'] == pytest.approx(plain['sent'], rel=0.05)
+
+
 @pytest.mark.system
 def test_soak(tmp_path):
     file = tmp_path / 'soak.json'
@@ -89,6 +93,8 @@ def test_slope_has_its_interval():
     y[40] = 1e3
     middle, low, high = soak.slope(x, y)
     assert low < 0.5 < high and high - low < 0.03 and low < middle < high
+
+
 @pytest.mark.system
 def test_restart(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(restart, 'AT_WORK', (2.5, 3.0))

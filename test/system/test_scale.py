@@ -14,7 +14,6 @@ from script import run_script
 from benchmarks.harness import all_met
 
 
-
 @pytest.mark.system
 def test_scale_prints_bars_that_follow_from_its_rows(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(scale, 'WARM', 1.0)
@@ -31,6 +30,8 @@ def test_scale_prints_bars_that_follow_from_its_rows(monkeypatch, tmp_path, caps
     assert 50 < short['peak_mb'] < 1000
     assert code == (0 if all_met(data['bars']) else 1)
     assert capsys.readouterr().out.count('expected <=') == len(data['bars']) == 2
+
+
 def test_exponents_follow_from_what_was_done(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(scale_numbers, 'SECONDS', dict.fromkeys(scale_numbers.SECONDS, 0.5))
     done, file = [], tmp_path / 'scale.json'
@@ -54,6 +55,8 @@ def test_exponents_follow_from_what_was_done(monkeypatch, tmp_path, capsys):
     assert bar['met'] == (0.95 <= bar['value'] <= 1.05) and bar['expected'] == '0.95 .. 1.05'
     assert code == (0 if all_met(data['bars']) else 1)
     assert capsys.readouterr().out.count('exponent of CPU time') == len(data['bars']) == 2
+
+
 @pytest.mark.parametrize('arguments, message', [
     (['--bags', '3'], '--bags: 3, expected two or more different numbers'),
     (['--minutes', '3'], '--minutes: 3, expected two or more different numbers'),
