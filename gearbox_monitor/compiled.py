@@ -2,11 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """All entries of the package: what installation compiles. Nothing else imports this."""
+from importlib import import_module
+
 from gearbox_monitor.estimation import filter, sample_loop, slopes
 from gearbox_monitor.estimation.filter_kind import filter_kind
 from gearbox_monitor.parameters import FILTER_NAMES
-import gearbox_monitor.robot.arm_plant  # noqa: F401
 
+MODULES = (
+    'bag.cdr', 'bag.message_block', 'estimation.innovation_filter', 'estimation.model_bank',
+    'estimation.whiteness', 'monitoring.checks.elastic_curve', 'monitoring.checks.innovation',
+    'monitoring.checks.observability', 'monitoring.elastic_regression', 'plant.batch',
+    'plant.equivalent_torque', 'plant.free_runs', 'robot.arm_load', 'robot.arm_plant')
+
+for module in MODULES:
+    import_module(f'gearbox_monitor.{module}')
 for name in FILTER_NAMES:
     sample_loop.loop_of(filter_kind(name))
     filter.kernel_of(filter_kind(name))

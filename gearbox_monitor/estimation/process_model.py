@@ -476,8 +476,9 @@ def decay(error: float, half: float, h: float, p: Packed) -> Column:
         error + h / 6.0 * rate * (error + 2.0 * (second + third) + fourth))
 
 
-@kernel
-def advance(layout: Layout, z: Array, torques: Pair, dt: float, n_substeps: int, p: Array) -> None:
+@entry
+def advance(layout: Layout, z: Vector, torques: Pair, dt: float, n_substeps: int,
+            p: Vector) -> None:
     """
     Advance a state by RK4 steps.
 
@@ -1014,9 +1015,10 @@ def _columns_of_curve(layout: Layout, z: Array, phi: Array, memory: float, law: 
                 phi[(at + W) * n + at + SHIFT] -= (end if law[2] >= 0.0 else -end) / law[0]
 
 
+@entry
 @inline
-def propagate(layout: Layout, z: Array, phi: Array, torques: Pair, dt: float, n_substeps: int,
-              p: Array) -> None:
+def propagate(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float, n_substeps: int,
+              p: Vector) -> None:
     """
     Advance a state by RK4 steps, and write the exact tangent of that map.
 
@@ -1040,8 +1042,8 @@ def propagate(layout: Layout, z: Array, phi: Array, torques: Pair, dt: float, n_
 
 
 @kernel
-def propagate_numeric(layout: Layout, z: Array, phi: Array, torques: Pair, dt: float,
-                      n_substeps: int, p: Array, start: Array) -> None:
+def propagate_numeric(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float,
+                      n_substeps: int, p: Vector, start: Vector) -> None:
     """
     Do as propagate, but with the tangent by forward differences.
 

@@ -91,9 +91,9 @@ def add(program: Program, entry: Any, symbol: str, types: Iterable[Declared]) ->
                         f'expected {stated!r} as it declares')
 
 
-def units() -> dict[str, str]:
+def units() -> tuple[dict[str, str], str]:
     """
-    Return the C of all entries of the package: {flags of the compiler: text}.
+    Return the C of all entries of the package, {flags of the compiler: text}, and its digest.
 
     What is folded or has no variants is compiled for speed, the general forms faster.
     """
@@ -102,14 +102,16 @@ def units() -> dict[str, str]:
     for entry in sorted(library.ENTRIES, key=lambda e: str(e.symbol)):
         for k, (symbol, types) in enumerate(entry.variants()):
             add(general if entry.usual and not k else fast, entry, symbol, types)
+    texts = {'-O3': fast.text(), '-O2': general.text()}
     sources = '\n'.join(sorted(
         str(Path(module.__file__).relative_to(library.PACKAGE))
         for name, module in list(sys.modules.items())
         if name.startswith('gearbox_monitor.') and getattr(module, '__file__', None)))
-    quoted = sources.replace('\n', '\\n')
-    return {'-O3': f'{fast.text()}\nconst char *gm_sources = "{quoted}";\n'
-                   f'const char *gm_digest = "{library.digest(sources)}";\n',
-            '-O2': general.text()}
+    notes = {'sources': sources.replace('\n', '\\n'), 'digest': library.digest(sources),
+             'text': hashlib.sha256(str((FLAGS, texts)).encode()).hexdigest()}
+    texts['-O3'] += ''.join(f'const char *gm_{name} = "{note}";\n'
+                            for name, note in notes.items())
+    return texts, notes['text']
 
 
 def compile_(texts: dict[str, str], path: Path, *flags: str) -> None:
@@ -155,10 +157,24 @@ def _flags(stem: str) -> list[str]:
 
 
 def package(folder: Path, stems: Iterable[str]) -> None:
-    """Build the libraries `stems` of the package in `folder`. Raises InputError."""
-    texts = units()
+    """
+    Build the libraries `stems` of the package in `folder`. Raises InputError.
+
+    One of the same C that is there already is copied: sources change more often than what they say
+    in C.
+    """
+    texts, digest = units()
     for stem in stems:
-        compile_(texts, folder / f'{stem}.so', *_flags(stem))
+        path = folder / f'{stem}.so'
+        for other in (library.PACKAGE / path.name, *folder.parent.glob(f'*/{path.name}')):
+            if library.note(other, 'text') == digest:
+                path.parent.mkdir(0o700, parents=True, exist_ok=True)
+                copy = path.with_suffix(f'.{os.getpid()}')
+                shutil.copy(other, copy)
+                os.replace(copy, path)
+                break
+        else:
+            compile_(texts, path, *_flags(stem))
 
 
 def one(entry: Any, symbol: str, types: Any, folder: Path) -> Path:
@@ -180,7 +196,7 @@ def one(entry: Any, symbol: str, types: Any, folder: Path) -> Path:
     text = program.text()
     path = folder / f'{hashlib.sha256(text.encode()).hexdigest()[:24]}-{library.stems()[0]}.so'
     if not path.exists():
-        compile_({'-O2': text}, path, *_flags(library.stems()[0]))
+        compile_({'-O3': text}, path, *_flags(library.stems()[0]))
     return path
 
 

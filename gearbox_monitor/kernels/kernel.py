@@ -69,7 +69,8 @@ def instruction(c_name: str, results: int = 0) -> Callable[[Function], Function]
 
 def entry(function: Function) -> Function:
     """Return the kernel `function` as Python calls it."""
-    made: Any = function if INTERPRETED else Entry(kernel(function))
+    made: Any = function if INTERPRETED else Entry(
+        function if hasattr(function, 'placed') else kernel(function))
     return made
 
 

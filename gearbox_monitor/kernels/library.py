@@ -54,18 +54,19 @@ def digest(sources: str) -> str:
     return seen.hexdigest()
 
 
-def _text(library: Any, symbol: str) -> str:
-    return (ctypes.c_char_p.in_dll(library, symbol).value or b'').decode()
+def note(path: Path, name: str) -> str:
+    """Return what the library at `path` notes under a name: sources, digest, text; or ''."""
+    try:
+        value = ctypes.c_char_p.in_dll(ctypes.CDLL(str(path)), f'gm_{name}').value
+    except (OSError, ValueError):
+        return ''
+    return (value or b'').decode()
 
 
 def _current(path: Path) -> Any:
     """Return the library at `path`, None if it is not there or made of other sources."""
-    try:
-        library = ctypes.CDLL(str(path))
-        fresh = _text(library, 'gm_digest') == digest(_text(library, 'gm_sources'))
-    except (OSError, ValueError, AttributeError):
-        return None
-    return library if fresh else None
+    fresh = path.exists() and note(path, 'digest') == digest(note(path, 'sources'))
+    return ctypes.CDLL(str(path)) if fresh else None
 
 
 def cache_folder() -> Path:

@@ -19,6 +19,8 @@ from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE,
     S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4, smooth, Span)
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
+from gearbox_monitor.kernels.kernel import Entry
+from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, substeps
 from gearbox_monitor.plant.excitation import Excitation
@@ -36,6 +38,7 @@ VARIANTS = {
     'friction error': ('none', {'friction_error_std': 0.2, 'friction_error_time': 0.3}, {}),
     'all': ('unknown', {'tau_k_stiffness': 2.0, 'friction_error_std': 0.2}, LOADS),
 }
+STEP = Entry(ekf.step, installed=False)
 CASE_B = DriveModel().with_(stiffness=5.0, half_gap=0.6)
 TUNED = {'arm_load': 'none', 'r_std_motor': 0.0612, 'r_std_arm': 0.0828,
          'q_std_motor_position': 0.0612, 'q_std_arm_position': 0.0828,
@@ -66,8 +69,8 @@ def filtered(p, n, z, P, dts, u, load, y):
     scratch = Scratch(np.zeros((1, n)), np.zeros((5, n * n)))
     records = np.zeros((len(dts), record_size(n)))
     for k, dt in enumerate(dts):
-        assert ekf.step(layout_of(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p, scratch,
-                        records[k])
+        assert STEP(layout_of(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p, scratch,
+                    records[k])
     return records
 
 
@@ -111,7 +114,8 @@ def test_substeps_cover_what_the_process_model_adds():
         p, _, n = setup('paper', **changes)
         z, phi = np.full(n, 0.01), np.zeros(n * n)
         for _ in range(300):
-            propagate((None,) * n, z, phi, (0.0, 0.0), 1e-3, substeps(1e-3, p[EIGENVALUE]), p)
+            propagate(Layout(n, False, -1, False), z, phi, (0.0, 0.0), 1e-3,
+                      substeps(1e-3, p[EIGENVALUE]), p)
         assert np.abs(z).max() < 100.0
 
 
@@ -221,7 +225,8 @@ def test_linear_drive_equals_the_kalman_filter(rows):
 def smoothed(records, n, newest, oldest, keep_until, ring=None):
     ring = records if ring is None else ring
     out = np.zeros((keep_until - oldest + 1, N_SMOOTHED))
-    smooth((None,) * n, ring, Span(newest, oldest, keep_until), np.zeros(N_PACKED), np.zeros(n),
+    smooth(Layout(n, False, -1, False), ring, Span(newest, oldest, keep_until),
+           np.zeros(N_PACKED), np.zeros(n),
            np.zeros((5, n * n)), out)
     return out
 

@@ -14,7 +14,9 @@ from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box
 from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.checks import covariance, innovation, observability
+from gearbox_monitor.estimation.score import WHITE_LIMIT
+from gearbox_monitor.monitoring.checks import (
+    covariance, elastic_curve, innovation, observability)
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
@@ -101,7 +103,7 @@ def test_gramian_against_the_exact_tangent(moving, effects):
             information = np.diag(1.0 / packed[[process_model.R1, process_model.R2]])
             gramian += product[:2].T @ information @ product[:2]
             z[:] = state
-            process_model.propagate(process_model.markers(packed, 5), z, phi.reshape(-1),
+            process_model.propagate(process_model.layout_of(packed, 5), z, phi.reshape(-1),
                                     (0.0, 0.0), 1e-3, 8, packed)
             product = phi @ product
         scale = np.array([1.0, 1.0, 20.0, 20.0, 3.6])
@@ -233,6 +235,9 @@ def test_thresholds_have_the_stated_odds():
     alpha = LIMITS.error_significance
     assert innovation.MEAN_LIMIT == pytest.approx(stats.norm.isf(alpha / 4))
     assert innovation.LJUNG_BOX_LIMIT == pytest.approx(stats.chi2.isf(alpha / 2, LAGS))
+    assert elastic_curve.OFTEN == pytest.approx(stats.t.ppf(
+        elastic_curve.LIMITS.curve_often, elastic_curve.BLOCKS - 1))
+    assert WHITE_LIMIT == pytest.approx(stats.chi2.isf(0.025, LAGS))
     for dof in (200.0, 4000.0):
         low, high = innovation.nis_limits(dof)
         assert low * dof == pytest.approx(stats.chi2.ppf(alpha / 2, dof), rel=1e-6)

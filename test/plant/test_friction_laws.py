@@ -9,7 +9,7 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.process_model import (
-    advance, advance_beside, BESIDE, EIGENVALUE, FACTOR_DELAY, markers, N_FACTORS, N_LANE,
+    advance, advance_beside, BESIDE, EIGENVALUE, FACTOR_DELAY, layout_of, N_FACTORS, N_LANE,
     NUMERIC, pack, propagate, propagate_numeric)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import model_from_dict, substeps
@@ -105,7 +105,7 @@ def test_the_process_model_of_filters_has_the_law(law):
         {'id': 'arm_coulomb', 'Cac': 0.1}], 'arm_friction_sharpness': 60.0}, 'test')
     run = simulate(model, Excitation().torque(np.arange(200) * 1e-3), 1e-3)
     p = pack(model, EstimatorParameters(tau_k_model='elastic'))
-    states, z, n = markers(p, 5), np.zeros(5), substeps(1e-3, p[EIGENVALUE])
+    states, z, n = layout_of(p, 5), np.zeros(5), substeps(1e-3, p[EIGENVALUE])
     for u in run.u[:-1]:
         advance(states, z, (u, 0.0), 1e-3, n, p)
     np.testing.assert_allclose(z[:2], run.x[-1, :2], atol=2e-5)

@@ -42,7 +42,7 @@ from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.elementary import fma
 from gearbox_monitor.kernels.kernel import apart, inline, kernel
 from gearbox_monitor.kernels.linalg import multiply, multiply_symmetric
-from gearbox_monitor.kernels.types import Array, Pair, Layout, Values
+from gearbox_monitor.kernels.types import Array, Layout, Pair, Values, Vector
 from gearbox_monitor.plant.drive import (
     ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, PHI, substeps)
 from gearbox_monitor.plant.friction_law import TWO_OVER_PI
@@ -204,8 +204,8 @@ def recall(memory: Array, p: Array, state: Values) -> bool:
 
 
 @apart
-def step(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-         record: Array) -> bool:
+def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
+         record: Vector) -> bool:
     """
     Predict, update and adapt.
 
@@ -258,8 +258,8 @@ def information(vectors: Array, i: int, j: int) -> float:
 
 
 @apart
-def differentiate(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-                  record: Array) -> bool:
+def differentiate(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
+                  record: Vector) -> bool:
     """
     Predict and update belief and sensitivities with the theta in the memory.
 

@@ -20,7 +20,7 @@ from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.elementary import fma
 from gearbox_monitor.kernels.kernel import apart, inline
 from gearbox_monitor.kernels.linalg import carry
-from gearbox_monitor.kernels.types import Array, Four, Pair, Layout, Triple
+from gearbox_monitor.kernels.types import Array, Four, Layout, Pair, Triple, Vector
 from gearbox_monitor.parameters import CURVES, RANDOM_WALK
 from gearbox_monitor.plant.drive import ALPHA, ARM_ALPHA, substeps
 
@@ -28,8 +28,8 @@ LOG_TWO_PI = math.log(2.0 * math.pi)
 
 
 @apart
-def step(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-         record: Array) -> bool:
+def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
+         record: Vector) -> bool:
     """
     Predict over a step and update with its measurements: the signature of every filter.
 

@@ -17,7 +17,7 @@ from gearbox_monitor.estimation.process_model import noise, R1, R2
 from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_LANES, transform
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.kernel import apart, inline
-from gearbox_monitor.kernels.types import Array, Layout
+from gearbox_monitor.kernels.types import Array, Layout, Vector
 
 N_MATRICES = 7 + N_LANES
 
@@ -28,8 +28,8 @@ def memory_size(n: int) -> int:
 
 
 @apart
-def step(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-         record: Array) -> bool:
+def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
+         record: Vector) -> bool:
     """
     Predict over a step and update with its measurements; the memory holds L.
 

@@ -15,12 +15,12 @@ from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, 
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.kernel import apart, inline
 from gearbox_monitor.kernels.linalg import add_transposed_product
-from gearbox_monitor.kernels.types import Array, Layout
+from gearbox_monitor.kernels.types import Array, Layout, Vector
 
 
 @apart
-def step(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-         record: Array) -> bool:
+def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
+         record: Vector) -> bool:
     """
     Predict over a step and update with its measurements.
 
