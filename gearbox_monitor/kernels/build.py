@@ -201,7 +201,7 @@ def one(entry: Any, symbol: str, types: Any, folder: Path) -> Path:
 
 
 def translates(function: Any, annotations: Iterable[Any]) -> bool:
-    """Return library.compilable of the same arguments."""
+    """Return whether a `function` of arguments with `annotations` can be compiled here."""
     try:
         compiler()
         Program().instance(function, tuple(type_of(declared(a)) for a in annotations))

@@ -193,8 +193,19 @@ class Entry:
         plan = self._plans.get(k)
         if plan is None:
             symbol, types = self.variants()[k]
-            plan = self.use(library.find(self, symbol, types), types, k)
+            plan = self.use(self._found(symbol, types), types, k)
         return plan
+
+    def _found(self, symbol: str, types: tuple[Declared, ...]) -> Any:
+        """Return the C function of a variant; it is built where the library has none."""
+        if self.installed:
+            try:
+                return getattr(library.installed(), symbol)
+            except AttributeError:
+                pass
+        from gearbox_monitor.kernels import build
+        path = build.one(self, symbol, types, library.cache_folder())
+        return getattr(ctypes.CDLL(str(path)), symbol)
 
     def use(self, function: Any, types: tuple[Declared, ...],
             variant: int = 0) -> tuple[Any, struct.Struct, str, Any]:
@@ -241,3 +252,9 @@ def prepared(kernel: Any, *arguments: Any) -> Callable[..., Any]:
     made: Callable[..., Any] = kernel.prepared(*arguments) if isinstance(
         kernel, Entry) else partial(kernel, *arguments)
     return made
+
+
+def compilable(function: Any, *annotations: Any) -> bool:
+    """Return whether a user's `function` of arguments with `annotations` can be compiled here."""
+    from gearbox_monitor.kernels import build
+    return build.translates(function, annotations)

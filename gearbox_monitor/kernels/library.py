@@ -106,37 +106,3 @@ def installed() -> Any:
         if run.returncode:
             raise missing((run.stderr.strip().splitlines() or ['no library'])[-1])
     return ctypes.CDLL(str(path))
-
-
-def find(entry: Any, symbol: str, types: Any) -> Any:
-    """
-    Return the C function of an entry.
-
-    Args:
-        entry: Entry.
-        symbol: of the variant.
-        types: Declared types of its arguments.
-
-    Raises:
-        InputError: it is not there and cannot be built.
-        Refused: it calls a user's function with a construct that C has not.
-    """
-    if entry.installed:
-        try:
-            return getattr(installed(), symbol)
-        except AttributeError:
-            pass
-    from gearbox_monitor.kernels import build
-    return getattr(ctypes.CDLL(str(build.one(entry, symbol, types, cache_folder()))), symbol)
-
-
-def compilable(function: Any, annotations: tuple[Any, ...]) -> bool:
-    """
-    Return whether a user's function can be compiled into kernels here.
-
-    Args:
-        function: plain Python.
-        annotations: of its arguments, see types.
-    """
-    from gearbox_monitor.kernels import build
-    return build.translates(function, annotations)

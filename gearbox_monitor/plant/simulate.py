@@ -13,8 +13,7 @@ import numpy as np
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.kernels.array_input import column
 from gearbox_monitor.kernels.callback import address_of, called_back
-from gearbox_monitor.kernels.kernel import bound, entry, inline, kernel
-from gearbox_monitor.kernels.library import compilable
+from gearbox_monitor.kernels.kernel import bound, compilable, entry, inline, kernel
 from gearbox_monitor.kernels.types import Array, Cube, Matrix, Vector
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import (
@@ -328,7 +327,7 @@ def rebuilt(kernel: Any, **names: Any) -> Any:
 @cache
 def call_of(added: Torques) -> int:
     """Return PackedDrive.call of a plug-in: 0 if its torques can be compiled into kernels."""
-    return 0 if compilable(added, (*(float,) * 7, Vector)) else address_of(added)
+    return 0 if compilable(added, *(float,) * 7, Vector) else address_of(added)
 
 
 @cache

@@ -30,7 +30,7 @@ VARIANTS = {
     'loaded aekf': ({'filter': 'aekf', 'adapt': ['r_std_motor', 'viscous_friction']},
                     {'effects': LOADED}),
     'tanh': ({'filter': 'ukf'}, {'friction_law': {'kind': 'tanh'}}),
-    'held': ({}, {'friction_law': {'kind': 'ode'}})}
+    'held': ({}, {'friction_law': {'kind': 'ode'}, 'timestep': 1e-3})}
 
 
 def samples():

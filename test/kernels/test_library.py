@@ -12,8 +12,7 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels import build, library
 from gearbox_monitor.kernels.callback import address_of
-from gearbox_monitor.kernels.kernel import Entry, prepared, Repeated
-from gearbox_monitor.kernels.library import compilable
+from gearbox_monitor.kernels.kernel import compilable, Entry, prepared, Repeated
 from gearbox_monitor.kernels.types import Vector
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import (
@@ -108,7 +107,7 @@ def test_arguments_by_name(entry):
 
 def test_a_plugin_called_back_gives_what_it_gives_compiled(monkeypatch):
     model, theta = DriveModel(), np.array([0.02, 0.5, 0.1])
-    assert compilable(torques, (*(float,) * 7, Vector))
+    assert compilable(torques, *(float,) * 7, Vector)
     runs = []
     for call in (0, address_of(torques)):
         plant = Plant(model)
@@ -125,4 +124,4 @@ def test_a_plugin_called_back_gives_what_it_gives_compiled(monkeypatch):
 def test_a_plugin_that_cannot_be_compiled_is_called_back():
     def of_a_list(t, x1, x2, x3, x4, u, tau_k, theta):
         return [0.0, 0.0, 0.0]
-    assert not compilable(of_a_list, (*(float,) * 7, Vector))
+    assert not compilable(of_a_list, *(float,) * 7, Vector)

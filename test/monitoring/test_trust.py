@@ -12,9 +12,9 @@ from scipy import stats
 from benchmarks import paper
 from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.score import WHITE_LIMIT
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box
 from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.estimation.score import WHITE_LIMIT
 from gearbox_monitor.monitoring.checks import (
     covariance, elastic_curve, innovation, observability)
 from gearbox_monitor.monitoring.checks.outcome import Level, Outcome

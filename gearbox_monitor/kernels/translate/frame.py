@@ -4,15 +4,12 @@
 """What a function under translation is made of: its variables, its lines of C, its temporaries."""
 import ast
 from types import FunctionType
-from typing import Any, NoReturn, TYPE_CHECKING
+from typing import Any, NoReturn
 
 from gearbox_monitor.kernels.translate.source import definition
 from gearbox_monitor.kernels.translate.values import (
     alike, Array, C_NUMBERS, integer, join, Number, Object, OPEN, real, Record, Refused,
     Scalar, stored, Tuple, Type, type_of, Value, View, words)
-
-if TYPE_CHECKING:
-    from gearbox_monitor.kernels.translate.program import Program
 
 
 def plain(function: Any) -> Any:
@@ -24,14 +21,15 @@ class Frame:
     """
     A function for one combination of argument types.
 
+    program: the Program that it is for; function: the Python of it; types: of its arguments.
+
     Attributes:
         variables: {name: type of what it may hold}, which widens from pass to pass.
         known: {name: value} of names that are assigned once, a constant.
         result: type of what it returns; None: no return was seen.
     """
 
-    def __init__(self, program: 'Program', function: FunctionType,
-                 types: tuple[Type, ...]) -> None:
+    def __init__(self, program: Any, function: FunctionType, types: tuple[Type, ...]) -> None:
         self.program, self.function, self.types = program, function, types
         self.node = definition(function)
         code = function.__code__
