@@ -10,6 +10,7 @@ import sys
 
 from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
+from setuptools.errors import CompileError
 
 try:
     from setuptools.command.bdist_wheel import bdist_wheel
@@ -27,10 +28,12 @@ class Kernels(build_ext):
     def build_extension(self, ext):
         target = Path(self.get_ext_fullpath(ext.name)).absolute()
         paths = [str(Path(__file__).parent.absolute()), *filter(None, sys.path)]
-        subprocess.run(
-            [sys.executable, '-m', 'gearbox_monitor.kernels.build', str(target.parent)],
-            check=True, cwd=target.anchor,
+        run = subprocess.run(
+            [sys.executable, '-m', 'gearbox_monitor.kernels.build', str(target.parent),
+             target.stem], check=False, cwd=target.anchor,
             env={**os.environ, 'PYTHONPATH': os.pathsep.join(paths)})
+        if run.returncode:  # goes on: the first start says what to install
+            raise CompileError('kernels are not compiled')
 
     def get_ext_filename(self, name):
         return os.path.join(*name.split('.')) + '.so'
@@ -125,7 +128,9 @@ setup(
             'tinycss2>=1.2',
         ],
     },
-    ext_modules=[Extension(f'{package_name}._kernels', [])],
+    # Of the two, the one for this processor is built, and both for packages that are handed on.
+    ext_modules=[Extension(f'{package_name}.{stem}', [], optional=True)
+                 for stem in ('_kernels_v3', '_kernels')],
     cmdclass={'build_ext': Kernels, 'bdist_wheel': Wheel},
     # Kernels are imported to be compiled; without a compiler on the machine pip brings one.
     setup_requires=['numpy>=1.26', *([] if HAVE_COMPILER else ['ziglang'])],

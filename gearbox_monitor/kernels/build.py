@@ -108,7 +108,7 @@ def units() -> tuple[dict[str, str], str]:
         for name, module in list(sys.modules.items())
         if name.startswith('gearbox_monitor.') and getattr(module, '__file__', None)))
     notes = {'sources': sources.replace('\n', '\\n'), 'digest': library.digest(sources),
-             'text': hashlib.sha256(str((FLAGS, texts)).encode()).hexdigest()}
+             'text': hashlib.sha256(str((compiler(), FLAGS, texts)).encode()).hexdigest()}
     texts['-O3'] += ''.join(f'const char *gm_{name} = "{note}";\n'
                             for name, note in notes.items())
     return texts, notes['text']
@@ -163,7 +163,8 @@ def package(folder: Path, stems: Iterable[str]) -> None:
     One of the same C that is there already is copied: sources change more often than what they say
     in C.
     """
-    texts, digest = units()
+    stems = list(stems)
+    texts, digest = units() if stems else ({}, '')
     for stem in stems:
         path = folder / f'{stem}.so'
         for other in (library.PACKAGE / path.name, *folder.parent.glob(f'*/{path.name}')):
@@ -210,7 +211,20 @@ def translates(function: Any, annotations: Iterable[Any]) -> bool:
     return True
 
 
+def main(folder: str, wanted: str = '') -> int:
+    """
+    Build the library `wanted` (of library.STEMS; '': the one for this processor) in `folder`.
+
+    Of the others, those that a package has which is handed on. Returns the exit code.
+    """
+    usual = library.STEMS if os.environ.get('GEARBOX_MONITOR_PORTABLE') else library.stems()[:1]
+    try:
+        package(Path(folder), [s for s in usual if wanted in ('', s)])
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
 if __name__ == '__main__':
-    # A library for other processors than this one, too: for packages that are handed on.
-    package(Path(sys.argv[1]), library.stems() if os.environ.get(
-        'GEARBOX_MONITOR_PORTABLE') else library.stems()[:1])
+    sys.exit(main(*sys.argv[1:]))
