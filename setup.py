@@ -31,7 +31,8 @@ class Kernels(build_ext):
         run = subprocess.run(
             [sys.executable, '-m', 'gearbox_monitor.kernels.build', str(target.parent),
              target.stem], check=False, cwd=target.anchor,
-            env={**os.environ, 'PYTHONPATH': os.pathsep.join(paths)})
+            env={**os.environ, 'PYTHONPATH': os.pathsep.join(paths),
+                 'GEARBOX_MONITOR_KERNELS': ''})
         if run.returncode:  # goes on: the first start says what to install
             raise CompileError('kernels are not compiled')
 

@@ -13,6 +13,7 @@ out.
 from collections.abc import Iterable
 import hashlib
 from importlib import import_module
+import json
 import os
 from pathlib import Path
 import platform
@@ -91,9 +92,9 @@ def add(program: Program, entry: Any, symbol: str, types: Iterable[Declared]) ->
                         f'expected {stated!r} as it declares')
 
 
-def units() -> tuple[dict[str, str], str]:
+def units() -> tuple[dict[str, str], dict[str, str]]:
     """
-    Return the C of all entries of the package, {flags of the compiler: text}, and its digest.
+    Return the C of all entries of the package, {flags of the compiler: text}, and its notes.
 
     What is folded or has no variants is compiled for speed, the general forms faster.
     """
@@ -104,14 +105,14 @@ def units() -> tuple[dict[str, str], str]:
             add(general if entry.usual and not k else fast, entry, symbol, types)
     texts = {'-O3': fast.text(), '-O2': general.text()}
     sources = '\n'.join(sorted(
-        str(Path(module.__file__).relative_to(library.PACKAGE))
+        str(Path(str(module.__file__)).relative_to(library.PACKAGE))
         for name, module in list(sys.modules.items())
         if name.startswith('gearbox_monitor.') and getattr(module, '__file__', None)))
-    notes = {'sources': sources.replace('\n', '\\n'), 'digest': library.digest(sources),
+    notes = {'sources': sources, 'digest': library.digest(sources),
              'text': hashlib.sha256(str((compiler(), FLAGS, texts)).encode()).hexdigest()}
-    texts['-O3'] += ''.join(f'const char *gm_{name} = "{note}";\n'
+    texts['-O3'] += ''.join(f'const char *gm_{name} = {json.dumps(note)};\n'
                             for name, note in notes.items())
-    return texts, notes['text']
+    return texts, notes
 
 
 def compile_(texts: dict[str, str], path: Path, *flags: str) -> None:
@@ -164,14 +165,15 @@ def package(folder: Path, stems: Iterable[str]) -> None:
     in C.
     """
     stems = list(stems)
-    texts, digest = units() if stems else ({}, '')
+    texts, notes = units() if stems else ({}, {})
     for stem in stems:
         path = folder / f'{stem}.so'
         for other in (library.PACKAGE / path.name, *folder.parent.glob(f'*/{path.name}')):
-            if library.note(other, 'text') == digest:
+            if all(library.note(other, name) == notes[name] for name in ('text', 'sources')):
                 path.parent.mkdir(0o700, parents=True, exist_ok=True)
                 copy = path.with_suffix(f'.{os.getpid()}')
-                shutil.copy(other, copy)
+                copy.write_bytes(other.read_bytes().replace(
+                    library.note(other, 'digest').encode(), notes['digest'].encode()))
                 os.replace(copy, path)
                 break
         else:

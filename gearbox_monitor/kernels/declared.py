@@ -80,12 +80,27 @@ def _result(kind: Declared) -> str:
     return '?' if kind.kind == 'bool' else kind.form
 
 
-def unpacked(form: str, room: Any) -> Any:
-    """Return the numbers at the start of `room` as what result_format says."""
-    if len(form) <= 1:
-        return None if not form else _NUMBERS[form](room)
-    plain = ''.join(c for c in form if c not in '()')
-    values = iter(struct.unpack_from('<' + plain.replace('?', 'q'), room))
+def unpacker(form: str) -> Callable[[Any], Any]:
+    """Return the function (room) -> what result_format `form` says, from the start of `room`."""
+    plain = struct.Struct('<' + ''.join(c for c in form if c not in '()').replace('?', 'q'))
+    read = plain.unpack_from
+    if not form:
+        return _nothing
+    if form in ('d', 'q'):
+        return lambda room: read(room)[0]
+    if form == '?':
+        return lambda room: read(room)[0] != 0
+    if form.count('(') == 1 and '?' not in form:
+        return read
+    return lambda room: _nested(form, read(room))
+
+
+def _nothing(room: Any) -> None:
+    return None
+
+
+def _nested(form: str, numbers: tuple[Any, ...]) -> Any:
+    values = iter(numbers)
     stack: list[list[Any]] = [[]]
     for c in form:
         if c == '(':
@@ -94,14 +109,8 @@ def unpacked(form: str, room: Any) -> Any:
             done = tuple(stack.pop())
             stack[-1].append(done)
         else:
-            stack[-1].append(bool(next(values)) if c == '?' else next(values))
+            stack[-1].append(next(values) != 0 if c == '?' else next(values))
     return stack[0][0]
-
-
-_NUMBERS: dict[str, Callable[[Any], Any]] = {
-    'd': lambda room: struct.unpack_from('<d', room)[0],
-    'q': lambda room: struct.unpack_from('<q', room)[0],
-    '?': lambda room: bool(struct.unpack_from('<q', room)[0])}
 
 
 def flatten(types: Any, arguments: Any, slots: list[Any], owner: Any) -> list[tuple[Any, Any]]:

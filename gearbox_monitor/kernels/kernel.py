@@ -17,12 +17,14 @@ import os
 import platform
 import struct
 from types import FunctionType
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from gearbox_monitor.kernels import library
 from gearbox_monitor.kernels.declared import (
-    argument_types, Declared, flatten, layout_of, result_format, unpacked)
+    argument_types, Declared, flatten, layout_of, result_format, unpacker)
 
+# C function, format of the slots, reader of the result, types of the arguments.
+Plan: TypeAlias = tuple[Any, struct.Struct, Callable[[Any], Any], tuple[Declared, ...]]
 Function = TypeVar('Function', bound=Callable[..., Any])
 INTERPRETED = os.environ.get('GEARBOX_MONITOR_KERNELS', '') == 'python'
 # What decides the last bits of a result.
@@ -115,12 +117,13 @@ class Entry:
     def __init__(self, function: Any, usual: Sequence[Any] = (), installed: bool = True) -> None:
         update_wrapper(self, function)
         self.__wrapped__: Any = function
+        self.__name__: str = function.__name__
         self.usual, self.installed = tuple(usual), installed
         code = function.__code__
         self._count = code.co_argcount
         self._defaults: dict[str, Any] = dict(zip(
             code.co_varnames[:self._count][::-1], (function.__defaults__ or ())[::-1]))
-        self._plans: dict[Any, tuple[Any, struct.Struct, str, Any]] = {}
+        self._plans: dict[int, Plan] = {}
         if installed:
             library.ENTRIES.append(self)
 
@@ -149,7 +152,7 @@ class Entry:
         function((ctypes.c_char * form.size).from_buffer(room))
         for copy, original in keep:
             original[...] = copy
-        return unpacked(result, room)
+        return result(room)
 
     def prepared(self, *arguments: Any) -> Callable[..., Any]:
         """
@@ -170,11 +173,15 @@ class Entry:
         place, rest = ctypes.addressof(buffer), struct.Struct('<' + ''.join(
             t.form for t in missing))
 
-        def call(*numbers: Any, held: Any = (arguments, buffer)) -> Any:
+        def call(held: Any = (arguments, buffer)) -> Any:
+            function(place)
+            return result(room)
+
+        def call_with(*numbers: Any, held: Any = (arguments, buffer)) -> Any:
             rest.pack_into(room, fixed.size, *numbers)
             function(place)
-            return unpacked(result, room)
-        return call
+            return result(room)
+        return call_with if missing else call
 
     def _completed(self, arguments: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
         names = self.__wrapped__.__code__.co_varnames[len(arguments):self._count]
@@ -184,7 +191,7 @@ class Entry:
         return (*arguments, *(given[name] for name in names))
 
     def _plan(self, arguments: tuple[Any, ...],
-              count: int | None = None) -> tuple[Any, struct.Struct, str, Any]:
+              count: int | None = None) -> Plan:
         """Return C function, format of the slots, format of the result, types of arguments."""
         expected = self._count if count is None else count
         if len(arguments) != expected:
@@ -208,7 +215,7 @@ class Entry:
         return getattr(ctypes.CDLL(str(path)), symbol)
 
     def use(self, function: Any, types: tuple[Declared, ...],
-            variant: int = 0) -> tuple[Any, struct.Struct, str, Any]:
+            variant: int = 0) -> Plan:
         """
         Call a C function from now on; return how.
 
@@ -219,7 +226,8 @@ class Entry:
         """
         function.argtypes, function.restype = [ctypes.c_void_p], None
         form = struct.Struct(f'<{RESULT}x' + ''.join(t.form for t in types))
-        plan = self._plans[variant] = (function, form, result_format(self.__wrapped__), types)
+        plan = self._plans[variant] = (
+            function, form, unpacker(result_format(self.__wrapped__)), types)
         return plan
 
 

@@ -101,7 +101,8 @@ def installed() -> Any:
         print('compiling kernels: their sources are not those of the installed library',
               file=sys.stderr, flush=True)
         run = subprocess.run([sys.executable, '-m', 'gearbox_monitor.kernels.build', str(folder)],
-                             env={**os.environ, 'PYTHONPATH': str(PACKAGE.parent)},
+                             env={**os.environ, 'PYTHONPATH': str(PACKAGE.parent),
+                                  'GEARBOX_MONITOR_KERNELS': ''},
                              capture_output=True, text=True, check=False)
         if run.returncode:
             raise missing((run.stderr.strip().splitlines() or ['no library'])[-1])

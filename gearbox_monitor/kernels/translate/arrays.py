@@ -54,9 +54,10 @@ class Arrays(Frame):
             raise Refused('too many indices')
         if len(index) < array.type.ndim or not all(isinstance(i, Scalar) for i in index):
             return self._part(array, index)
-        places = [self.place(i, n) for i, n in zip(index, array.shape) if isinstance(i, Scalar)]
-        if array.data is not None and all(i.constant is not OPEN for i in index):
-            return constant(array.data[tuple(i.constant for i in index)])
+        numbers = [i for i in index if isinstance(i, Scalar)]
+        places = [self.place(i, n) for i, n in zip(numbers, array.shape)]
+        if array.data is not None and all(i.constant is not OPEN for i in numbers):
+            return constant(array.data[tuple(i.constant for i in numbers)])
         if array.strides is None:
             offset = places[0]
             for p, n in zip(places[1:], array.shape[1:]):
@@ -67,7 +68,10 @@ class Arrays(Frame):
         return Scalar(ELEMENTS[array.type.element][1], f'{pointer}[{offset}]')
 
     def _part(self, array: View, index: list[Scalar | Slice]) -> View:
-        offsets, shape, steps, contiguous = [], [], [], array.strides is None
+        offsets: list[str] = []
+        shape: list[str] = []
+        steps: list[str] = []
+        contiguous = array.strides is None
         strides = array.steps()
         for k, (n, s) in enumerate(zip(array.shape, strides)):
             i = index[k] if k < len(index) else (None, None, 1)

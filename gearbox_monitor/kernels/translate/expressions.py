@@ -30,6 +30,9 @@ OPERATORS: dict[type, tuple[str, Callable[[Any, Any], Any]]] = {
     ast.Mod: ('gm_mod', operator.mod), ast.BitAnd: ('&', operator.and_),
     ast.BitOr: ('|', operator.or_), ast.BitXor: ('^', operator.xor),
     ast.LShift: ('<<', operator.lshift), ast.RShift: ('>>', operator.rshift)}
+SIGNS: dict[type, tuple[str, Callable[[Any], Any]]] = {
+    ast.USub: ('-', operator.neg), ast.UAdd: ('+', operator.pos),
+    ast.Invert: ('~', operator.invert)}
 BITWISE = (ast.BitAnd, ast.BitOr, ast.BitXor, ast.LShift, ast.RShift)
 COMPARISONS: dict[type, tuple[str, Callable[[Any, Any], bool]]] = {
     ast.Lt: ('<', operator.lt), ast.LtE: ('<=', operator.le), ast.Gt: ('>', operator.gt),
@@ -163,8 +166,7 @@ class Expressions(Arrays):
                 BOOL, f'(!{truth.c})')
         number = self.number(value)
         kind = INT if number.type.kind in 'ib' else number.type
-        fold, sign = {ast.USub: (operator.neg, '-'), ast.UAdd: (operator.pos, '+'),
-                      ast.Invert: (operator.invert, '~')}[type(node.op)]
+        sign, fold = SIGNS[type(node.op)]
         if number.constant is not OPEN:
             return constant(fold(number.constant))
         if kind.kind == 'f' and sign == '~' or kind.kind == 'u' and sign == '-':
@@ -336,12 +338,7 @@ class Expressions(Arrays):
         if isinstance(function, FunctionType) and not _foreign(function):
             return self._of_kernel(function, values, named)
         if isinstance(called, type) and hasattr(called, '_fields'):
-            given = dict(zip(called._fields, values)) | named
-            known = {name: self.program.known(v) for name, v in called._field_defaults.items()}
-            missing = [name for name in called._fields if name not in given | known]
-            if missing or len(given) > len(called._fields):
-                raise Refused(f'{called.__name__} with other fields')
-            return self.tuple_of([(known | given)[name] for name in called._fields], called)
+            return self._named_tuple(called, dict(zip(called._fields, values)) | named)
         if named:
             raise Refused(f'a name in a call of {called}')
         if called is len:
@@ -366,6 +363,13 @@ class Expressions(Arrays):
             return Scalar(FLOAT, f'gm_{called.__name__}({self._reals(values)})')
         raise Refused(f'a call of {getattr(called, "__module__", "")}.'
                       f'{getattr(called, "__name__", called)}, which is no kernel')
+
+    def _named_tuple(self, made_of: Any, given: dict[str, Value]) -> Value:
+        known = {name: self.program.known(v) for name, v in made_of._field_defaults.items()}
+        fields = known | given
+        if set(fields) != set(made_of._fields):
+            raise Refused(f'{made_of.__name__} with other fields')
+        return self.tuple_of([fields[name] for name in made_of._fields], made_of)
 
     def _instruction(self, name: str, results: int, values: list[Value]) -> Value:
         if not results:
