@@ -104,10 +104,10 @@ def units() -> tuple[dict[str, str], dict[str, str]]:
         for k, (symbol, types) in enumerate(entry.variants()):
             add(general if entry.usual and not k else fast, entry, symbol, types)
     texts = {'-O3': fast.text(), '-O2': general.text()}
-    sources = '\n'.join(sorted(
+    sources = '\n'.join(sorted({'kernels/build.py', *(
         str(Path(str(module.__file__)).relative_to(library.PACKAGE))
         for name, module in list(sys.modules.items())
-        if name.startswith('gearbox_monitor.') and getattr(module, '__file__', None)))
+        if name.startswith('gearbox_monitor.') and getattr(module, '__file__', None))}))
     notes = {'sources': sources, 'digest': library.digest(sources),
              'text': hashlib.sha256(str((compiler(), FLAGS, texts)).encode()).hexdigest()}
     texts['-O3'] += ''.join(f'const char *gm_{name} = {json.dumps(note)};\n'

@@ -56,7 +56,7 @@ class Function(Expressions):
         code = self.function.__code__
         file = code.co_filename.rpartition('gearbox_monitor/')[2]
         self.text = '\n'.join([
-            f'/* {file}:{code.co_firstlineno} {self.function.__qualname__} */',
+            f'/* {file}: {self.function.__qualname__} */',
             f'{keyword} {result} {self.name}({", ".join(parameters) or "void"})', '{',
             *variables, *self.lines, '}'])
 
