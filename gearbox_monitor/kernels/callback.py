@@ -39,7 +39,6 @@ def address_of(torques: Torques) -> int:
 
 
 @instruction('gm_called', results=3)
-def called_back(address: int, t: float, x1: float, x2: float, x3: float, x4: float, u: float,
-                tau_k: float, theta: Array) -> Triple:
-    """Return the torques of the user's function at `address`; the others are its arguments."""
-    return _called[address][0](t, x1, x2, x3, x4, u, tau_k, theta)
+def called_back(address: int, numbers: tuple[float, ...], theta: Array) -> Triple:
+    """Return the torques of the user's function at `address` for its arguments, theta the last."""
+    return _called[address][0](*numbers, theta)

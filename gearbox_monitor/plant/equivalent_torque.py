@@ -68,8 +68,8 @@ def _run(state: Vector, schedule: Schedule, noise: ProcessNoise,
         for i in range(n):
             at = t[k] + i * h
             first = torque_difference(at, state, u[k, i], external, drives)
-            advance(state, at, h, u[k, i:i + 1], external, noise.numbers[0], noise.std, drives[0],
-                    0.0)
+            advance(state, at, h, u[k, i:i + 1], external, (noise.numbers[0], noise.std),
+                    drives[0], 0.0)
             second = torque_difference(at + h, state, u[k, i], external, drives)
             torque[k, 0] += (u[k, i] + 0.5 * (first[0] + second[0])) / n
             torque[k, 1] += 0.5 * (first[1] + second[1]) / n

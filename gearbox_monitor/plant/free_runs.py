@@ -88,7 +88,8 @@ def free_runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDriv
                     carry[w, i] = state[i]
             row = extra[extra_at[w] + k - begin[w]]
             external = (row[0], row[1], row[2])
-            advance(state, k * dt, dt, u[k], external, noise.numbers[0], noise.std, drive, 0.0)
+            advance(state, k * dt, dt, u[k], external, (noise.numbers[0], noise.std), drive,
+                    0.0)
         if carry_at[w] == first[w] + length:
             for i in range(N_STATE):
                 carry[w, i] = state[i]

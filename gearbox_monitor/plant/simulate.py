@@ -165,7 +165,7 @@ def torques(t: float, x: Four, m: Any, u: float, drive: PackedDrive) -> Three:
     on_motor, on_arm, in_gearbox = plugged(t, x1, x2, x3, x4, u, tau_k, drive.theta)
     if drive.call != 0:
         on_motor, on_arm, in_gearbox = called_back(
-            drive.call, t, x1, x2, x3, x4, u, tau_k, drive.theta)
+            drive.call, (t, x1, x2, x3, x4, u, tau_k), drive.theta)
     return tau_k + in_gearbox, tau_arm + on_arm, motor + on_motor
 
 
@@ -239,8 +239,8 @@ def play_after(x: Four, m: Any, p: Array) -> float:
 
 
 @kernel
-def advance(state: Array, t: float, dt: float, u: Array, extra: Three, numbers: Array,
-            std: Array, drive: PackedDrive, tolerance: float) -> None:
+def advance(state: Array, t: float, dt: float, u: Array, extra: Three,
+            noise: tuple[Array, Array], drive: PackedDrive, tolerance: float) -> None:
     """
     Advance `state` in place by one sample, in n steps of the Runge-Kutta method.
 
@@ -256,12 +256,11 @@ def advance(state: Array, t: float, dt: float, u: Array, extra: Three, numbers: 
         dt: length of the sample, s.
         u: torque of the actuator in each step [n], N m.
         extra: torques from outside on motor, arm and in the transmission, N m.
-        numbers: of the ProcessNoise in each step [n, 4].
-        std: of the ProcessNoise [4].
+        noise: of a ProcessNoise, numbers in each step [n, 4] and std [4].
         drive: PackedDrive.
         tolerance: error of a step, rad and rad/s; 0: steps are as long as they are.
     """
-    n, p = u.shape[0], drive.p
+    n, p, (numbers, std) = u.shape[0], drive.p, noise
     h = dt / n
     root_h = math.sqrt(h)
     x = (state[0], state[1], state[2], state[3])
@@ -316,7 +315,7 @@ def _run(state: Vector, schedule: Schedule, noise: ProcessNoise, drive: PackedDr
         tau[k, 0] = constrained(at, u[k, 0], external, acting, drive.p)
         tau[k, 1] = acting[1] - external[1]
         tau[k, 1] += arm_constraint(at[2], at[3], tau[k, 0], tau[k, 1], drive.p)
-        advance(state, t[k], dt, u[k], external, noise.numbers[k], noise.std, drive, tolerance)
+        advance(state, t[k], dt, u[k], external, (noise.numbers[k], noise.std), drive, tolerance)
 
 
 def rebuilt(kernel: Any, **names: Any) -> Any:

@@ -375,8 +375,9 @@ class Expressions(Arrays):
         if not results:
             return Scalar(FLOAT, f'{name}({self._reals(values)})')
         made = self.fresh()
+        flat = [item for v in values for item in (v.items if isinstance(v, Tuple) else [v])]
         passed = [f'{v.pointer}, {v.shape[0]}' if isinstance(v, View) else self.number(v).c
-                  for v in values]
+                  for v in flat]
         self.emit(f'real {made}[{results}];')
         self.emit(f'{name}({", ".join([made, *passed])});')
         return Tuple([Scalar(FLOAT, f'{made}[{i}]', stable=True) for i in range(results)])
