@@ -31,7 +31,7 @@ OUTSIDE_WORLD = {
     'asyncio', 'glob', 'io', 'logging', 'multiprocessing', 'os', 'pathlib', 'shutil', 'signal',
     'socket', 'subprocess', 'sys', 'tempfile', 'threading', 'time', 'yaml'}
 ON_DISK = tuple(('kernels', name) for name in (
-    'kernel', 'library', 'build')) + (('kernels', 'translate', 'program'),)  # machine code
+    'kernel', 'library', 'build')) + (('kernels', 'translate', 'program'),)  # C, machine code
 ROS = {'rclpy', 'launch', 'launch_ros', 'ament_index_python', 'builtin_interfaces',
        'rcl_interfaces', 'std_srvs'}
 MODULES = sorted(PACKAGE.rglob('*.py'))

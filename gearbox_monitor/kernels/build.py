@@ -223,7 +223,7 @@ def main(folder: str, wanted: str = '') -> int:
     try:
         package(Path(folder), [s for s in usual if wanted in ('', s)])
     except InputError as error:
-        print(error, file=sys.stderr)
+        sys.stderr.write(f'{error}\n')
         return 1
     return 0
 

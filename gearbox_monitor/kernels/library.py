@@ -98,8 +98,9 @@ def installed() -> Any:
     folder = cache_folder() / key
     path = folder / f'{stems()[0]}.so'
     if not path.exists():
-        print('compiling kernels: their sources are not those of the installed library',
-              file=sys.stderr, flush=True)
+        sys.stderr.write(
+            'compiling kernels: their sources are not those of the installed library\n')
+        sys.stderr.flush()
         run = subprocess.run([sys.executable, '-m', 'gearbox_monitor.kernels.build', str(folder)],
                              env={**os.environ, 'PYTHONPATH': str(PACKAGE.parent),
                                   'GEARBOX_MONITOR_KERNELS': ''},

@@ -62,14 +62,14 @@ def relative(got, expected, n):
 
 
 @pytest.mark.parametrize('kind, rows', [
-    ('numeric', (0, 1)), ('statistical', (1,)),
+    ('statistical', (1,)),
     *(pytest.param(kind, rows, marks=pytest.mark.system)
       for kind in ('ukf', 'srukf') for rows in ((0, 1), (0,), (1,), ()))])
 def test_linear_drive_equals_the_kalman_filter(kind, rows):
     _, n, dt, F, B, Q, u, _, y = linear(steps=700)
     module, options = KINDS[kind]
     # Forward differences round: 1e-10 of a position is 1e-7 of what a speed adds to it in 1 ms.
-    close, close_P = (1e-8, 1e-5) if kind == 'numeric' else (1e-9, 1e-9)
+    close = close_P = 1e-9
     p, _, _ = setup('unknown load', DriveModel().with_(coulomb_friction=0.0),
                     q_std_motor_position=0.01, q_std_arm_position=0.01, **options)
     stock = KalmanFilter(dim_x=n, dim_z=max(len(rows), 1), dim_u=1)

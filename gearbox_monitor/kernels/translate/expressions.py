@@ -11,7 +11,6 @@ import ast
 from collections.abc import Callable, Sequence
 import math
 import operator
-import sys
 from types import FunctionType
 from typing import Any
 
@@ -45,8 +44,8 @@ MAX_POWER = 16
 
 
 def _foreign(function: FunctionType) -> bool:
-    """Return whether a function is of Python's library or of numpy, whose code is no kernel."""
-    return function.__module__.partition('.')[0] in {'numpy', 'scipy', *sys.stdlib_module_names}
+    """Return whether a function is of numpy or scipy, whose code is no kernel."""
+    return function.__module__.partition('.')[0] in ('numpy', 'scipy')
 
 
 class Expressions(Arrays):
