@@ -128,13 +128,13 @@ def compile_(texts: dict[str, str], path: Path, *flags: str) -> None:
         InputError: there is no compiler, or it fails.
     """
     path.parent.mkdir(0o700, parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+    with tempfile.TemporaryDirectory() as folder:
         objects = []
         for own, text in texts.items():
             objects.append(str(Path(folder, f'kernels{own}.o')))
             Path(folder, f'kernels{own}.c').write_text(text)
             _run(FLAGS, flags, [own, '-c', '-o', objects[-1], f'{folder}/kernels{own}.c'])
-        made = Path(folder, path.name)
+        made = path.with_suffix(f'.{os.getpid()}')
         _run(['-shared', '-o', str(made)], objects, ['-lm'])
         os.replace(made, path)
 

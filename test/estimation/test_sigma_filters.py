@@ -68,8 +68,7 @@ def relative(got, expected, n):
 def test_linear_drive_equals_the_kalman_filter(kind, rows):
     _, n, dt, F, B, Q, u, _, y = linear(steps=700)
     module, options = KINDS[kind]
-    # Forward differences round: 1e-10 of a position is 1e-7 of what a speed adds to it in 1 ms.
-    close = close_P = 1e-9
+    close = 1e-9
     p, _, _ = setup('unknown load', DriveModel().with_(coulomb_friction=0.0),
                     q_std_motor_position=0.01, q_std_arm_position=0.01, **options)
     stock = KalmanFilter(dim_x=n, dim_z=max(len(rows), 1), dim_u=1)
@@ -88,18 +87,18 @@ def test_linear_drive_equals_the_kalman_filter(kind, rows):
         # One encoder leaves speeds unknown: what is estimated then grows to hundreds of rad/s.
         size = close * max(1.0, np.abs(stock.x).max())
         np.testing.assert_allclose(z_pred, stock.x.ravel(), rtol=0.0, atol=size)
-        np.testing.assert_allclose(P_pred / scale, stock.P / scale, rtol=0.0, atol=close_P)
-        np.testing.assert_allclose(cross / scale, F @ before / scale, rtol=0.0, atol=close_P)
+        np.testing.assert_allclose(P_pred / scale, stock.P / scale, rtol=0.0, atol=close)
+        np.testing.assert_allclose(cross / scale, F @ before / scale, rtol=0.0, atol=close)
         if rows:
             stock.update(y[k, list(rows)])
         z, P = updated(record, n)
         np.testing.assert_allclose(z, stock.x.ravel(), rtol=0.0, atol=size)
         scale = np.outer(*[np.sqrt(np.diag(stock.P))] * 2)
-        np.testing.assert_allclose(P / scale, stock.P / scale, rtol=0.0, atol=close_P)
+        np.testing.assert_allclose(P / scale, stock.P / scale, rtol=0.0, atol=close)
         _, _, _, (_, loglik, dof) = correction(record, n)
         assert dof == len(rows)
         if rows:
-            near = 10 * close_P
+            near = 10 * close
             assert loglik == pytest.approx(stock.log_likelihood, rel=near, abs=near)
 
 
