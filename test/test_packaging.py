@@ -75,7 +75,7 @@ def test_package_xml_is_valid():
     order = [element.tag for element in XML]
     head = ['name', 'version', 'description', 'maintainer', 'license', 'author']
     assert order[:6] == head and order[-1] == 'export'
-    assert set(order[6:-1]) == {'exec_depend', 'test_depend'}
+    assert set(order[6:-1]) == {'build_depend', 'exec_depend', 'test_depend'}
     assert re.fullmatch(r'[a-z][a-z0-9_]*', text_of('name'))
     assert re.fullmatch(r'\d+\.\d+\.\d+', text_of('version'))
     assert text_of('license') == 'Apache-2.0'
