@@ -16,7 +16,7 @@ COMMANDS = {
     'replay': ['--estimates-only', '--json'], 'accept': ['--max-gap', '0.3', '--json'],
     'compare': ['--filters', 'ekf', '--json'], 'report': ['--json', '-', '--out', 'x.html'],
     'check': ['--json', '-'], 'tune': ['--out', 'x.yaml', '--json'],
-    'fleet': ['--workers', '0', '--out', 'fleet', '--json']}
+    'fleet': ['--out', 'fleet', '--json']}
 
 
 @pytest.fixture(scope='module')

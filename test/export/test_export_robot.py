@@ -82,7 +82,6 @@ FINDING = {'effect': 'motor_coulomb', 'joint': 'joint1', 'link': None,
 @pytest.mark.parametrize('change, options, words', [
     ({}, ['--joint', 'joint1'], '--joint: of one joint'),
     ({}, ['--check', 'bag'], '--check: of one joint'),
-    ({}, ['--to', 'isaac'], '--to isaac: with the verdict on a robot, expected one of mjcf, urdf'),
     ({}, ['--to', 'mjcf'], '<robot>, expected <mujoco> with --to mjcf'),
     ({'ranked': None}, [], 'the verdict on one joint'), ({'findings': 3}, [], 'no findings'),
     ({'findings': [{**FINDING, 'values': {'Cc_change': '1'}}]}, [],
