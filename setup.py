@@ -51,7 +51,7 @@ setup(
     version='0.2.0',
     packages=find_packages(exclude=['benchmarks', 'benchmarks.*', 'test', 'test.*']),
     package_data={package_name: [
-        'py.typed', 'kernels/translate/prelude.h', 'export/firmware/*', 'export/templates/*',
+        'py.typed', 'kernels/translate/prelude.h', 'simulators/firmware/*', 'simulators/templates/*',
         'report/assets/*',
         'report/templates/*.html', 'report/templates/*/*.html']},
     data_files=[

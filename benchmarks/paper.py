@@ -21,8 +21,7 @@ import numpy as np
 
 from benchmarks import paper_adaptive, paper_curve
 from benchmarks.harness import (
-    add_json_option, bar_lines, BarRow, BarTable, finish, progress_line,
-    require_whole)
+    add_json_option, bar_lines, BarRow, BarTable, finish, progress_line, require_whole)
 from benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.errors import expect_matplotlib
 from gearbox_monitor.estimation.estimates import Samples
@@ -30,8 +29,8 @@ from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, smoother_parameters
 from gearbox_monitor.estimation.tune import tuned as tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation

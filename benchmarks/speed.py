@@ -24,10 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import (
-    eigen_reference, filterpy_user, free_run, replay_cost, startup)
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_whole)
+from benchmarks import eigen_reference, filterpy_user, free_run, replay_cost, startup
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from benchmarks.paper import drive, DT
 from benchmarks.replay_cost import FIXED
 from benchmarks.steps import caller, cpu_per_step, estimator, stepper

@@ -10,8 +10,8 @@ from gearbox_monitor.parameters import FILTER_NAMES
 
 MODULES = (
     'bag.cdr', 'bag.message_block', 'estimation.innovation_filter', 'estimation.model_bank',
-    'estimation.whiteness', 'monitoring.checks.elastic_curve', 'monitoring.checks.innovation',
-    'monitoring.checks.observability', 'monitoring.elastic_regression', 'plant.batch',
+    'estimation.whiteness', 'health.checks.elastic_curve', 'health.checks.innovation',
+    'health.checks.observability', 'health.elastic_regression', 'plant.batch',
     'plant.equivalent_torque', 'plant.free_runs', 'robot.arm_load', 'robot.arm_plant')
 
 for module in MODULES:

@@ -122,7 +122,7 @@ def test_commands_start_without_slow_parts_of_scipy():
 def test_offline_commands_need_no_ros():
     """The core and the commands for analysts import where there is no rclpy."""
     code = ('import sys; sys.modules["rclpy"] = None\n'
-            'import gearbox_monitor.monitoring.monitor, gearbox_monitor.bag.replay\n'
+            'import gearbox_monitor.health.monitor, gearbox_monitor.recordings.replay\n'
             'import gearbox_monitor.cli.replay, gearbox_monitor.cli.import_\n'
             'from gearbox_monitor.cli.main import main; main(["--help"])')
     subprocess.run([sys.executable, '-c', code], cwd=PACKAGE.parent, check=True,

@@ -9,9 +9,9 @@ import pytest
 import gearbox_monitor
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.user_simulator import user_simulator
 from gearbox_monitor.parameters import check_values, SETTINGS
 from gearbox_monitor.removed import refusal, REMOVED
+from gearbox_monitor.simulators.user_simulator import user_simulator
 
 
 @pytest.mark.parametrize('name', [name for name in REMOVED if ' ' in name])

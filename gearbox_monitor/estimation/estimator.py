@@ -26,10 +26,9 @@ from gearbox_monitor.estimation.filter_setup import (
     arm_load_of, COMPENSATED, described, drive_of, expect_effort, loop_arrays, model_warnings,
     settings_of)
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, learned_length, layout_of, pack, Q0, state_names, TAU_ARM, TAU_K)
+    EIGENVALUE, layout_of, learned_length, pack, Q0, state_names, TAU_ARM, TAU_K)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
-from gearbox_monitor.estimation.sample_loop import (
-    DescribedLoad, Output, part_of, SECOND, Stream)
+from gearbox_monitor.estimation.sample_loop import DescribedLoad, Output, part_of, SECOND, Stream
 from gearbox_monitor.estimation.snapshot import (
     expect_format, FORMAT, integers_text, numbers_text, read_integers, read_numbers,
     snapshot_errors)

@@ -19,10 +19,6 @@ import pytest
 import yaml
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import replay
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
@@ -33,12 +29,16 @@ from gearbox_monitor.estimation.sample_loop import N_ESTIMATE
 from gearbox_monitor.fleet import job
 from gearbox_monitor.fleet.job import analyse
 from gearbox_monitor.fleet.trend import gearboxes
-from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.backlash.recording_windows import combine, RecordingWindows
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.backlash.features import Backlash
+from gearbox_monitor.health.backlash.recording_windows import combine, RecordingWindows
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.example_bag import ExampleMotion, write_example_bag
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.replay import replay
+from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report.fleet_page import headline
 
 ROOT = Path(__file__).parents[2]

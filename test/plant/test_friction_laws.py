@@ -16,7 +16,7 @@ from gearbox_monitor.plant.drive import model_from_dict, substeps
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 
-EXPORT = Path(__file__).parents[1] / 'export'
+EXPORT = Path(__file__).parents[1] / 'simulators'
 DT = 2e-3
 MUJOCO = {'friction_law': {'kind': 'mujoco'}, 'timestep': 1e-3}
 

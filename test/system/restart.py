@@ -28,11 +28,10 @@ from node_processes import live_nodes
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_whole)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from gearbox_monitor.files.baselines import load_state
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.ros.watcher import Watcher
 
 TIMES = 50

@@ -23,8 +23,7 @@ import scale_numbers
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_whole)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from benchmarks.replay_cost import in_a_process, write_recording
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of

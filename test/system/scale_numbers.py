@@ -13,14 +13,14 @@ from fleet import FleetRuns
 import numpy as np
 from tqdm import tqdm
 
-from gearbox_monitor.bag.example_bag import ExampleMotion, NOISE, write_example_bag
+from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.fleet.executors import SerialExecutor
 from gearbox_monitor.fleet.paths import find_bags
-from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.recordings.example_bag import ExampleMotion, NOISE, write_example_bag
+from gearbox_monitor.signals.recording import UniformRecording
 
 DT = 1e-3  # s
 SECONDS = {'bags': 20.0, 'windows': 0.5}  # length of one
