@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The balance of a whole robot: rows -> columns -> evidence -> verdict.
+Diagnosis of a whole robot by the balance of torques: rows, columns, evidence, verdict.
 
+In go logs of all joints, a chain of links and references; out come findings of joints and links.
 Every term of the equation of motion is multiplied by smooth test functions and integrated, so that
-no acceleration is formed (weak form). What the model leaves is explained by tolerances, or by
-effects of joints and links, or by neither.
+no acceleration is formed (weak form).
 """

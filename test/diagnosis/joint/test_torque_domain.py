@@ -101,7 +101,7 @@ def test_interpreted_is_compiled():
     code = ('import sys; sys.path[:0] = sys.argv[1:]; import test_torque_domain as t; '
             'print(*t.sampled())')
     here = Path(__file__).parent
-    folders = [str(folder) for folder in (here.parents[1], here.parent, here)]
+    folders = [str(folder) for folder in (here.parents[2], here.parents[1], here)]
     out = [subprocess.run([sys.executable, '-c', code, *folders], check=True,
                           capture_output=True, text=True,
                           env={**os.environ, 'GEARBOX_MONITOR_KERNELS': kernels}).stdout
