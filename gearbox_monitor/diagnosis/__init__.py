@@ -20,7 +20,7 @@ Public names, by module:
     joint.innovation_fit: coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit
     joint.innovations: halves, InnovationLikelihood
     joint.isolability: twins
-    joint.model_overlay: ModelRun, overlay, Overlay
+    joint.model_overlay: ModelRun, Overlay, overlay
     joint.noise_model: noise_floor
     joint.nominal: fit_nominal, FittedValue, NominalFit
     joint.parameter_ranges: Combination, LEVELS, NORMAL, ParameterRanges, ranges_of,

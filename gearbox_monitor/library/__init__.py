@@ -4,8 +4,8 @@
 """
 The public API: what `import gearbox_monitor` offers.
 
-In go paths, arrays, DataFrames and models; out come results that show themselves. The commands call
-the same functions.
+In go paths, arrays, DataFrames and models; out come results that show themselves. The commands
+call the same functions.
 
 Public names, by module:
 

@@ -30,7 +30,7 @@ Public names, by module:
         sliced
     recorded_snapshots: NO_MODEL, NO_SERIAL, read_snapshots
     recovery: recover, Recovery
-    replay: interval_error, Replay, replay, ReplayCollector, smoothed, truth
+    replay: interval_error, replay, Replay, ReplayCollector, smoothed, truth
     replay_output: BagOutput
     replay_summary: ReplaySummary, truth_of
     robot_example: write_robot_pair
