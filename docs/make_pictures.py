@@ -40,7 +40,7 @@ from gearbox_monitor.plant.simulate import Noise  # noqa: E402
 from gearbox_monitor.recordings.topics import signal_values, SIGNALS  # noqa: E402
 from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert  # noqa: E402
 from gearbox_monitor.report.live_page import live_frame, LivePage  # noqa: E402
-from gearbox_monitor.ros.event_server import EventServer  # noqa: E402
+from gearbox_monitor.ros.live_node import EventServer  # noqa: E402
 
 BROWSERS = 'chromium', 'chromium-browser', 'google-chrome'
 SMOOTHED = next(s for s in SIGNALS if s.topic == 'transmission_state_smoothed')

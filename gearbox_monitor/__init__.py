@@ -69,17 +69,17 @@ _PUBLIC = {
     'RecordingEstimates': 'library.estimation', 'BacklashWindows': 'library.estimation',
     'estimate': 'library.estimation', 'backlash': 'library.estimation',
     'diagnose': 'library.identify', 'fit': 'library.identify',
-    'tune': 'library.tuning', 'adapt': 'library.tuning', 'TunedParameters': 'library.tuning',
+    'tune': 'library.identify', 'adapt': 'library.identify', 'TunedParameters': 'library.identify',
     'Adapted': 'diagnosis.joint.unit_adaptation', 'export_model': 'library.simulator_file',
     'SimulatorFile': 'library.simulator_file', 'write_report': 'library.recording_report',
     'ReportPages': 'library.recording_report', 'load_robot': 'library.robot',
     'load_robot_logs': 'library.robot', 'learn_robot': 'library.robot',
     'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
     'RobotDiagnosis': 'library.robot',
-    'track_payload': 'library.payload_track', 'PayloadTrack': 'library.payload_track',
+    'track_payload': 'library.robot', 'PayloadTrack': 'library.robot',
     'ranges': 'library.ranges',
     'ParameterRanges': 'diagnosis.joint.parameter_ranges',
-    'load_actuator': 'library.actuators', 'CatalogueActuator': 'library.actuators',
+    'load_actuator': 'library.drive_file', 'CatalogueActuator': 'library.drive_file',
 }
 __all__ = list(_PUBLIC)
 

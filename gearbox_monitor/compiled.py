@@ -12,7 +12,7 @@ MODULES = (
     'bag.cdr', 'bag.message_block', 'estimation.innovation_filter', 'estimation.model_bank',
     'estimation.whiteness', 'health.checks.elastic_curve', 'health.checks.innovation',
     'health.checks.observability', 'health.elastic_regression', 'plant.batch',
-    'plant.equivalent_torque', 'plant.free_runs', 'robot.arm_load', 'robot.arm_plant')
+    'plant.equivalent_torque', 'plant.free_runs', 'robot.dynamics', 'robot.arm_plant')
 
 for module in MODULES:
     import_module(f'gearbox_monitor.{module}')

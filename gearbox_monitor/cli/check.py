@@ -23,8 +23,8 @@ import sys
 import textwrap
 from typing import Any
 
-from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
 from gearbox_monitor.cli.filter_inputs import settings_of
+from gearbox_monitor.cli.inputs import add_setpoint_argument
 from gearbox_monitor.cli.options import add_estimator_arguments, estimator_options, show, wrapped
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError

@@ -46,8 +46,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.recordings.read import BagReader, open_bag
 from gearbox_monitor.recordings.recorded_samples import RecordedSamples, sliced
-from gearbox_monitor.recordings.replay import truth
-from gearbox_monitor.recordings.replay_summary import truth_of
+from gearbox_monitor.recordings.replay import truth, truth_of
 from gearbox_monitor.recordings.topics import PLANT_TRANSMISSION_STATE
 
 KnownTorque: TypeAlias = tuple[Integers, Array]  # stamps [N] ns, torque [N] N m
@@ -250,7 +249,7 @@ def _true_twist(reader: BagReader, recording: RecordedSamples) -> Array | None:
 def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque | None,
           twist: Array | None, axis: str) -> None:
     """Write the figure."""
-    from gearbox_monitor.report import compare_plot
+    from gearbox_monitor.report import plots
     origin = min(r.estimates.stamp_ns[0] for r in results)
     runs = []
     for r in results:
@@ -260,16 +259,16 @@ def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque 
         if torque is not None:
             value, valid = reference_at(e.stamp_ns, *torque)
             error = np.where(valid, e.tau_k - value, np.nan)[keep]
-        runs.append(compare_plot.FilterRun(
+        runs.append(plots.FilterRun(
             r.name, (e.stamp_ns[keep] - origin) * 1e-9, e.twist[keep], e.tau_k[keep], error))
     truth_curve = None
     if torque is not None:
         end = max(r.estimates.stamp_ns[-1] for r in results)
         stamps, tau_k = torque
         keep = (stamps >= origin) & (stamps <= end)
-        truth_curve = compare_plot.TrueTorque(
+        truth_curve = plots.TrueTorque(
             (stamps[keep] - origin) * 1e-9, tau_k[keep], None if twist is None else twist[keep])
-    figure = compare_plot.comparison(runs, truth_curve, f'Filters on {Path(args.bag).name}',
+    figure = plots.comparison(runs, truth_curve, f'Filters on {Path(args.bag).name}',
                                      axis=axis)
     write_files({Path(args.png): figure})
     print(f'compare: wrote {args.png}', file=sys.stderr)

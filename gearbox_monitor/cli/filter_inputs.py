@@ -15,8 +15,8 @@ from gearbox_monitor.parameters import EstimatorParameters, MODEL, resolve
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.joint_input import find_input, JointInput
 from gearbox_monitor.recordings.read import BagReader
-from gearbox_monitor.recordings.recorded_samples import read_samples, RecordedSamples
-from gearbox_monitor.recordings.recorded_snapshots import NO_MODEL, read_snapshots
+from gearbox_monitor.recordings.recorded_samples import (
+    NO_MODEL, read_samples, read_snapshots, RecordedSamples)
 
 
 @dataclass(frozen=True)

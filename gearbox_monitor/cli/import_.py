@@ -233,7 +233,7 @@ def _say(args: Namespace, data: dict[str, Any], joints: Sequence[str]) -> int:
 
 def _pair(args: Namespace) -> int:
     """Join motor and arm of a bag; return the exit code."""
-    from gearbox_monitor.recordings.paired_bag import write_paired
+    from gearbox_monitor.recordings.joint_input import write_paired
     from gearbox_monitor.recordings.read import open_bag
     motor = args.topic or 'joint_states'
     options = load_parameters(args.params, 'estimator', SETTINGS, motor) if args.params else \

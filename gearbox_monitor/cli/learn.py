@@ -14,9 +14,9 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 
+from gearbox_monitor.cli.inputs import add_robot_arguments, robot_of
 from gearbox_monitor.cli.options import show
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.files.yaml_files import expect_new_file

@@ -17,7 +17,7 @@ import argparse
 from argparse import ArgumentParser, Namespace
 import re
 
-from gearbox_monitor.cli.ros_option import add_ros_option, rclpy_required, ros_words
+from gearbox_monitor.cli.options import add_ros_option, rclpy_required, ros_words
 from gearbox_monitor.errors import InputError
 
 NODE_NAME = r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*'

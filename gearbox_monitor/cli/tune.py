@@ -41,8 +41,7 @@ from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search
 from gearbox_monitor.estimation.tune import expected_seconds, tune
-from gearbox_monitor.files.parameter_file import error_words, write_parameters
-from gearbox_monitor.files.yaml_files import expect_new_file
+from gearbox_monitor.files.yaml_files import error_words, expect_new_file, write_parameters
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, MIXED
 from gearbox_monitor.plant.units import on_axis

@@ -98,7 +98,7 @@ class Stream(NamedTuple):
 
     Where a robot's description gives the load, inputs [N, 6]: also the load by it, its standard
     deviation (N m), the inertia of the arm (kg m^2) and the noise of the load ((N m)^2/s), see
-    robot.arm_load.
+    robot.dynamics.
     outputs [N, 2]: motor and arm position, rad. NaN = not measured.
     """
 

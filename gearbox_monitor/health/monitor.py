@@ -23,8 +23,7 @@ from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
 from gearbox_monitor.estimation.snapshot import snapshot_errors
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash import change, drift_words, features
-from gearbox_monitor.health.backlash.forecast import when
-from gearbox_monitor.health.backlash.pooling import PooledFeatures
+from gearbox_monitor.health.backlash.wear import PooledFeatures, when
 from gearbox_monitor.health.backlash.wear_data import AT_ODDS, ERRORS_LARGER, TRUSTED
 from gearbox_monitor.health.checks import (
     covariance, elastic_curve, innovation, learned_curve, model_mismatch, observability, passivity,

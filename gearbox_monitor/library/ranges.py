@@ -17,7 +17,7 @@ from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.diagnosis.robot.robot_effects import PAYLOAD
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.plain_data import read_json
+from gearbox_monitor.files.opening import read_json
 from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis

@@ -80,7 +80,7 @@ def export_model(model: DriveModel, to: str, into: str | Path, *, joint: str,
     Raises:
         InputError: naming what the file lacks, or has and no model can have.
 
-    >>> from gearbox_monitor.files.resources import config_path
+    >>> from gearbox_monitor.files.opening import config_path
     >>> model = DriveModel().with_(kind='rigid', position_gain=0.0)
     >>> export_model(model, 'urdf', config_path('arm6.urdf'), joint='joint6').lacking
     ()

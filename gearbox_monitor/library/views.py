@@ -17,26 +17,22 @@ from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
-from gearbox_monitor.files.opening import write_new
-from gearbox_monitor.files.parameter_file import write_parameters
-from gearbox_monitor.files.plain_data import plain
-from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.files.opening import plain, write_new
+from gearbox_monitor.files.yaml_files import save_model, write_parameters
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
-from gearbox_monitor.library.payload_track import PayloadTrack
+from gearbox_monitor.library.identify import TunedParameters, write_adapted
 from gearbox_monitor.library.recording import Recording
 from gearbox_monitor.library.recording_report import ReportPages
-from gearbox_monitor.library.robot import RobotDiagnosis
+from gearbox_monitor.library.robot import PayloadTrack, RobotDiagnosis
 from gearbox_monitor.library.simulator_file import SimulatorFile
-from gearbox_monitor.library.tuning import TunedParameters, write_adapted
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.recordings.stamp_matching import match_stamps
+from gearbox_monitor.recordings.joint_input import match_stamps
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
-from gearbox_monitor.report.payload_words import payload_words, push_words
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
-from gearbox_monitor.report.robot_words import robot_text
+from gearbox_monitor.report.robot_words import payload_words, push_words, robot_text
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.words import number, value_rows, value_text, width_and_std
 from gearbox_monitor.simulators.randomisation import randomisation

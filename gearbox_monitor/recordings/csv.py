@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.packed_files import lines_of
+from gearbox_monitor.files.opening import lines_of
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.recordings.importer.containers import readable
 from gearbox_monitor.recordings.importer.mapping import (

@@ -18,19 +18,17 @@ import numpy as np
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.snapshot import SnapshotError
-from gearbox_monitor.files.robot_files import load_robot
+from gearbox_monitor.files.opening import load_robot
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers
 from gearbox_monitor.parameters import PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.recordings.cdr import JointStates
+from gearbox_monitor.recordings.cdr import JointStates, MessageBlock
 from gearbox_monitor.recordings.joint_input import find_input, PAYLOAD_CHANGE
-from gearbox_monitor.recordings.message_block import MessageBlock
 from gearbox_monitor.recordings.read import BagReader
-from gearbox_monitor.recordings.recorded_samples import NO_SAMPLES, samples_of, sliced
-from gearbox_monitor.recordings.recorded_snapshots import (
-    NO_MODEL, read_snapshots, RecordedSnapshot)
+from gearbox_monitor.recordings.recorded_samples import (
+    NO_MODEL, NO_SAMPLES, read_snapshots, RecordedSnapshot, samples_of, sliced)
 from gearbox_monitor.robot.description import RobotDescription
 
 STATE = ('z', 'P', 'memory', 'gate', 'clock', 'efforts', 'parameters', 'model')

@@ -24,14 +24,12 @@ from rosbags.typesys.store import Typestore
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Integers
-from gearbox_monitor.recordings import metadata
-from gearbox_monitor.recordings.cdr import Decoder, JointStates
-from gearbox_monitor.recordings.decompression import PACKED, unpack_message, unpacked_files
-from gearbox_monitor.recordings.mcap_file import Chunk, McapFile
-from gearbox_monitor.recordings.message_block import (
-    block_of, CHANNELS, compact, empty_index, find_messages, Message, MESSAGE_HEAD, MessageBlock,
-    Numbers)
-from gearbox_monitor.recordings.sqlite_file import SqliteFile
+from gearbox_monitor.recordings import storage
+from gearbox_monitor.recordings.cdr import (
+    block_of, CHANNELS, compact, Decoder, empty_index, find_messages, JointStates, Message,
+    MESSAGE_HEAD, MessageBlock, Numbers)
+from gearbox_monitor.recordings.mcap_file import McapFile, ScannedChunk
+from gearbox_monitor.recordings.storage import PACKED, SqliteFile, unpack_message, unpacked_files
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
@@ -82,12 +80,12 @@ def is_ros1(path: Path) -> bool:
 
 def _files_of(path: Path) -> tuple[list[Path], bool]:
     """Return (recordings of the bag directory `path` in order, messages are packed one by one)."""
-    content = metadata.read_information(path)  # if damaged, the recordings themselves suffice
+    content = storage.read_information(path)  # if damaged, the recordings themselves suffice
     files = named_files(path, content)
     missing = [file for file in files if not os.path.isfile(file)]
     if missing:
         problem = 'a pipe or device, not a file' if os.path.exists(missing[0]) else (
-            f'missing, but {path / metadata.FILE_NAME} names it')
+            f'missing, but {path / storage.FILE_NAME} names it')
         raise InputError(f'{missing[0]}: {problem}')
     files = files or sorted((file for suffix in FORMATS for pattern in (suffix, suffix + PACKED)
                              for file in path.glob('*' + pattern)), key=natural)
@@ -274,7 +272,7 @@ class _PlacedChunk:
 
     file_number: int
     file: McapFile
-    chunk: Chunk
+    chunk: ScannedChunk
     rank: int
 
 

@@ -26,17 +26,16 @@ import numpy as np
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Values
-from gearbox_monitor.recordings import metadata
-from gearbox_monitor.recordings.decompression import PACKED, unpacked_files
-from gearbox_monitor.recordings.mcap_file import ALL_CHANNELS, Chunk, McapFile
-from gearbox_monitor.recordings.message_block import empty_index, find_messages, MESSAGE_HEAD
+from gearbox_monitor.recordings import storage
+from gearbox_monitor.recordings.cdr import empty_index, find_messages, MESSAGE_HEAD
+from gearbox_monitor.recordings.mcap_file import ALL_CHANNELS, McapFile, ScannedChunk, sync_folder
 from gearbox_monitor.recordings.read import named_files, natural, open_bag
-from gearbox_monitor.recordings.record_file import sync_folder
+from gearbox_monitor.recordings.storage import PACKED, unpacked_files
 from gearbox_monitor.recordings.write import BagWriter
 
 RECOVERED = 'gearbox_monitor_recovered'  # name of the metadata record
 HEAD = struct.Struct('<IQQQ')  # sequence, log time, publish time, size
-Work: TypeAlias = list[tuple[McapFile, Chunk]]
+Work: TypeAlias = list[tuple[McapFile, ScannedChunk]]
 
 
 @dataclass
@@ -105,7 +104,7 @@ class Recovery:
 
 
 def recover(source: str | Path, out: str | Path,
-            progress: Callable[[Work], Iterable[tuple[McapFile, Chunk]]] = iter) -> Recovery:
+            progress: Callable[[Work], Iterable[tuple[McapFile, ScannedChunk]]] = iter) -> Recovery:
     """
     Copy all readable messages of a damaged bag to a new bag; a complete bag is not copied.
 
@@ -151,7 +150,7 @@ def _recordings(source: Path) -> tuple[list[Path], Recovery, dict[str, Any]]:
     """Return (files of the bag `source`, new Recovery, content of its metadata.yaml)."""
     recovery, information = Recovery(), {}
     if os.path.isdir(source):
-        information = metadata.read_information(source)
+        information = storage.read_information(source)
         listed = named_files(source, information)
         # A file that was begun after metadata.yaml was written is not listed in it.
         files = sorted({*source.glob('*.mcap'), *source.glob('*.mcap' + PACKED),
@@ -161,7 +160,7 @@ def _recordings(source: Path) -> tuple[list[Path], Recovery, dict[str, Any]]:
                 recovery.notes.append(f'{file}: missing')
                 recovery.dropouts.append(_span(entry))
         if not information:
-            recovery.notes.append(f'{source / metadata.FILE_NAME}: missing or damaged')
+            recovery.notes.append(f'{source / storage.FILE_NAME}: missing or damaged')
     elif os.path.exists(source):
         files = [source]
     else:
@@ -254,7 +253,7 @@ def _scratch(out: Path) -> Iterator[Path]:
         raise InputError(f'{out}: cannot create the bag: {error.strerror or error}') from None
 
 
-def _messages(file: McapFile, chunk: Chunk) -> Iterator[tuple[int, int, int, int, bytes]]:
+def _messages(file: McapFile, chunk: ScannedChunk) -> Iterator[tuple[int, int, int, int, bytes]]:
     """Yield (channel id, sequence, log_ns, publish_ns, bytes) of `chunk` in its order."""
     raw = file.unpacked(chunk)
     rows = len(raw) // MESSAGE_HEAD
@@ -300,7 +299,7 @@ class _Copy:
         self._ends: dict[McapFile, list[tuple[int, int]]] = {file: [] for file in files}
         self._newest: dict[tuple[McapFile, str], int] = {}
 
-    def run(self, source: Path, progress: Callable[[Work], Iterable[tuple[McapFile, Chunk]]]
+    def run(self, source: Path, progress: Callable[[Work], Iterable[tuple[McapFile, ScannedChunk]]]
             ) -> tuple[bytes, tuple[str, ...]]:
         """
         Copy all; return the digest of the messages. Raises InputError if there is none.
@@ -345,7 +344,7 @@ class _Copy:
                 topic_of[channel.id] = channel.topic
         return topic_of
 
-    def _copy(self, file: McapFile, chunk: Chunk, topic_of: dict[int, str]) -> None:
+    def _copy(self, file: McapFile, chunk: ScannedChunk, topic_of: dict[int, str]) -> None:
         """Copy the messages of `chunk` that have a definition."""
         counts: Counter[int] = Counter()
         last_ns = 0
@@ -404,7 +403,7 @@ def _verify(path: Path, digest: tuple[bytes, tuple[str, ...]], recovery: Recover
         counts = {topic: count for topic, (_, count) in reader.topics.items()}
         identical = not reader.notice and counts == {
             name: topic.recovered for name, topic in recovery.topics.items()}
-    (file_path,) = named_files(path, metadata.read_information(path))
+    (file_path,) = named_files(path, storage.read_information(path))
     file = McapFile(file_path)
     try:
         for chunk in file.chunks:

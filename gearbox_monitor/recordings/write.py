@@ -15,10 +15,9 @@ import numpy as np
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysError
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.recordings import metadata
-from gearbox_monitor.recordings.mcap_writer import COMPRESSIONS, McapWriter
-from gearbox_monitor.recordings.message_block import MESSAGE_HEAD, MessageBlock
-from gearbox_monitor.recordings.record_file import sync_folder, Syncer
+from gearbox_monitor.recordings import storage
+from gearbox_monitor.recordings.cdr import MESSAGE_HEAD, MessageBlock
+from gearbox_monitor.recordings.mcap_file import COMPRESSIONS, McapWriter, sync_folder, Syncer
 
 CHUNK_BYTES = 1 << 20
 CHUNK_SECONDS = 0.25
@@ -79,7 +78,7 @@ class BagWriter:
         self._compression = compression
         self._max_size, self._max_ns = max_size, round(max_seconds * 1e9)
         self._unflushed, self._unflushed_bytes = 0, 0
-        self._topics: dict[str, metadata.BagTopic] = {}
+        self._topics: dict[str, storage.BagTopic] = {}
         self._records: list[tuple[str, dict[str, str]]] = []
         self._parts: list[McapWriter] = []
         self._typestore = get_typestore(Stores.ROS2_JAZZY)
@@ -118,7 +117,7 @@ class BagWriter:
         return {t.name: (t.msgtype, t.count) for t in self._topics.values()}
 
     def add_topic(self, topic: str, msgtype: str,
-                  qos: Iterable[metadata.QosProfile] | None = None, msgdef: str | None = None
+                  qos: Iterable[storage.QosProfile] | None = None, msgdef: str | None = None
                   ) -> None:
         """
         Add a topic with the QoS profiles that its publishers offer.
@@ -134,21 +133,21 @@ class BagWriter:
         """
         if topic in self._topics:
             raise ValueError(f'{topic} was added before')
-        qos = [metadata.qos_profile()] if qos is None else list(qos)
+        qos = [storage.qos_profile()] if qos is None else list(qos)
         text, type_hash = self._definition(msgtype, msgdef)
-        self._announce(metadata.BagTopic(topic, msgtype, qos, type_hash, text.encode(), {
-            'offered_qos_profiles': metadata.to_yaml(qos) if qos else '',
+        self._announce(storage.BagTopic(topic, msgtype, qos, type_hash, text.encode(), {
+            'offered_qos_profiles': storage.to_yaml(qos) if qos else '',
             'topic_type_hash': type_hash}))
 
     def copy_topic(self, schema: Schema, channel: Channel) -> None:
         """Add the topic that `schema` and `channel` of another bag define."""
         offer = channel.metadata
-        qos = metadata.read_qos(offer.get('offered_qos_profiles', ''))
-        self._announce(metadata.BagTopic(
+        qos = storage.read_qos(offer.get('offered_qos_profiles', ''))
+        self._announce(storage.BagTopic(
             channel.topic, schema.name, qos, offer.get('topic_type_hash', ''), schema.data, offer,
             schema.encoding, channel.message_encoding))
 
-    def _announce(self, topic: metadata.BagTopic) -> None:
+    def _announce(self, topic: storage.BagTopic) -> None:
         if self.error is None:
             self._guarded(self._part.add_topic, topic)
             self._topics[topic.name] = topic
@@ -288,7 +287,7 @@ class BagWriter:
                 self._syncer.close()
             if self.error is None:
                 self._guarded(self._part.file.write, b'')  # raises the error of the syncer
-                info = metadata.bag_information(
+                info = storage.bag_information(
                     self._parts, list(self._topics.values()), self.custom_data)
                 self._guarded(self._write_yaml, {'rosbag2_bagfile_information': info})
         finally:
@@ -331,10 +330,10 @@ class BagWriter:
         """Write the index and the footer of the file."""
         self._finish_chunk()
         part = self._part
-        info = metadata.bag_information(
+        info = storage.bag_information(
             [part], [replace(topic, count=part.counts[name])
                      for name, topic in self._topics.items()], self.custom_data)
-        part.add_metadata('rosbag2', {'serialized_metadata': metadata.to_yaml(info)})
+        part.add_metadata('rosbag2', {'serialized_metadata': storage.to_yaml(info)})
         part.finish()
 
     def __enter__(self) -> 'BagWriter':
@@ -357,11 +356,11 @@ class BagWriter:
             return msgdef or '', ''
 
     def _write_yaml(self, content: dict[str, Any]) -> None:
-        path = self.path / metadata.FILE_NAME
+        path = self.path / storage.FILE_NAME
         temporary = path.with_suffix('.yaml.tmp')
         try:
             with open(temporary, 'w', encoding='utf-8') as file:
-                file.write(metadata.to_yaml(content))
+                file.write(storage.to_yaml(content))
                 file.flush()
                 if self._syncer is not None:
                     os.fsync(file.fileno())

@@ -8,10 +8,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.health.backlash.forecast import span, when
-from gearbox_monitor.report.builder import Page, render_page, Section
+from gearbox_monitor.health.backlash.wear import span, when
+from gearbox_monitor.report.builder import advice, Page, page_summary, render_page, Section
 from gearbox_monitor.report.figures import BarRow, bars, chart, PageTable, Panel, Trace
-from gearbox_monitor.report.shared_sections import advice, page_summary
 from gearbox_monitor.report.words import counted, width_and_std
 
 Gearbox: TypeAlias = Mapping[str, Any]  # a row of fleet.trend.gearboxes

@@ -13,8 +13,8 @@ from gearbox_monitor.health.backlash import drift_words
 from gearbox_monitor.health.backlash.change import GROSS
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
-from gearbox_monitor.ros.recording_buffer import RecordingBuffer, Rows
-from gearbox_monitor.ros.recording_export import export_recording, RecordingContext
+from gearbox_monitor.ros.recording_export import (
+    export_recording, RecordingBuffer, RecordingContext, Rows)
 
 KEEP = 'keep_recording'  # the service
 RETRY = 10.0  # s after a recording of an alert failed

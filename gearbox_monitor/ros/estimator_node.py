@@ -26,11 +26,11 @@ from gearbox_monitor.kernels.library import installed
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
 from gearbox_monitor.ros.black_box import KEEP
-from gearbox_monitor.ros.change_naming import ChangeNamer
+from gearbox_monitor.ros.change_watch import ChangeNamer
 from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_states
-from gearbox_monitor.ros.gearbox_settings import declare_gearboxes, GearboxSettings, located
 from gearbox_monitor.ros.joint_subscriptions import JointSubscriptions, TakenSamples
-from gearbox_monitor.ros.monitored_gearbox import MonitoredGearbox
+from gearbox_monitor.ros.monitored_gearbox import (
+    declare_gearboxes, GearboxSettings, located, MonitoredGearbox)
 from gearbox_monitor.ros.node_parameters import on_change, TableNode
 from gearbox_monitor.ros.qos import advertise, latched
 from gearbox_monitor.ros.runtime import spin_node

@@ -15,7 +15,7 @@ import signal
 import sys
 from typing import Any
 
-from gearbox_monitor.ros.child_processes import end_with
+from gearbox_monitor.ros.middleware import end_with
 
 FAILED, SHORT_OF_MEMORY = 3, 4
 NICE = 19
@@ -54,11 +54,11 @@ def verdict_of(order: dict[str, Any], data: bytes) -> dict[str, Any]:
         InputError: a recording allows no statement; Undecided: none is possible.
     """
     from gearbox_monitor.errors import InputError
-    from gearbox_monitor.files.baseline_recording import split
+    from gearbox_monitor.files.baselines import split
     from gearbox_monitor.diagnosis.joint.change_diagnosis import diagnose_change
     from gearbox_monitor.plant.drive import model_from_dict
     from gearbox_monitor.report.change_words import sentence
-    from gearbox_monitor.ros.recording_buffer import MIN_STRETCH, SECOND, stretch, unpacked_rows
+    from gearbox_monitor.ros.recording_export import MIN_STRETCH, SECOND, stretch, unpacked_rows
     from gearbox_monitor.ros.recording_export import load_of, recording_of
     blocks = split(data, (*order['reference'], *order['later']))
     count = len(order['reference'])

@@ -26,12 +26,11 @@ from gearbox_monitor.diagnosis.robot.payload import PayloadEstimate, PayloadTrac
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import load_knowledge
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.library.payload_track import payload_tracker
-from gearbox_monitor.library.robot import load_robot, recorded_names
+from gearbox_monitor.library.robot import load_robot, payload_tracker, recorded_names
 from gearbox_monitor.parameters import PAYLOAD_NODE, PayloadParameters
 from gearbox_monitor.recordings.topics import (
     DIAGNOSTICS, EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD, JOINT_STATES, PAYLOAD, PAYLOAD_STD)
-from gearbox_monitor.report.payload_words import payload_words
+from gearbox_monitor.report.robot_words import payload_words
 from gearbox_monitor.ros.convert import stamp_of, to_diagnostics, to_time
 from gearbox_monitor.ros.node_parameters import declare, TableNode
 from gearbox_monitor.ros.qos import advertise, best_effort, subscribe

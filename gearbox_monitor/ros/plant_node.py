@@ -20,7 +20,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from std_msgs.msg import Float64MultiArray
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL, PlantParameters
 from gearbox_monitor.plant.drive import expect_integrable, expect_torque_input, model_from_dict

@@ -28,7 +28,7 @@ from rclpy.subscription import Subscription
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import RECORDER, RecorderParameters
-from gearbox_monitor.recordings.metadata import qos_profile
+from gearbox_monitor.recordings.storage import qos_profile
 from gearbox_monitor.recordings.write import BagWriter, WriteError
 from gearbox_monitor.ros.convert import key_values
 from gearbox_monitor.ros.message_definition import import_message, message_definition

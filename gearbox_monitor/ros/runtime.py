@@ -29,8 +29,7 @@ from rclpy.timer import Timer
 from rclpy.utilities import remove_ros_args
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.ros.child_processes import end_with, PARENT
-from gearbox_monitor.ros.middleware import remove_cut_ports
+from gearbox_monitor.ros.middleware import end_with, PARENT, remove_cut_ports
 from gearbox_monitor.ros.qos import subscribe
 
 RCLError = rclpy_implementation.RCLError

@@ -1,20 +1,12 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-A verdict in the user's own simulator: a function from torques on motor and arm to positions.
-
-    def simulate(torque, start, dt, arm_inertia, half_gap): ...
-
-Parameters behind dt are the values of the model that the simulator takes, by name. Whatever else
-the closed model has comes as torque: what the simulator lacks to move like it. Actuator and
-encoders are applied here; the simulator is the mechanics between them, with the nominal values
-where it takes none.
-"""
+"""Where runs of another simulator start: positions and speeds that fit a window best."""
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import importlib
 import inspect
+import math
 from pathlib import Path
 import sys
 import traceback
@@ -22,19 +14,82 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.joint.closed_model import closed_of, gap_of
-from gearbox_monitor.diagnosis.joint.model_overlay import ModelRun, Overlay, overlay
+from gearbox_monitor.diagnosis.joint.closed_model import (
+    closed_of, gap_of, ModelRun, Overlay, overlay)
 from gearbox_monitor.diagnosis.joint.shooting import Simulator
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
 from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import arm_side, EFFECTS, library
 from gearbox_monitor.plant.equivalent_torque import equivalent_torque
 from gearbox_monitor.plant.simulate import PackedDrive, plugin_of, read_all, Schedule
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.removed import refusal
+from gearbox_monitor.robot.compiled_model import kind_of, mujoco_module, name_of, scalar_joints
 from gearbox_monitor.signals.recording import UniformRecording
-from gearbox_monitor.simulators.start_fit import fitted_start, slopes, STEPS
+from gearbox_monitor.simulators.mjcf_file import (
+    drive_in, MjcfDrive, posture_of, RobotFile, values_in)
+
+STEPS = (1e-4, 1e-3)   # rad and rad/s: differences that make a slope
+RULE = Damping(0.0, 9.0, 0.01, lowered=0.0, attempts=5, relative=1e-12)
+ITERATIONS = 8
+GAIN = 1e-3            # least relative gain of an iteration worth another
+
+
+def slopes(residual_of: Callable[[Array], Array], start: Array, steps: Array) -> Array:
+    """
+    Return the slopes of a residual over the start, by central differences.
+
+    Args:
+        residual_of: see fitted_start.
+        start: [n].
+        steps: differences [n].
+
+    Returns:
+        A column for each value of the start.
+    """
+    return np.column_stack([
+        (residual_of(start + step * e) - residual_of(start - step * e)) / (2.0 * step)
+        for step, e in zip(steps, np.eye(len(start)))])
+
+
+def fitted_start(residual_of: Callable[[Array], Array], start: Array, steps: Array
+                 ) -> tuple[Array, Array]:
+    """
+    Return the start that fits best, and its residual (Levenberg-Marquardt).
+
+    Args:
+        residual_of: function of a start [n] that runs a window: residual, in standard deviations.
+        start: where the search begins [n].
+        steps: differences that make a slope [n].
+
+    Returns:
+        (start [n], residual).
+    """
+    (start,), (residual,), _ = minimise(_Window(residual_of, steps), start[None], RULE, GAIN,
+                                        RULE.attempts * ITERATIONS, ITERATIONS)
+    return start, residual
+
+
+@dataclass(frozen=True, eq=False)
+class _Window:
+    """The start of one window as a problem, see fitted_start."""
+
+    residual_of: Callable[[Array], Array]
+    steps: Array
+
+    def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
+        """See LeastSquaresProblems: `theta` of the problems `index`."""
+        residual = self.residual_of(theta[0])[None]
+        return residual, (residual ** 2).sum(axis=1)
+
+    def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
+        """See LeastSquaresProblems: `theta`, `residual` of the problems `index`."""
+        columns = slopes(self.residual_of, theta[0], self.steps)
+        return (columns.T @ columns)[None], -residual @ columns
+
 
 FIXED = ('torque', 'start', 'dt')
 VALUES = ('motor_inertia', 'arm_inertia', 'damping', 'viscous_friction', 'coulomb_friction',
@@ -327,3 +382,118 @@ def _residual_of(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
         r: Array = ((laid.measured[w] - y) / laid.sigma)[:, channels].ravel()
         return np.nan_to_num(r, nan=HUGE, posinf=HUGE, neginf=-HUGE)
     return residual
+
+
+NONE, TORQUE, SPEED, SERVO = ('none', 'torque', 'speed', 'position')  # what a control is
+# value of a JointReading -> its unit on a rotary axis
+UNITS = {
+    'inertia': 'kg m^2', 'armature': 'kg m^2', 'viscous_friction': 'N m s/rad',
+    'coulomb_friction': 'N m', 'weight': 'N m', 'stiffness': 'N m/rad', 'offset': 'N m',
+    'gear': '-', 'gain': 'N m per unit of control', 'kp': 'N m/rad', 'kd': 'N m s/rad',
+    'limit': 'N m', 'lag': 's', 'delay': 's', 'low': 'rad', 'high': 'rad'}
+
+
+@dataclass(frozen=True)
+class JointReading:
+    """
+    What is read of a joint: its values, SI units on the joint's side, or why it is refused.
+
+    kind: hinge, slide, ball or free; control: what its actuator takes, of NONE, TORQUE, SPEED,
+    SERVO; values {name of UNITS: number}, without those that are off; refusals: one line each;
+    notes: what was taken for granted.
+    """
+
+    name: str
+    kind: str
+    control: str
+    values: dict[str, float]
+    refusals: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def read(self) -> bool:
+        """Whether commands take the joint."""
+        return not self.refusals
+
+    def units(self) -> dict[str, str]:
+        """Return {name of a value: its unit}."""
+        axis = 'prismatic' if self.kind == 'slide' else 'rotary'
+        return {name: on_axis(UNITS[name], axis) for name in self.values}
+
+
+def joint_readings(file: RobotFile, keyframe: str | None = None) -> list[JointReading]:
+    """
+    Return what is read of each joint of a robot's file.
+
+    Args:
+        file: compiled.
+        keyframe: posture in which the others rest, None for that of the file.
+
+    Returns:
+        JointReadings, in the order of the file.
+
+    Raises:
+        InputError: no such keyframe.
+
+    """
+    m, readings = file.compiled, []
+    scalar = scalar_joints(m)
+    if scalar:
+        posture_of(m, keyframe, file.path)
+    for joint in range(m.njnt):
+        name = name_of(m, 'joint', joint)
+        kind = kind_of(mujoco_module().mjtJoint, m.jnt_type[joint])
+        if joint not in scalar:
+            readings.append(JointReading(name, kind, NONE, {}, (
+                f'type: {kind}, expected hinge or slide',), ()))
+        elif not m.joint(joint).name:
+            readings.append(JointReading(name, kind, NONE, {}, (
+                'name: has none, expected one for --joint',), ()))
+        else:
+            readings.append(_reading(file, name, kind, keyframe))
+    return readings
+
+
+def _reading(file: RobotFile, name: str, kind: str, keyframe: str | None) -> JointReading:
+    try:
+        drive = drive_in(file, (name, None), keyframe)
+    except InputError as error:
+        return JointReading(name, kind, NONE, {}, tuple(
+            problem.removeprefix(f'{file.path}: ').removeprefix(f'joint {name}: ')
+            for problem in error.args), ())
+    refusals = tuple(map(str, drive.refusals()))
+    notes = tuple(note.partition(f'joint {name}: ')[2] for note in drive.notes
+                  if f'joint {name}: ' in note)
+    return JointReading(name, kind, _control(drive), _drive_values(drive), refusals, notes)
+
+
+def _control(drive: MjcfDrive) -> str:
+    own = drive.actuator
+    if own is None:
+        return NONE
+    if own.law is None:
+        return TORQUE
+    return SERVO if own.law.setpoint else SPEED if own.law.speed else TORQUE
+
+
+def _drive_values(drive: MjcfDrive) -> dict[str, float]:
+    """Return the values of a drive that are not off."""
+    values, joint, own = values_in(drive), drive.motor, drive.actuator
+    readings = {
+        'inertia': joint.inertia, 'armature': joint.armature,
+        'viscous_friction': values.motor_damping, 'coulomb_friction': values.motor_friction,
+        'weight': abs(values.weight or 0.0), 'stiffness': values.motor_stiffness,
+        'offset': values.offset, 'lag': values.lag, 'delay': values.delay,
+        'limit': values.servo.limit if values.servo else values.limit}
+    if own is not None:
+        readings['gear'] = own.gear
+        if own.law is not None and not own.law.setpoint:
+            readings['gain'] = own.law.gain
+    if values.servo is not None:
+        readings |= {'kp': values.servo.kp, 'kd': values.servo.kd}
+    low, high = joint.travel
+    numbers: dict[str, Any] = {name: float(v) for name, v in readings.items()
+                               if math.isfinite(v) and abs(v) > 1e-12}
+    if math.isfinite(low) and math.isfinite(high):
+        numbers |= {'low': low, 'high': high}
+    return numbers

@@ -18,9 +18,8 @@ from gearbox_monitor.cli.main import main as run_command
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.recordings.example_bag import ExampleMotion
+from gearbox_monitor.recordings.examples import ExampleMotion, write_robot_pair
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.robot_example import write_robot_pair
 
 MODEL = DriveModel()
 

@@ -9,7 +9,7 @@ import math
 from matplotlib.figure import Figure
 import pytest
 
-from gearbox_monitor.cli.drive_recordings import add_recording_arguments, written_options
+from gearbox_monitor.cli.inputs import add_recording_arguments, written_options
 from gearbox_monitor.cli.options import show, stated, write_files
 from gearbox_monitor.errors import InputError
 

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.diagnosis.joint import experiment_design
+from gearbox_monitor.diagnosis.joint import isolability
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.units import on_axis
 
@@ -33,8 +33,8 @@ def test_every_unit_of_the_library_has_a_prismatic_one():
 
 @pytest.mark.system
 def test_no_command_says_rad_of_a_prismatic_axis(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(experiment_design, 'KINDS', experiment_design.KINDS[::8])
-    monkeypatch.setattr(experiment_design, 'CHANGES', 0)
+    monkeypatch.setattr(isolability, 'KINDS', isolability.KINDS[::8])
+    monkeypatch.setattr(isolability, 'CHANGES', 0)
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'true.yaml').write_text(MODEL)
     (tmp_path / 'drive.yaml').write_text('axis: prismatic\n')

@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.baseline_recording import (
-    BaselineRecording, check_belongs, load_recording)
-from gearbox_monitor.files.baselines import Damaged
-from gearbox_monitor.files.state_file import StateFile
-from gearbox_monitor.ros.recording_buffer import RecordingBuffer, SECOND, unpacked_rows
+from gearbox_monitor.files.baselines import (
+    BaselineRecording, check_belongs, Damaged, load_recording, StateFile)
+from gearbox_monitor.ros.recording_export import RecordingBuffer, SECOND, unpacked_rows
 
 T0 = 1_700_000_000 * SECOND
 
@@ -68,8 +66,8 @@ def test_a_recording_of_another_gearbox_is_refused_by_name(change, words):
 
 def test_the_newest_recording_is_on_disk_before_the_state_that_names_it(tmp_path, monkeypatch):
     """Also where the disk was full in between: the next text tries again."""
-    from gearbox_monitor.files import state_file
-    write, full, order = state_file.write_whole, [True], []
+    from gearbox_monitor.files import baselines
+    write, full, order = baselines.write_whole, [True], []
 
     def limited(path, content):
         if full[0] and isinstance(content, bytes):
@@ -77,7 +75,7 @@ def test_the_newest_recording_is_on_disk_before_the_state_that_names_it(tmp_path
             raise InputError(f'{path}: No space left on device, expected a writable file')
         order.append(path.name)
         write(path, content)
-    monkeypatch.setattr(state_file, 'write_whole', limited)
+    monkeypatch.setattr(baselines, 'write_whole', limited)
     file = StateFile(tmp_path / 'state.json', 'estimator')
     old, new = recording()[0], recording(first=5000)[0]
     file.keep_recording(old.to_bytes)

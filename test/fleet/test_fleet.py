@@ -19,10 +19,6 @@ import pytest
 import yaml
 
 from gearbox_monitor import __version__
-from gearbox_monitor.recordings.example_bag import ExampleMotion, write_example_bag
-from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.replay import replay
-from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
@@ -39,6 +35,10 @@ from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.replay import replay
+from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report.fleet_page import headline
 
 ROOT = Path(__file__).parents[2]

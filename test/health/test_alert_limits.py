@@ -11,8 +11,7 @@ import pytest
 from gearbox_monitor import health
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST
 from gearbox_monitor.health.alert_limits import AlertLimits, LIMITS
-from gearbox_monitor.health.backlash.forecast import Trend
-from gearbox_monitor.health.backlash.pooling import PooledFeatures
+from gearbox_monitor.health.backlash.wear import PooledFeatures, Trend
 from gearbox_monitor.health.checks import (
     covariance, innovation, learned_curve, model_mismatch, observability, passivity, twist_range)
 from gearbox_monitor.health.checks.outcome import Alarm, DEBOUNCE, Level, outcome_of

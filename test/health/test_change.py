@@ -16,7 +16,7 @@ from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST, S_X4
 from gearbox_monitor.files.baselines import (
     load_baseline, load_state, save_baseline, state_text, write_whole)
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash import forecast, scan
+from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings
 from gearbox_monitor.health.backlash.change_tests import CONDITIONS, GAP, SHARP, TESTS
 from gearbox_monitor.health.backlash.drift_words import outcomes
@@ -75,7 +75,7 @@ def alarmed(outcomes):
 @pytest.mark.parametrize('windows', [300, 3000])
 def test_threshold_gives_the_stated_false_alarm_rate(windows):
     """Mean run length of 400 runs within 20 % of the formula; by chance beyond: 6e-5."""
-    b, random = scan.threshold(windows), np.random.default_rng(1)
+    b, random = wear.threshold(windows), np.random.default_rng(1)
     runs, length = 400, 2 * windows
     ends, events = 0, 0
     for _ in range(runs):
@@ -430,7 +430,7 @@ def test_real_recordings_do_not_drift_unless_widened():
 
 
 def test_history_stays_small_and_keeps_the_slope():
-    history, random = forecast.GrowthHistory(), np.random.default_rng(0)
+    history, random = wear.GrowthHistory(), np.random.default_rng(0)
     for k in range(20000):
         history.add(k * WINDOW, 1e-6 * k + 0.005 * random.standard_normal(), 2.5e-5)
     assert len(history.blocks) < 16 * 12 and sum(b[3] for b in history.blocks) == 20000

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
-from gearbox_monitor.simulators.start_fit import fitted_start
+from gearbox_monitor.simulators.user_simulator import fitted_start
 
 
 class Lines:

@@ -10,8 +10,7 @@ from gearbox_monitor.diagnosis.joint import unit_adaptation
 from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.library.identify import uniform
 from gearbox_monitor.plant.simulate import Noise
-from gearbox_monitor.recordings.example_bag import ExampleMotion, write_example_bag
-from gearbox_monitor.recordings.robot_example import write_robot_pair
+from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag, write_robot_pair
 
 DT = 2e-3
 MODEL = gm.DriveModel().with_(gear_ratio=-3.0, torque_constant=0.5)

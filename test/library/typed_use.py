@@ -11,11 +11,10 @@ from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.estimation import (
     backlash, BacklashWindows, estimate, RecordingEstimates)
-from gearbox_monitor.library.identify import diagnose, fit
+from gearbox_monitor.library.identify import adapt, diagnose, fit, tune, TunedParameters
 from gearbox_monitor.library.recording import load_recording, Recording
 from gearbox_monitor.library.robot import diagnose_robot, load_robot, RobotDiagnosis
 from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
-from gearbox_monitor.library.tuning import adapt, tune, TunedParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 

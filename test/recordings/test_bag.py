@@ -28,13 +28,13 @@ import zstandard
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_yaml
-from gearbox_monitor.recordings import cdr, decompression, mcap_writer
+from gearbox_monitor.recordings import cdr, mcap_file, storage
+from gearbox_monitor.recordings.cdr import block_of
 from gearbox_monitor.recordings.csv import read_csv
-from gearbox_monitor.recordings.message_block import block_of
-from gearbox_monitor.recordings.metadata import BagTopic, qos_profile
+from gearbox_monitor.recordings.mcap_file import RecordFile
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.record_file import RecordFile
 from gearbox_monitor.recordings.recovery import recover
+from gearbox_monitor.recordings.storage import BagTopic, qos_profile
 from gearbox_monitor.recordings.write import BagWriter, WriteError
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -155,9 +155,9 @@ def test_blocks_and_single_messages_give_the_same_bytes(tmp_path, monkeypatch, c
 @pytest.mark.parametrize('compression', ['none', 'lz4', 'zstd'])
 def test_files_equal_those_of_the_mcap_package(tmp_path, monkeypatch, compression):
     """Byte by byte: checksums, indexes, statistics, metadata, sequence numbers, any encoding."""
-    monkeypatch.setattr(mcap_writer, 'ZSTD_LEVEL', 3)  # that of the package
+    monkeypatch.setattr(mcap_file, 'ZSTD_LEVEL', 3)  # that of the package
     topics = ('/a', '/b', '/never', '/c')
-    ours = mcap_writer.McapWriter(tmp_path / 'ours.mcap', compression)
+    ours = mcap_file.McapWriter(tmp_path / 'ours.mcap', compression)
     with open(tmp_path / 'peer.mcap', 'wb') as file:
         peer = PeerWriter(file, chunk_size=1 << 30,
                           compression=getattr(CompressionType, compression.upper()),
@@ -367,11 +367,11 @@ def test_what_unpacks_is_bounded_by_what_is_packed(compression):
     packed = lz4.frame.compress(data) if compression == 'lz4' else \
         zstandard.ZstdCompressor().compress(data)
     for stated in (1 << 20, 1 << 26, 1 << 40):
-        out, _ = decompression.unpack(packed, compression, stated)
-        assert len(out) == min(stated, decompression.unpacked_limit(len(packed)), len(data))
+        out, _ = storage.unpack(packed, compression, stated)
+        assert len(out) == min(stated, storage.unpacked_limit(len(packed)), len(data))
     if compression == 'zstd':
         with pytest.raises(InputError, match='bytes unpack to more than 16 MB'):
-            decompression.unpack_message(packed)
+            storage.unpack_message(packed)
 
 
 def test_pipes_are_refused_not_waited_for(tmp_path):

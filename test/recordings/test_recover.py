@@ -22,10 +22,10 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings import recovery as module
 from gearbox_monitor.recordings.cdr import encode_joint_states
-from gearbox_monitor.recordings.example_bag import ExampleMotion, write_example_bag
-from gearbox_monitor.recordings.metadata import qos_profile
+from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.recovery import recover
+from gearbox_monitor.recordings.storage import qos_profile
 from gearbox_monitor.recordings.write import BagWriter
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'

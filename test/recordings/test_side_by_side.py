@@ -19,8 +19,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
-from gearbox_monitor.recordings.joiner import Joiner, WAIT
-from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, find_input
+from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, find_input, Joiner, WAIT
 from gearbox_monitor.recordings.read import JOINT_STATE, open_bag
 from gearbox_monitor.recordings.topics import joint_values, SIGNALS
 from gearbox_monitor.recordings.write import BagWriter

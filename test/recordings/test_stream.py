@@ -24,12 +24,12 @@ from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.recordings import cdr, estimate_table, read, stamp_matching
+from gearbox_monitor.recordings import cdr, joint_input, read, replay_output
 from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.joint_input import match_stamps, StampMatcher
 from gearbox_monitor.recordings.player import EstimatePlayer
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.replay import replay
-from gearbox_monitor.recordings.stamp_matching import match_stamps, StampMatcher
 from gearbox_monitor.recordings.topics import ARM, joint_values, MOTOR, SIGNALS
 from gearbox_monitor.recordings.write import BagWriter
 
@@ -247,10 +247,10 @@ def test_differences_behind_a_loss_are_explained_in_any_blocks(drive, tmp_path, 
             if not (topic == '/joint_states' and 700 * MS <= log_ns - T0 < 705 * MS):
                 writer.write(topic, log_ns, raw)
     found = []
-    for size, wait in ((1 << 20, stamp_matching.WAIT), (1, 300 * MS)):
+    for size, wait in ((1 << 20, joint_input.MATCH_WAIT), (1, 300 * MS)):
         monkeypatch.setattr(read, 'BLOCK_BYTES', size)
-        monkeypatch.setattr(stamp_matching, 'WAIT', wait)
-        monkeypatch.setattr('gearbox_monitor.recordings.comparison.WAIT', wait)
+        monkeypatch.setattr(joint_input, 'WAIT', wait)
+        monkeypatch.setattr('gearbox_monitor.recordings.replay.WAIT', wait)
         with open_bag(tmp_path / 'hole') as reader:
             found.append(replay(reader).comparison)
     assert found[0] == found[1]
@@ -279,7 +279,7 @@ def test_pairing_on_the_way_equals_pairing_at_once(again):
 
 def test_tables_hold_the_same_numbers(drive, tmp_path, capsys, monkeypatch):
     parquet = pytest.importorskip('pyarrow.parquet')
-    monkeypatch.setattr(estimate_table, 'ROW_GROUP', 1000)
+    monkeypatch.setattr(replay_output, 'ROW_GROUP', 1000)
     monkeypatch.setattr(read, 'BLOCK_BYTES', 50_000)
     live(tmp_path / 'bag', drive)
     bag, file = str(tmp_path / 'bag'), tmp_path / 'out.parquet'
@@ -288,7 +288,7 @@ def test_tables_hold_the_same_numbers(drive, tmp_path, capsys, monkeypatch):
     with open_bag(bag) as reader:
         estimates = replay(reader).estimates
     table = parquet.read_table(file)
-    assert table.column_names == ['stamp_ns', *estimate_table.COLUMNS] and table.num_rows == N - 2
+    assert table.column_names == ['stamp_ns', *replay_output.COLUMNS] and table.num_rows == N - 2
     assert json.loads(table.schema.metadata[b'gearbox_monitor.parameters'])['filter'] == 'ekf'
     with open(tmp_path / 'out', newline='') as stream:
         rows = list(csv.DictReader(stream))
@@ -302,7 +302,7 @@ def test_tables_hold_the_same_numbers(drive, tmp_path, capsys, monkeypatch):
     assert parquet.read_table(tmp_path / 'only.parquet').equals(table)
     assert main(['replay', bag, '--smooth', '--out', str(tmp_path / 'smooth.parquet')]) == 0
     smooth = parquet.read_table(tmp_path / 'smooth.parquet')
-    assert smooth.column_names[10:] == list(estimate_table.SMOOTHED_COLUMNS)
+    assert smooth.column_names[10:] == list(replay_output.SMOOTHED_COLUMNS)
     assert smooth.select(table.column_names).equals(table)
 
 
@@ -322,8 +322,8 @@ def arrow(request, monkeypatch):
 
 def test_csv_has_all_bits_of_any_number(arrow, tmp_path):
     """In two parts, the second empty."""
-    columns = {name: np.roll(NUMBERS, k) for k, name in enumerate(estimate_table.COLUMNS)}
-    table = estimate_table.CsvTable(tmp_path / 'out', PLAYER)
+    columns = {name: np.roll(NUMBERS, k) for k, name in enumerate(replay_output.COLUMNS)}
+    table = replay_output.CsvTable(tmp_path / 'out', PLAYER)
     for end in (len(STAMPS), 0):
         table.write(SimpleNamespace(stamp_ns=STAMPS[:end], **{
             name: column[:end] for name, column in columns.items()}))
@@ -339,10 +339,10 @@ def test_csv_has_all_bits_of_any_number(arrow, tmp_path):
 @pytest.mark.parametrize('rows', [1, 100_000], ids=['at the end', 'at once'])
 def test_csv_on_a_full_disk_is_refused_and_leaves_nothing(arrow, rows, tmp_path):
     (tmp_path / 'out.part').symlink_to('/dev/full')
-    table = estimate_table.CsvTable(tmp_path / 'out', PLAYER)
+    table = replay_output.CsvTable(tmp_path / 'out', PLAYER)
     with pytest.raises(InputError, match='out: No space left on device, expected a new, writable'):
         table.write(SimpleNamespace(stamp_ns=np.arange(rows), **{
-            name: np.linspace(0.0, 1.0, rows) for name in estimate_table.COLUMNS}))
+            name: np.linspace(0.0, 1.0, rows) for name in replay_output.COLUMNS}))
         table.close()
     table.abandon()
     assert not list(tmp_path.iterdir())
@@ -361,9 +361,9 @@ def test_no_half_table_and_no_pyarrow(drive, tmp_path, capsys, monkeypatch):
     for name, chunk in (('out.csv', 0), ('out_bag', 0), ('out_bag', 1 << 20),
                         *((name, 0) for name in parquet)):
         with monkeypatch.context() as patch:
-            patch.setattr(estimate_table.CsvTable, '_write', full)
-            patch.setattr(estimate_table.ParquetTable, '_write', full)
-            patch.setattr('gearbox_monitor.recordings.mcap_writer.McapWriter.finish_chunk', full)
+            patch.setattr(replay_output.CsvTable, '_write', full)
+            patch.setattr(replay_output.ParquetTable, '_write', full)
+            patch.setattr('gearbox_monitor.recordings.mcap_file.McapWriter.finish_chunk', full)
             patch.setattr('gearbox_monitor.recordings.write.CHUNK_BYTES', chunk)
             assert main([*options, '--out', str(tmp_path / name)]) == 2
         told = capsys.readouterr().err

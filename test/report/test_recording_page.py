@@ -16,8 +16,8 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report import recording_page
 from gearbox_monitor.report.figures import loop_plane, LoopSlice
-from gearbox_monitor.report.timeline import Envelope, loop_of, Timeline, WindowBacklash
-from gearbox_monitor.report.timeline_source import RecordingFacts
+from gearbox_monitor.report.timeline import (
+    Envelope, loop_of, RecordingFacts, Timeline, WindowBacklash)
 
 SECONDS = 24
 LOST = (14500, 15500)  # samples without the arm

@@ -5,8 +5,7 @@
 import pytest
 
 from gearbox_monitor.cli import fit_nominal, tune
-from gearbox_monitor.diagnosis.joint.findings import Finding, Remainder
-from gearbox_monitor.diagnosis.joint.verdict import model_values
+from gearbox_monitor.diagnosis.joint.verdict import Finding, model_values, Remainder
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.robot_words import finding_words, robot_headline
 from gearbox_monitor.report.summary import sized, summary, with_deviation

@@ -24,10 +24,9 @@ from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
-from gearbox_monitor.recordings.joint_input import find_input  # noqa: E402
-from gearbox_monitor.recordings.paired_bag import write_paired  # noqa: E402
+from gearbox_monitor.recordings.joint_input import find_input, write_paired  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402
-from gearbox_monitor.recordings.recorded_snapshots import read_snapshots  # noqa: E402
+from gearbox_monitor.recordings.recorded_samples import read_snapshots  # noqa: E402
 from gearbox_monitor.recordings.replay import replay  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
 

@@ -17,10 +17,9 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.recorded_samples import read_samples
 from gearbox_monitor.ros import recording_export
-from gearbox_monitor.ros.recording_buffer import (
-    BLOCK, DTYPE, MAX_RATE, RecordingBuffer, SECOND, stretch)
 from gearbox_monitor.ros.recording_export import (
-    diagnosis_command, export_recording, load_of, RecordingContext)
+    BLOCK, diagnosis_command, DTYPE, export_recording, load_of, MAX_RATE, RecordingBuffer,
+    RecordingContext, SECOND, stretch)
 
 T0 = 1_700_000_000 * SECOND
 PERIOD = 2_000_000

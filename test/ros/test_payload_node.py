@@ -19,8 +19,8 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor import load_robot  # noqa: E402
-from gearbox_monitor.files.resources import config_path  # noqa: E402
-from gearbox_monitor.library.payload_track import payload_tracker  # noqa: E402
+from gearbox_monitor.files.opening import config_path  # noqa: E402
+from gearbox_monitor.library.robot import payload_tracker  # noqa: E402
 from gearbox_monitor.ros.convert import stamp_of, to_time  # noqa: E402
 
 pytestmark = pytest.mark.ros

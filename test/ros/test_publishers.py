@@ -5,10 +5,10 @@
 import numpy as np
 import pytest
 
-from gearbox_monitor.ros.publishers import HOLD, JointPublishers, RECENT, SECOND
+from gearbox_monitor.ros.gearbox_input import HOLD, JointPublishers, RECENT, SECOND_NS
 
-T0 = 1_700_000_000 * SECOND
-MS = SECOND // 1000
+T0 = 1_700_000_000 * SECOND_NS
+MS = SECOND_NS // 1000
 
 
 def run(*streams):

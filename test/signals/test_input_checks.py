@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from gearbox_monitor.diagnosis.joint.noise_model import noise_floor
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.plant.drive import DriveModel, Transmission

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.simulators import robot_rollout
+from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.simulators import mujoco_run
 from gearbox_monitor.simulators.robot_model import read_robot
 
 
@@ -54,7 +54,7 @@ def test_a_veto_is_of_a_finding_and_not_of_its_name(tmp_path, capsys, monkeypatc
     """The body of the load and the joint that rubs have one name; the load alone is vetoed."""
     monkeypatch.chdir(tmp_path)
     simulated(tmp_path, 10, ['payload', 'motor_coulomb'], {'link2': 'j1'})
-    monkeypatch.setattr(robot_rollout, '_runs', lambda file, verdict, closed: (
+    monkeypatch.setattr(mujoco_run, '_runs', lambda file, verdict, closed: (
         np.array([9.0, 0.5, 1.0]) if closed else np.ones(3), []))
     assert main(['diagnose', 'log.csv', '--model', 'robot.xml', '--out', 'gap']) == 1
     data = json.loads((tmp_path / 'gap/verdict.json').read_text())

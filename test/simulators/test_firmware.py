@@ -17,7 +17,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_MOTOR_SIDE, S_TWIST, S_U, S_X3
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.health.elastic_regression import (
     data_of, ElasticLaw, N_SHAPE, normal_equations)
 from gearbox_monitor.health.monitor import Monitor

@@ -7,8 +7,8 @@ import pytest
 
 from gearbox_monitor.report.robot_words import finding_words
 from gearbox_monitor.robot.chain import inertial
-from gearbox_monitor.simulators.robot_closed import closed_file
 from gearbox_monitor.simulators.robot_model import read_robot
+from gearbox_monitor.simulators.robot_patch import closed_file
 
 MJCF = """<?xml version="1.0"?>
 <!-- the <mujoco> of our arm -->

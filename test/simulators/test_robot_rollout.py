@@ -9,9 +9,9 @@ import pytest
 
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.diagnosis.robot.verdict import diagnose
-from gearbox_monitor.simulators.robot_closed import closed_file
+from gearbox_monitor.simulators.mujoco_run import rollouts
 from gearbox_monitor.simulators.robot_model import read_robot
-from gearbox_monitor.simulators.robot_rollout import rollouts
+from gearbox_monitor.simulators.robot_patch import closed_file
 
 pytest.importorskip('mujoco')
 

@@ -35,7 +35,7 @@ from gearbox_monitor.fleet.fleet_table import FleetFolder
 from gearbox_monitor.fleet.job import analyse, JobSettings
 from gearbox_monitor.fleet.paths import find_bags
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.recordings.example_bag import ExampleMotion, write_example_bag
+from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 
 WORKERS = 2
 PARTS = (0.125, 0.25, 0.5, 1.0)  # of the bags, for the exponent

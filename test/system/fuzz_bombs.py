@@ -32,7 +32,7 @@ from mcap.writer import CompressionType, Writer
 import numpy as np
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.write import BagWriter
 

@@ -18,7 +18,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.baselines import (
     load_baseline, load_state, save_baseline, state_text, write_whole)
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings
 from gearbox_monitor.health.backlash.features import Backlash
@@ -34,7 +34,7 @@ from gearbox_monitor.recordings.importer.mapping import mapping_from_dict
 from gearbox_monitor.recordings.player import EstimatePlayer
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.recovery import recover
-from gearbox_monitor.recordings.replay_summary import ReplaySummary
+from gearbox_monitor.recordings.replay import ReplaySummary
 from gearbox_monitor.recordings.write import BagWriter
 
 JOINT_STATE, DIAGNOSTICS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'

@@ -16,7 +16,7 @@ from script import run_script  # noqa: E402
 import soak  # noqa: E402
 
 from benchmarks.harness import all_met  # noqa: E402
-from gearbox_monitor.ros.publishers import MessageLossCounter  # noqa: E402
+from gearbox_monitor.ros.gearbox_input import MessageLossCounter  # noqa: E402
 
 pytestmark = pytest.mark.ros
 

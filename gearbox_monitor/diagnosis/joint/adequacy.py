@@ -18,16 +18,16 @@ import math
 import numpy as np
 
 from gearbox_monitor.diagnosis.joint import noise_model
+from gearbox_monitor.diagnosis.joint.effect_scan import Dependence, dependences
 from gearbox_monitor.diagnosis.joint.evidence import Evidence
-from gearbox_monitor.diagnosis.joint.free_functions import Dependence, dependences
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     evaluated, FilteredFit, fitted, InnovationFit)
 from gearbox_monitor.diagnosis.joint.innovations import Filtered, STRAY
-from gearbox_monitor.diagnosis.joint.input_estimation import torque_places
+from gearbox_monitor.diagnosis.joint.localisation import torque_places
 from gearbox_monitor.diagnosis.joint.noise_model import prewhitened, white_level
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
-from gearbox_monitor.diagnosis.joint.window_data import WindowData
-from gearbox_monitor.diagnosis.joint.windows import free_runs, typical_misfit, WindowRuns
+from gearbox_monitor.diagnosis.joint.windows import (
+    free_runs, typical_misfit, WindowData, WindowRuns)
 from gearbox_monitor.kernels.types import Array
 
 REFIT = 8  # iterations of a fit to all that is evidence

@@ -20,7 +20,7 @@ from gearbox_monitor.diagnosis.joint.adequacy import adequacy_of
 from gearbox_monitor.diagnosis.joint.evidence import Evidence
 from gearbox_monitor.diagnosis.joint.innovation_fit import evaluated, fitted, InnovationFit
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, JointlyFiltered
-from gearbox_monitor.diagnosis.joint.input_estimation import (
+from gearbox_monitor.diagnosis.joint.localisation import (
     InputEstimate, reduced_chi2, SPACING, TORQUES, triangles)
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import WindowRuns

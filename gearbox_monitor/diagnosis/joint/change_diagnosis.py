@@ -19,12 +19,12 @@ from gearbox_monitor.diagnosis.joint.candidates import amplitude, PHASED, with_e
 from gearbox_monitor.diagnosis.joint.diagnose import (
     chosen_ids, decided_between, doubts, hidden_by, read_as_doubted, standard_errors)
 from gearbox_monitor.diagnosis.joint.evidence import Evidence, evidence_of
-from gearbox_monitor.diagnosis.joint.findings import kind_of, NONE
 from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit, unfitted
 from gearbox_monitor.diagnosis.joint.judge import Decision
 from gearbox_monitor.diagnosis.joint.localisation import places, tied
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.verdict import kind_of, NONE
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel

@@ -2,32 +2,30 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-How far a closed model reduces the misfit on windows that were not fitted, with an interval.
+The closed model: how far it reduces the misfit on windows that were not fitted, and overlays.
 
-The misfit is the root mean square of the readings against free runs of 1 s, in standard deviations
-of the encoder noise; each window starts from its own best state. Its floor is 1.
+An overlay shows free runs over windows of 1 s, and one over the whole recording.
 """
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 import math
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.joint.balance_likelihood import likelihood_of
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel, Starts
 from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, unfitted
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
 from gearbox_monitor.diagnosis.joint.localisation import labels
-from gearbox_monitor.diagnosis.joint.noise_model import spectrum
+from gearbox_monitor.diagnosis.joint.noise_model import noise_floor, spectrum
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, ShootingWindows
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
-from gearbox_monitor.diagnosis.joint.torque_domain import driven
-from gearbox_monitor.diagnosis.joint.window_data import SECONDS, window_data
-from gearbox_monitor.diagnosis.joint.window_states import solve_states
-from gearbox_monitor.diagnosis.joint.windows import free_runs, misfit_of, runs_from, WindowRuns
+from gearbox_monitor.diagnosis.joint.torque_domain import driven, likelihood_of
+from gearbox_monitor.diagnosis.joint.windows import (
+    free_runs, misfit_of, runs_from, SECONDS, solve_states, window_data, WindowRuns)
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.free_runs import Begin
 from gearbox_monitor.signals.recording import UniformRecording
 
 DRAWS = 2000
@@ -258,3 +256,77 @@ def rms(recording: UniformRecording, y: Array) -> Array:
         deviation = np.sqrt(np.mean((recording.y[begin:] - y[begin:]) ** 2, axis=0))
     deviation[[i for i in (0, 1) if i not in recording.channels]] = np.nan
     return np.where(np.isfinite(deviation), deviation, np.nan)
+
+
+@dataclass(frozen=True)
+class ModelRun:
+    """
+    What one model gives: y [W, L, 2] rad in the windows, chi2 [W] of them, their gap.
+
+    begin: states and memories from which the windows run. free [N, 2] rad: one run over the whole
+    recording, from the states of the first window, NaN or huge where the model diverges.
+    """
+
+    name: str
+    y: Array
+    chi2: Array
+    gap: float
+    begin: Begin
+    free: Array
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """
+    A Recording and the Runs of models over its Windows.
+
+    t [W, L] s and measured [W, L, 2] rad; validation [W]: whether a diagnosis holds the window
+    out; sigma [2] rad, noise of the encoders; channels: the encoders that there are.
+    """
+
+    recording: UniformRecording
+    windows: ShootingWindows
+    t: Array
+    measured: Array
+    validation: Flags
+    sigma: Array
+    channels: tuple[int, ...]
+    runs: tuple[ModelRun, ...]
+
+    def residual(self, run: ModelRun) -> Array:
+        """
+        Return measured less modelled [W, L, C] of the encoders `channels`, in sigma.
+
+        Args:
+            run: simulated readings of one model.
+        """
+        use = list(self.channels)
+        return ((self.measured - run.y) / self.sigma)[:, :, use]
+
+
+def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
+            sigma: Array | None = None) -> Overlay:
+    """
+    Return the Overlay of a Recording and `models` {name: DriveModel}.
+
+    sigma [2] rad: noise of the encoders (default: measured from the recording).
+
+    Args:
+        recording: recording of the drive.
+        models: models by name.
+        sigma: noise of the encoders [2], rad.
+    """
+    recording = driven(recording, next(iter(models.values())))
+    if sigma is None:
+        sigma, _ = noise_floor(recording, next(iter(models.values())))
+    fits = tuple(open_loop(recording, model, sigma) for model in models.values())
+    if len(fits) == 2:
+        fits = crossed(fits)
+    windows, runs = fits[0].data.windows, []
+    for name, fit in zip(models, fits):
+        y, _ = fit.data.simulator.run(windows, fit.model, fit.states, fit.memory)
+        runs.append(ModelRun(name, y, fit.chi2, misfit_of([fit]), Begin(fit.states, fit.memory),
+                             free_run(fit)))
+    return Overlay(recording, windows, recording.t[windows.samples], recording.y[windows.samples],
+                   fits[0].data.held_out, np.asarray(sigma, float), recording.channels,
+                   tuple(runs))

@@ -9,20 +9,19 @@ from itertools import count
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.joint import encoder_noise
+from gearbox_monitor.diagnosis.joint import judge
 from gearbox_monitor.diagnosis.joint.adequacy import adequacy_of, runs_of
 from gearbox_monitor.diagnosis.joint.closed_model import open_loop, with_starts_of
-from gearbox_monitor.diagnosis.joint.evidence import by_time, Evidence, evidence_of, LASTING_TIMES
+from gearbox_monitor.diagnosis.joint.evidence import (
+    by_time, Evidence, evidence_of, is_open, LASTING_TIMES, likeliest, likeliest_reading)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.isolability import (
     evidence_for, InnovationSpace, matrix, rivals, separations)
 from gearbox_monitor.diagnosis.joint.judge import decide, Decision
 from gearbox_monitor.diagnosis.joint.noise_model import MOTION
-from gearbox_monitor.diagnosis.joint.random_effects import between_recordings
+from gearbox_monitor.diagnosis.joint.parameter_ranges import between_recordings
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
-from gearbox_monitor.diagnosis.joint.torque_between_stamps import (
-    is_open, likeliest, likeliest_reading)
 from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.joint.verdict import (
     Explained, LATTICES, location_of, report, Verdict)
@@ -102,7 +101,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     if excluded and not decision.ids and not decision.remains:
         decision = replace(decision, remains=True)
         notes.append(f'readings stand on steps: {excluded[0]}, which is excluded')
-    decision = encoder_noise.with_level_of_innovations(decision)
+    decision = judge.with_level_of_innovations(decision)
     basis = explained(decision, tuple(n for n in lattices if n in ids))
     verdict = replace(report(basis, validate, seed, notes), not_tried=reasons)
     if excluded and verdict.verdict == 'unknown':
@@ -130,8 +129,8 @@ def decided(evidence: Evidence) -> Decision:
     if decision.remains and not evidence.balances and (
             evidence.quantum <= THRESHOLDS.lattice * evidence.sigma).all():
         # Where one effect leaves white noise, it is white.
-        for lowest in (MOTION, encoder_noise.FITTED):
-            noise = encoder_noise.measure(decision, lowest)
+        for lowest in (MOTION, judge.FITTED):
+            noise = judge.measure(decision, lowest)
             if noise is None:
                 break
             sigma, colour = noise

@@ -7,17 +7,18 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+import scipy
 
-from gearbox_monitor.diagnosis.joint.balance_likelihood import likelihood_of
 from gearbox_monitor.diagnosis.joint.candidates import Starts
-from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit, unfitted
+from gearbox_monitor.diagnosis.joint.innovation_fit import (
+    evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import (
     InnovationLikelihood, JointLikelihood, SPARSE)
 from gearbox_monitor.diagnosis.joint.noise_model import noise_floor, white_level
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
-from gearbox_monitor.diagnosis.joint.window_data import (
-    seconds_at_rest, SETTLING, window_data, WindowData)
-from gearbox_monitor.diagnosis.joint.windows import hidden_begins
+from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
+from gearbox_monitor.diagnosis.joint.windows import (
+    hidden_begins, seconds_at_rest, SETTLING, window_data, WindowData)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
@@ -219,3 +220,70 @@ def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: 
     return Evidence(tuple(recordings), model, sigma,
                     tuple(i for i in ids if i != TORQUE_MAP.id), quantum=quantum,
                     with_map=with_map, jobs=jobs, progress=progress)
+
+
+SLOW = 198.0  # Hz: from 200 on, less what stamps wander, half a sample is within other tolerances
+ITERATIONS = 8  # of a fit to recordings that are read in another way
+TURNS = 6  # of reading and fitting
+LEAST_GAIN = 1.0  # of a turn, in BIC
+NEAR = 0.1  # relative: values of a model that was fitted to recordings read in another way
+LATEST = 0.5  # sample times by which a torque that was sampled acts later at most
+
+
+def is_open(recording: UniformRecording, model: DriveModel) -> bool:
+    """Return whether `recording` leaves open how torque acted on `model` between its stamps."""
+    return (recording.dt * SLOW > 1.0 and model.controller is None
+            and model.driven_by == 'torque')
+
+
+def likeliest(evidence: Evidence, fit: InnovationFit) -> tuple[Evidence, InnovationFit]:
+    """
+    Return (the recordings, read so that `fit` is likeliest; `fit`, fitted to them as read so).
+
+    Args:
+        evidence: the recordings, as they were read for `fit`.
+        fit: of one model to all of them.
+    """
+    for _ in range(TURNS):
+        score = evidence.score(fit)
+        read = replace(evidence, recordings=tuple(
+            _read(evidence, fit, number) for number in range(len(evidence.recordings))))
+        refit = fitted(read.fine, fit, ITERATIONS)
+        if read.score(refit) > score - LEAST_GAIN:
+            break
+        evidence, fit = read, refit
+    return evidence, fit
+
+
+def likeliest_reading(evidence: Evidence) -> Evidence:
+    """Return the recordings, read so that the model without effects is likeliest."""
+    none = unfitted(evidence.fine, evidence.starts.none())
+    return likeliest(evidence, evaluated(evidence.fine, none))[0]
+
+
+def read_for(recordings: Sequence[UniformRecording], model: DriveModel
+             ) -> tuple[UniformRecording, ...]:
+    """
+    Return recordings, read so that `model` is likeliest, its values fitted along.
+
+    Args:
+        recordings: of the drive.
+        model: of it.
+    """
+    return likeliest_reading(evidence_of(
+        recordings, replace(model, tolerance=NEAR), ())).recordings
+
+
+def _read(evidence: Evidence, fit: InnovationFit, number: int) -> UniformRecording:
+    """Return one of the recordings, read so that `fit` as it stands is likeliest."""
+    recording, model = evidence.recordings[number], fit.model
+    if not is_open(recording, evidence.model):
+        return recording
+
+    def _deviance(shift: float | None) -> float:
+        part = replace(evidence, recordings=(replace(recording, shift=shift),))
+        return float(part.fine.run(model, fit.torque).deviance)
+    sampled = scipy.optimize.minimize_scalar(
+        _deviance, bounds=(0.0, LATEST), method='bounded', options={'xatol': 2e-3})
+    return replace(recording, shift=None if _deviance(None) <= sampled.fun
+                   else float(sampled.x))

@@ -22,18 +22,17 @@ from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
     ZERO)
-from gearbox_monitor.diagnosis.joint.evidence import by_time, Evidence, evidence_of, LASTING_TIMES
+from gearbox_monitor.diagnosis.joint.evidence import (
+    by_time, Evidence, evidence_of, is_open, LASTING_TIMES, read_for)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import (
     halves, InnovationLikelihood, JointLikelihood)
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
-from gearbox_monitor.diagnosis.joint.torque_between_stamps import is_open, read_for
 from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.joint.torque_regression import torque_regression, TorqueRegression
-from gearbox_monitor.diagnosis.joint.window_data import SECONDS
-from gearbox_monitor.diagnosis.joint.windows import misfit_of
+from gearbox_monitor.diagnosis.joint.windows import misfit_of, SECONDS
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel

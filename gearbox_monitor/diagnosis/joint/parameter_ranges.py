@@ -2,18 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Ranges of parameters over a population of drives: from several estimates to the next drive.
+Ranges of parameters over a population of drives, and values that recordings of one drive share.
 
-Each estimate scatters about its drive by its own error, and drives scatter about their mean
-(normal hierarchical model, positive parameters on the scale of logarithms). Q of the scatter is
-chi-squared at the right variance between drives, so its distribution follows from that of Q
-without an approximation for few drives (Nagashima, Noma and Furukawa, 2019); the prediction for a
-new drive is the mixture of normals over it. With estimates that have no error it is Student's t.
-
-A direction that the recordings do not determine is that of an eigenvalue of the errors. All
-estimates hold it by the same prior, so that their mean is no better than one of them: there the
-error of a single estimate remains, with what drives differ by beyond it, and parameters are drawn
-along it.
+A random effect is a value of one drive that differs between its recordings by a stated scatter.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,13 +15,19 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.joint.candidates import BY_EFFECT, NUISANCES
+from gearbox_monitor.diagnosis.joint.candidates import BY_EFFECT, CandidateModel, NUISANCES
+from gearbox_monitor.diagnosis.joint.innovation_fit import (
+    coordinate_columns, COORDINATE_STEP, evaluated, fitted, unfitted)
+from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.errors import expect_whole, InputError
+from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import Saved, Shown
+from gearbox_monitor.signals.recording import UniformRecording
 
 CONFIDENCE = 0.9
 NORMAL = 1.6448536269514722  # deviations of a normal that hold CONFIDENCE
@@ -391,3 +388,81 @@ def _normalised(covariance: Array) -> Array:
     r = np.clip(covariance * np.outer(inverse, inverse), -1.0, 1.0)
     np.fill_diagonal(r, 1.0)
     return np.asarray(r)
+
+
+EFFECT_CONFIDENCE = 0.9
+EXACT = 1e-9   # relative error of a value that has none
+
+
+@dataclass(frozen=True)
+class RandomEffect:
+    """
+    A value of a drive: mean over recordings with its 90 % range `low` to `high`.
+
+    between: standard deviation from recording to recording. recordings, errors: value and standard
+    error of each alone.
+    """
+
+    mean: float
+    low: float
+    high: float
+    between: float
+    recordings: list[float]
+    errors: list[float]
+
+
+def pooled(values: Sequence[float], errors: Sequence[float]) -> RandomEffect:
+    """
+    Return the RandomEffect of a value that was measured several times.
+
+    Args:
+        values: of each recording [N], N >= 2.
+        errors: their standard errors [N].
+    """
+    y, variance = np.array(values, float), np.array(errors, float) ** 2
+    variance = np.maximum(variance, (EXACT * max(float(np.abs(y).max()), EXACT)) ** 2)
+    between = mixture(y, variance)[3]
+    weight = 1.0 / (variance + between ** 2)
+    mean = float(weight @ y / weight.sum())
+    scatter = float(weight @ (y - mean) ** 2) / (len(y) - 1)  # 1 where drives differ
+    reach = float(scipy.stats.t.ppf(0.5 + 0.5 * EFFECT_CONFIDENCE, len(y) - 1)) * math.sqrt(
+        scatter / weight.sum())
+    return RandomEffect(mean, mean - reach, mean + reach, between, y.tolist(),
+                        [float(e) for e in errors])
+
+
+def _numbers(candidate: CandidateModel, z: Array) -> dict[tuple[str, str], float]:
+    """Return {(id, parameter): value} of the effects at z, without whole and listed ones."""
+    return {(name, key): value for name, values in zip(candidate.ids, candidate.values(z)[1])
+            for key, value in values.items() if isinstance(value, float)}
+
+
+def between_recordings(recordings: Sequence[UniformRecording], candidate: CandidateModel, z: Array,
+                       sigma: Array) -> dict[str, dict[str, RandomEffect]]:
+    """
+    Return {id: {parameter: RandomEffect}} of the effects of a candidate.
+
+    Args:
+        recordings: of one drive, which the torque or a setpoint drives; two or more.
+        candidate: model with its coordinates.
+        z: coordinates [P] of the fit to all recordings.
+        sigma: noise of the encoders [2], rad.
+    """
+    measured: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    for recording in recordings:
+        likelihood = JointLikelihood([likelihood_of(recording, candidate.nominal, sigma,
+                                                    [recording.span])])
+        fit = evaluated(likelihood, fitted(likelihood, unfitted(likelihood, candidate, z)))
+        columns = coordinate_columns(likelihood, fit)
+        inverse = covariance(columns.T @ columns + np.diag(candidate.prior(fit.z)[1]))
+        steps = COORDINATE_STEP * candidate.steps()
+        moved = [_numbers(candidate, fit.z + step) for step in np.diag(steps)]
+        for key, value in _numbers(candidate, fit.z).items():
+            slope = np.array([(other[key] - value) / step for other, step in zip(moved, steps)])
+            measured.setdefault(key, []).append(
+                (value, math.sqrt(max(float(slope @ inverse @ slope), 0.0))))
+    out: dict[str, dict[str, RandomEffect]] = {}
+    for (name, parameter), pairs in measured.items():
+        values, errors = zip(*pairs)
+        out.setdefault(name, {})[parameter] = pooled(values, errors)
+    return out

@@ -24,8 +24,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
-from gearbox_monitor.diagnosis.robot.local_cosines import TestFunctions
-from gearbox_monitor.diagnosis.robot.motion import RobotMotion
+from gearbox_monitor.diagnosis.robot.motion import RobotMotion, TestFunctions
 from gearbox_monitor.diagnosis.robot.robot_effects import centre_of, compact
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, Rows, tested
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS

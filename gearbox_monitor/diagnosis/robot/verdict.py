@@ -9,21 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.joint.findings import Finding, kind_of, Remainder
-from gearbox_monitor.diagnosis.robot.bursts import burstiness, energy_over, worst_segments
+from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, Remainder
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, visible_in)
 from gearbox_monitor.diagnosis.robot.contest import (
     Contender, contest, ContestScales, cost, informed, over_dispersion, pruned, scales_of,
     tempered)
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
-from gearbox_monitor.diagnosis.robot.knowledge import key_of, Knowledge, scattered
+from gearbox_monitor.diagnosis.robot.knowledge import (
+    burstiness, energy_over, farther, key_of, Knowledge, scattered, unvisited_shares,
+    with_unvisited, worst_segments)
 from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, COUPLING, JOINT_ZERO, LINK_INERTIA, PAYLOAD, ROBOT_EFFECTS)
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
 from gearbox_monitor.diagnosis.robot.rows import in_scale, RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
-from gearbox_monitor.diagnosis.robot.visits import farther, unvisited_shares, with_unvisited
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_OFFSET

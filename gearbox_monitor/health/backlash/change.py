@@ -14,13 +14,13 @@ from typing import Any, Self
 import numpy as np
 
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash import baseline_data, scan, wear
+from gearbox_monitor.health.backlash import wear, wear_data
 from gearbox_monitor.health.backlash.change_tests import (
     ALONE, ALONE_LOSS, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, limits_of, PRIORS, SHARP,
     STIFFNESS, TESTS, VISCOUS_SHARE)
 from gearbox_monitor.health.backlash.features import Backlash, Friction, NotExcited
-from gearbox_monitor.health.backlash.forecast import Trend
 from gearbox_monitor.health.backlash.operating_point import Bins, find_point, OperatingPoint
+from gearbox_monitor.health.backlash.wear import Trend
 from gearbox_monitor.health.backlash.wear_data import excess, OTHERS, TRUSTED, WearData
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.parameters import EstimatorParameters
@@ -65,7 +65,7 @@ class TrackerSettings:
 
     def threshold(self, test: ChangeTest) -> float:
         """Return the normal score at which `test` fires."""
-        return scan.threshold(self.windows_per_false_alarm / test.share)
+        return wear.threshold(self.windows_per_false_alarm / test.share)
 
     def notice(self, column: int) -> float:
         """Return the smallest change (logarithm) of the feature in `column` that is reported."""
@@ -403,7 +403,7 @@ class Tracker:
         windows = o.count[:-m].sum() + np.concatenate([[0.0], np.cumsum(o.count[-m:])[:-1]])
         # Only the noise is known by so many windows, not what priors add (Satterthwaite).
         dof = self.data.points[self.data.newest].dof(column) / np.maximum(scanned.noise, 1e-3) ** 2
-        up, down = (np.where(windows >= required, scan.normal_score(score, dof), 0.0)
+        up, down = (np.where(windows >= required, wear.normal_score(score, dof), 0.0)
                     for score in (scanned.up, scanned.down))
         return up, down
 
@@ -505,7 +505,7 @@ class Tracker:
         share = self.data.points[self.data.newest].variance()[column] / (
             max(int(measured.sum()), 1) * std ** 2)
         dof = self.data.points[self.data.newest].dof(column) / min(max(share, 1e-3), 1.0) ** 2
-        score = float(scan.normal_score(np.array(abs(estimate.value) / std), np.array(dof)))
+        score = float(wear.normal_score(np.array(abs(estimate.value) / std), np.array(dof)))
         notice = self.settings.notice(column)
         suspected = score > self.settings.threshold(test) and abs(estimate.value) >= notice
         # Not from one window alone, wherever it lies.
@@ -864,7 +864,7 @@ class Tracker:
 
     def _load(self, state: Any) -> None:
         if isinstance(state, list):  # baselines alone
-            baseline_data.load_baselines(self.data, state)
+            wear_data.load_baselines(self.data, state)
             return
         self.data.load(state)
         if len(state['wear']) != len(FEATURES):

@@ -10,7 +10,7 @@ from gearbox_monitor.health.backlash.change import GROSS, Tracker
 from gearbox_monitor.health.backlash.change_tests import (
     ADVICE, ChangeTest, COMPONENTS, FRICTION, GAP, LOST_MOTION, size_name, TESTS, VISCOUS_SHARE)
 from gearbox_monitor.health.backlash.features import Backlash, Friction
-from gearbox_monitor.health.backlash.forecast import span, when
+from gearbox_monitor.health.backlash.wear import span, when
 from gearbox_monitor.health.checks.outcome import Level, Outcome
 
 

@@ -1,29 +1,55 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-The wear of one feature as a state: posterior, and the scan for a change that nobody knows yet.
-
-    y(window) = mu + wear(t) + offset(operating point) + c (temperature - T0) + distrust + noise
-    of friction, by the shares of its law: c = c_viscous s_viscous + c_coulomb s_coulomb
-
-y is the logarithm of a feature, so that wear adds up and a growth of 10 % is one everywhere. Wear
-is 0 until a change was found; then it has steps at known times, and between them a slope and a
-random walk whose size the data choose. All terms are Gaussian with stated deviations, so that
-mean, covariance and likelihood are those of linear regression in the form of information
-(Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, section 2.7).
-
-A step that is not known yet shows in the score of each stretch of the newest windows: the
-generalised likelihood ratio of Willsky and Jones, IEEE Trans. Automatic Control 21(1), 1976.
-"""
-from collections.abc import Sequence
-from dataclasses import dataclass
+"""Wear as a linear model: levels, operating points, temperature; steps, pooling and forecast."""
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime, UTC
+import functools
 import math
+from typing import Any
 
 import numpy as np
+import scipy
 
 from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.kernels.types import Array, Integers
+
+
+def _overshoot(x: float) -> float:
+    """Siegmund's nu(x), the factor of a random walk in discrete time."""
+    h = 0.5 * x
+    return (scipy.special.ndtr(h) - 0.5) / (h * (h * scipy.special.ndtr(h) + _normal_density(h)))
+
+
+def _normal_density(x: float) -> float:
+    return math.exp(-0.5 * x * x) / math.sqrt(2.0 * math.pi)
+
+
+def false_alarm_rate(threshold: float) -> float:
+    """
+    Return the false alarms per window of the one-sided test at `threshold`, of a known baseline.
+
+    Siegmund and Venkatraman, Annals of Statistics 23(1), 1995.
+    """
+    inner, _ = scipy.integrate.quad(lambda x: x * _overshoot(x) ** 2,
+                                    threshold / math.sqrt(LIMITS.horizon), threshold)
+    return 0.5 * threshold * _normal_density(threshold) * inner
+
+
+@functools.lru_cache(maxsize=64)
+def threshold(windows: float) -> float:
+    """Return the normal score that gives one false alarm per `windows` windows."""
+    return scipy.optimize.brentq(lambda b: math.log(false_alarm_rate(b) * windows), 1.2, 15.0)
+
+
+def normal_score(t: Array, dof: Array) -> Array:
+    """Return the normal deviate as improbable as Student's `t` with `dof` (Wallace)."""
+    factor = (8.0 * dof + 1.0) / (8.0 * dof + 3.0)
+    result: Array = np.sign(t) * factor * np.sqrt(dof * np.log1p(t * t / dof))
+    return result
+
 
 # Columns before those of the points. COULOMB: of the temperature, of Coulomb friction alone.
 LEVEL, TEMPERATURE, COULOMB, DISTRUST, SHIFT, N_COMMON = range(6)
@@ -287,3 +313,173 @@ def ages(stamps: Sequence[int] | Integers, now_ns: int, window_ns: float) -> Arr
     """Return how many windows of `window_ns` lie between `stamps` [N] and `now_ns`."""
     result: Array = (now_ns - np.asarray(stamps, np.int64)) / window_ns
     return result
+
+
+SECOND = 1_000_000_000
+PER_SIZE = 16  # blocks of one size, before the two oldest of them become one
+
+
+@dataclass(frozen=True)
+class Trend:
+    """Growth now, its slope per second, their standard deviations, and the stamp it is about."""
+
+    stamp_ns: int
+    growth: float
+    growth_std: float
+    slope: float
+    slope_std: float
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a trend upwards."""
+        return self.slope > LIMITS.trend_deviations * self.slope_std
+
+    def reach(self, limit: float) -> tuple[float, float, float] | None:
+        """
+        Return (seconds, earliest, latest) until the growth is `limit`, 95 %; None without a trend.
+
+        latest is inf where the slope may be that small.
+        """
+        if not self.found:
+            return None
+        remaining = limit - self.growth
+        if remaining <= 0.0:
+            return 0.0, 0.0, 0.0
+        slow = self.slope - 2.0 * self.slope_std
+        return (remaining / self.slope,
+                max(remaining - 2.0 * self.growth_std, 0.0) / (self.slope + 2.0 * self.slope_std),
+                (remaining + 2.0 * self.growth_std) / slow if slow > 0.0 else math.inf)
+
+
+class GrowthHistory:
+    """`blocks` [stamp_ns, growth, variance of it, windows], oldest first."""
+
+    def __init__(self, blocks: Iterable[Any] = ()) -> None:
+        self.blocks = [list(b) for b in blocks]
+
+    def add(self, stamp_ns: int, growth: float, variance: float) -> None:
+        """
+        Add a window and merge the oldest blocks, so that their number grows as a logarithm.
+
+        Args:
+            stamp_ns: end of the window.
+            growth: its relative growth.
+            variance: of the growth.
+
+        """
+        self.blocks.append([int(stamp_ns), growth, variance, 1])
+        size = 1
+        while True:
+            same = [i for i, b in enumerate(self.blocks) if b[3] == size]
+            if len(same) <= PER_SIZE:
+                return
+            i, j = same[0], same[1]
+            a, b = self.blocks[i], self.blocks[j]
+            wa, wb = 1.0 / a[2], 1.0 / b[2]
+            share = wb / (wa + wb)
+            self.blocks[i:j + 1] = [[
+                a[0] + round(share * (b[0] - a[0])), a[1] + share * (b[1] - a[1]),
+                1.0 / (wa + wb), a[3] + b[3]]]
+            size *= 2
+
+    def trend(self, since_ns: int) -> Trend | None:
+        """Return the Trend of what came after `since_ns`, None where that is too little."""
+        rows = [b for b in self.blocks if b[0] > since_ns]
+        if len(rows) < LIMITS.trend_blocks:
+            return None
+        last = rows[-1][0]
+        t = np.array([(b[0] - last) * 1e-9 for b in rows])
+        y, w = np.array([b[1] for b in rows]), np.array([1.0 / b[2] for b in rows])
+        middle, level = np.average(t, weights=w), np.average(y, weights=w)
+        spread = w @ (t - middle) ** 2
+        if not spread > 0.0:
+            return None
+        slope = w @ ((t - middle) * (y - level)) / spread
+        # A curve that is no line states less than it should: take its misfit where that is more.
+        misfit = w @ (y - level - slope * (t - middle)) ** 2 / (len(rows) - 2)
+        inflation = max(misfit, 1.0)
+        return Trend(last, float(level - slope * middle),
+                     math.sqrt(inflation * (1.0 / w.sum() + middle ** 2 / spread)), float(slope),
+                     math.sqrt(inflation / spread))
+
+
+def when(stamp_ns: int) -> str:
+    """Return `stamp_ns` in words: UTC, or seconds where the clock is a simulated one."""
+    if stamp_ns < 10 ** 9 * SECOND:
+        return f't = {stamp_ns / SECOND:.1f} s'
+    return datetime.fromtimestamp(stamp_ns // SECOND, UTC).strftime(
+        '%Y-%m-%d %H:%M:%S UTC')
+
+
+def span(seconds: float) -> str:
+    """Return a time span of `seconds` in words."""
+    if not math.isfinite(seconds):
+        return 'never'
+    for unit, size in (('d', 86400.0), ('h', 3600.0), ('min', 60.0)):
+        if seconds >= 2 * size:
+            return f'{seconds / size:.0f} {unit}'
+    return f'{seconds:.0f} s'
+
+
+N_POOLED = 4
+
+
+class PooledFeatures:
+    """
+    Running means of Backlash.common; all of them restart if a window contradicts one.
+
+    state: what to_list gave, or None.
+    """
+
+    def __init__(self, state: Any = None) -> None:
+        self._mean, self._variance, self._trend = (
+            [[float(v) for v in column] for column in state] if state else self._nothing())
+        if {len(self._mean), len(self._variance), len(self._trend)} != {N_POOLED}:
+            raise ValueError(f'expected {N_POOLED} numbers')
+
+    @staticmethod
+    def _nothing() -> tuple[list[float], list[float], list[float]]:
+        return [0.0] * N_POOLED, [math.inf] * N_POOLED, [0.0] * N_POOLED
+
+    def to_list(self) -> list[list[float]]:
+        """Return all that the next windows depend on."""
+        return [list(self._mean), list(self._variance), list(self._trend)]
+
+    def refine(self, window: Backlash) -> Backlash:
+        """Add `window` to the means; return it with the gap that fits them, and its deviation."""
+        if not window.separable:  # its gap and stiffness stand for each other
+            return window
+        pairs = [(value, std ** 2) for value, std in zip(window.common, window.common_std)]
+        if self._contradicted(pairs):
+            self._mean, self._variance, self._trend = self._nothing()
+        own_part = remaining_part = 0.0  # parts of the gap's variance before and now
+        for i, (value, variance) in enumerate(pairs):
+            if not (math.isfinite(value) and 0.0 < variance < math.inf):
+                continue
+            prior = self._variance[i] * LIMITS.memory / (LIMITS.memory - 1.0)
+            share = 1.0 if math.isinf(prior) else prior / (prior + variance)
+            self._mean[i] += share * (value - self._mean[i])
+            self._variance[i] = share * variance
+            own_part += window.gap_slopes[i] ** 2 * variance
+            remaining_part += window.gap_slopes[i] ** 2 * self._variance[i]
+        gap, gap_std = window.alone
+        known_variance = min(window.gap_std_known, gap_std) ** 2
+        if not (math.isfinite(known_variance) and own_part > 0.0):
+            return window
+        return replace(
+            window, gap=window.gap_given(self._mean), gap_alone=gap, gap_alone_std=gap_std,
+            gap_std=math.sqrt(known_variance
+                              + (gap_std ** 2 - known_variance) * remaining_part / own_part))
+
+    def _contradicted(self, pairs: Any) -> bool:
+        contradicted = False
+        for i, (value, variance) in enumerate(pairs):
+            off = (value - self._mean[i]) / math.sqrt(
+                variance + self._variance[i] * LIMITS.memory
+                / (LIMITS.memory - 1.0)) if variance > 0.0 else 0.0
+            if not math.isfinite(off):
+                continue
+            self._trend[i] += LIMITS.newest_weight * (off - self._trend[i])
+            usual = math.sqrt(LIMITS.newest_weight / (2.0 - LIMITS.newest_weight))
+            contradicted |= max(abs(off), abs(self._trend[i]) / usual) > LIMITS.contradicted
+        return contradicted

@@ -23,7 +23,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.packed_files import PIECE, read_unpacked
+from gearbox_monitor.files.opening import PIECE, read_unpacked
 
 HDF5 = b'\x89HDF\r\n\x1a\n'
 MAX_VALUES = 1 << 29  # bytes of all values of a compressed recording

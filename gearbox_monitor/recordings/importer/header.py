@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.packed_files import open_unpacked
+from gearbox_monitor.files.opening import open_unpacked
 from gearbox_monitor.recordings.importer.containers import (
     attribute, opened_tree, readable, table_metadata)
 

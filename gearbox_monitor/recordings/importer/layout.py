@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.packed_files import open_unpacked
+from gearbox_monitor.files.opening import open_unpacked
 from gearbox_monitor.kernels.types import AnyArray
 from gearbox_monitor.recordings.importer.containers import (
     HDF5, MATLAB_HEADER, opened_table, opened_tree, readable)

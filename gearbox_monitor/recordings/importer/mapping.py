@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 import yaml
 
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.recordings.importer.header import (
     header_references, header_values, with_header, with_settings)

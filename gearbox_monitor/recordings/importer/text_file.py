@@ -21,7 +21,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.packed_files import lines_of
+from gearbox_monitor.files.opening import lines_of
 from gearbox_monitor.kernels.types import AnyArray, Array
 from gearbox_monitor.recordings.importer.mapping import ImportMapping, TextFormat, TimeMapping
 from gearbox_monitor.recordings.importer.raw_columns import (

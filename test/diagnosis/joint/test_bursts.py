@@ -10,7 +10,7 @@ import pytest
 from gearbox_monitor.diagnosis.joint import basis_functions
 from gearbox_monitor.diagnosis.joint.bursts import rectangles, torque_of, with_bursts
 from gearbox_monitor.diagnosis.joint.evidence import Evidence
-from gearbox_monitor.diagnosis.joint.input_estimation import InputEstimate, SPACING, triangles
+from gearbox_monitor.diagnosis.joint.localisation import InputEstimate, SPACING, triangles
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.signals.recording import UniformRecording
 

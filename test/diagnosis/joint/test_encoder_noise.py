@@ -9,9 +9,8 @@ import pytest
 from scipy.signal import lfilter
 
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
-from gearbox_monitor.diagnosis.joint.encoder_noise import measured, with_level_of_innovations
 from gearbox_monitor.diagnosis.joint.evidence import evidence_of
-from gearbox_monitor.diagnosis.joint.judge import decide
+from gearbox_monitor.diagnosis.joint.judge import decide, measured, with_level_of_innovations
 from gearbox_monitor.diagnosis.joint.noise_model import noise_floor, prewhitened
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.plant.drive import DriveModel

@@ -10,12 +10,12 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.diagnosis.joint import experiment_design as motions
+from gearbox_monitor.diagnosis.joint import isolability as motions
 from gearbox_monitor.diagnosis.joint.candidates import Starts
 from gearbox_monitor.diagnosis.joint.evidence import Evidence
-from gearbox_monitor.diagnosis.joint.experiment_design import (
-    DT, Limits, separations, sized, suggest)
 from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit
+from gearbox_monitor.diagnosis.joint.isolability import (
+    DT, Limits, motion_separations, sized, suggest)
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
@@ -58,7 +58,7 @@ def test_limits_hold_in_simulation(found):
 @pytest.mark.system
 def test_the_suggestion_separates_what_slow_motion_does_not(found):
     t = np.arange(12000) * DT
-    before, _ = separations(MODEL, {'actuator_lag': {'T': LAG['T']}}, slow(t), SIGMA, [PAIR])
+    before, _ = motion_separations(MODEL, {'actuator_lag': {'T': LAG['T']}}, slow(t), SIGMA, [PAIR])
     assert before[PAIR] < THRESHOLDS.isolable < found[0].separation[PAIR]
 
 
@@ -68,7 +68,7 @@ def test_it_is_what_the_evidence_of_fits_says():
     u = Excitation('multisine', (3.0, 2.0), (0.9, 2.3)).torque(t)
     values = {'Cv': 1.03 * MODEL.viscous_friction}
     pair = ('motor_viscous', 'motor_coulomb')
-    found, _ = separations(MODEL, {'motor_viscous': values}, u, SIGMA, [pair])
+    found, _ = motion_separations(MODEL, {'motor_viscous': values}, u, SIGMA, [pair])
     run = simulate(replace(MODEL, effects=({'id': 'motor_viscous', **values},)), u, DT)
     evidence = Evidence((UniformRecording(t, u, run.y, DT),), MODEL, SIGMA, ())
     likelihood, least = evidence.fine, evidence.fine.least_noise

@@ -11,19 +11,18 @@ import pytest
 from scipy.signal import lfilter
 
 from gearbox_monitor.diagnosis.joint import (
-    closed_model, diagnose, effect_search, encoder_noise, isolability, localisation)
+    closed_model, diagnose, effect_search, isolability, judge, localisation)
 from gearbox_monitor.diagnosis.joint.adequacy import adequacy_of
 from gearbox_monitor.diagnosis.joint.bursts import at_ends_of_travel, pulses_in, rectangles
 from gearbox_monitor.diagnosis.joint.candidates import sine_and_cosine
 from gearbox_monitor.diagnosis.joint.diagnose import standard_errors
-from gearbox_monitor.diagnosis.joint.effect_scan import scan
+from gearbox_monitor.diagnosis.joint.effect_scan import Dependence, scan
 from gearbox_monitor.diagnosis.joint.evidence import Evidence
-from gearbox_monitor.diagnosis.joint.free_functions import Dependence
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
-from gearbox_monitor.diagnosis.joint.input_estimation import InputEstimator, SPACING
 from gearbox_monitor.diagnosis.joint.judge import _one_cause, decide, Judge, simplest
+from gearbox_monitor.diagnosis.joint.localisation import InputEstimator, SPACING
 from gearbox_monitor.diagnosis.joint.noise_model import MOTION, spectrum
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
@@ -634,7 +633,7 @@ def test_an_effect_is_not_what_lasts_beside_the_model_without_it():
 
 def test_a_verdict_says_how_long_torque_lasts_also_beside_coloured_noise(monkeypatch):
     """What is decided again, for another reason, was decided with the time that is not stated."""
-    monkeypatch.setattr(encoder_noise, 'measure', lambda decision, lowest: (
+    monkeypatch.setattr(judge, 'measure', lambda decision, lowest: (
         (decision.evidence.sigma, np.array([0.4, 0.0])) if lowest == MOTION else None))
     verdict = diagnose.diagnose([lasting_record((), 0.4, 5.0)], REAL, only=['viscous_asymmetry'])
     assert verdict.verdict == 'unknown' and verdict.noise_time[0]

@@ -8,7 +8,7 @@ import pytest
 
 from gearbox_monitor.diagnosis.joint.candidates import Starts
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
-from gearbox_monitor.diagnosis.joint.random_effects import between_recordings, pooled
+from gearbox_monitor.diagnosis.joint.parameter_ranges import between_recordings, pooled
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate

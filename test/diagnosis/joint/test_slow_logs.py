@@ -13,7 +13,7 @@ from gearbox_monitor.diagnosis.joint.shooting import between_stamps
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.recordings.example_bag import ExampleMotion
+from gearbox_monitor.recordings.examples import ExampleMotion
 from gearbox_monitor.signals.admission import admitted, prepared
 
 MODEL, FAST, RATE, SECONDS = DriveModel(), 1000.0, 50.0, 8.0

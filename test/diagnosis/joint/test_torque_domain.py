@@ -19,7 +19,7 @@ from gearbox_monitor.diagnosis.joint.innovation_fit import InnovationFit
 from gearbox_monitor.diagnosis.joint.torque_domain import BalanceSimulator, driven
 from gearbox_monitor.diagnosis.joint.torque_regression import torque_regression
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation

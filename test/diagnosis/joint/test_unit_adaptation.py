@@ -12,13 +12,13 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue, NominalFit
 from gearbox_monitor.diagnosis.joint.unit_adaptation import _tolerances, samples_of
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.recordings.example_bag import ExampleMotion, write_example_bag
+from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 from gearbox_monitor.signals.recording import UniformRecording
 
 UNIT = DriveModel().with_(motor_inertia=0.0070, coulomb_friction=0.33, viscous_friction=0.08,

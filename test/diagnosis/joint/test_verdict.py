@@ -9,7 +9,7 @@ import pytest
 from test_judge import record
 
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
-from gearbox_monitor.diagnosis.joint.findings import Finding, kind_of, KINDS
+from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, KINDS
 from gearbox_monitor.plant.drive import DriveModel
 
 GOLDEN = json.loads((Path(__file__).parent / 'verdict_keys.json').read_text(encoding='utf-8'))

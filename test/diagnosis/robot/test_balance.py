@@ -14,21 +14,18 @@ import random_robots
 import robot_gap
 from scipy.signal import butter, sosfreqz
 
-from gearbox_monitor.diagnosis.joint.findings import Finding
-from gearbox_monitor.diagnosis.robot.bursts import burstiness
+from gearbox_monitor.diagnosis.joint.verdict import Finding
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, stops, swing)
 from gearbox_monitor.diagnosis.robot.contest import _allowed, contest, scales_of, worth_of
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
-from gearbox_monitor.diagnosis.robot.knowledge import _noisy
-from gearbox_monitor.diagnosis.robot.local_cosines import local_cosines
-from gearbox_monitor.diagnosis.robot.motion import highest_kept, RobotMotion
+from gearbox_monitor.diagnosis.robot.knowledge import (
+    _noisy, burstiness, farther, states_of, unvisited, visits_of, with_unvisited)
+from gearbox_monitor.diagnosis.robot.motion import highest_kept, local_cosines, RobotMotion
 from gearbox_monitor.diagnosis.robot.robot_effects import compact
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import _deviations, _joined, _spreads, diagnose
-from gearbox_monitor.diagnosis.robot.visits import (
-    farther, states_of, unvisited, visits_of, with_unvisited)
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, limits_reached
 from gearbox_monitor.plant.effects.balance_column import JointMotion
 from gearbox_monitor.report.robot_words import finding_words

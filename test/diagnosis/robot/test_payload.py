@@ -12,8 +12,8 @@ from scipy.interpolate import CubicSpline
 from gearbox_monitor import load_robot, track_payload
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.library.payload_track import payload_tracker
+from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.library.robot import payload_tracker
 from gearbox_monitor.robot.chain import inertial
 
 MASS, CENTRE = 2.0, np.array([0.01, -0.03, 0.08])
