@@ -10,6 +10,8 @@ cli -> ros, fleet, library -> report, recordings, simulators -> files -> diagnos
 import ast
 from functools import cache
 from pathlib import Path
+import re
+import runpy
 import subprocess
 import sys
 
@@ -87,6 +89,16 @@ def test_imports_only_downwards():
             if problem:
                 wrong.append(f'{path.relative_to(PACKAGE)}:{line}: {dotted}: {problem}')
     assert not wrong, '\n'.join(wrong)
+
+
+def test_rooms_say_what_they_are_and_list_their_public_names():
+    """In three sentences: the room, what goes in, what comes out."""
+    maps = runpy.run_path(str(PACKAGE.parent / 'docs/make_map.py'))
+    for room, modules in maps['public_names']().items():
+        text = (PACKAGE / room / '__init__.py').read_text(encoding='utf-8')
+        assert maps['with_list'](text, modules) == text, f'{room}: run python docs/make_map.py'
+        words = ast.get_docstring(ast.parse(text)).partition('Public names')[0]
+        assert len(re.findall(r'[.](?=\s|$)', words)) >= 3, room
 
 
 def test_package_imports_no_benchmark():

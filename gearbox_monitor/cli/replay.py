@@ -38,6 +38,8 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model
 from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.library.robot import PayloadTrack, recorded_names, track_payload
+from gearbox_monitor.library.views import columns
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.recordings.player import EstimatePlayer, Player

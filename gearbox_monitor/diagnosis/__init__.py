@@ -9,18 +9,15 @@ one drive by the innovations of a filter, `robot` all joints by the balance of t
 
 Public names, by module:
 
-    joint: basis_functions, diagnose, input_estimation, localisation, unit_adaptation
+    joint: basis_functions, diagnose, localisation, unit_adaptation
     joint.basis_functions: FEWEST
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine
     joint.change_diagnosis: diagnose_change
-    joint.closed_model: closed_of, gap_of, rms
+    joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay, rms
     joint.diagnose: chosen_ids, diagnose
-    joint.experiment_design: Limits, suggest
-    joint.findings: Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN
     joint.innovation_fit: coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit
     joint.innovations: halves, InnovationLikelihood
-    joint.isolability: twins
-    joint.model_overlay: ModelRun, Overlay, overlay
+    joint.isolability: Limits, suggest, twins
     joint.noise_model: noise_floor
     joint.nominal: fit_nominal, FittedValue, NominalFit
     joint.parameter_ranges: Combination, LEVELS, NORMAL, ParameterRanges, ranges_of,
@@ -28,12 +25,12 @@ Public names, by module:
     joint.shooting: ShootingWindows, Simulator
     joint.thresholds: THRESHOLDS
     joint.unit_adaptation: Adapted, samples_of
-    joint.verdict: Explained, Verdict
+    joint.verdict: Explained, Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN, Verdict
     joint.windows: WindowRuns
     robot: knowledge, verdict
     robot.candidates: Candidate
     robot.evidence: Prior
-    robot.knowledge: Knowledge, VERSION
+    robot.knowledge: Knowledge, States, VERSION, Visits
     robot.payload: PayloadEstimate, PayloadTracker, SECOND
     robot.robot_effects: BASE, BASE_TILT, GRAVITY_SIZE, INERTIA_NAMES, JOINT, LINK_INERTIA,
         PAYLOAD, ROBOT_EFFECTS, RobotEffect
@@ -41,5 +38,4 @@ Public names, by module:
     robot.rows: RobotModel
     robot.settings: SETTINGS
     robot.verdict: RobotVerdict, verdict_data
-    robot.visits: States, Visits
 """

@@ -14,13 +14,12 @@ Public names, by module:
     backlash.change: GROSS, Tracker, TrackerSettings
     backlash.change_tests: COMPONENTS, FRICTION, TESTS
     backlash.features: Backlash, NotExcited
-    backlash.forecast: GrowthHistory, span, Trend, when
     backlash.recording_windows: combine, Combined, reason_of, RecordingWindows, separable_of
+    backlash.wear: GrowthHistory, span, Trend, when
     checks: usability
     checks.outcome: Condition, Level, LEVELS, Outcome, outcome_of, with_more
     checks.usability: key_of
     diagnostic_keys: published
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor
-    staleness: Silence
-    warm_up: warm_up
+    staleness: Silence, warm_up
 """

@@ -9,16 +9,13 @@ call the same functions.
 
 Public names, by module:
 
-    actuators: CatalogueActuator, is_actuator, load_actuator, NAMES
-    drive_file: load_model, SIMULATORS
-    identify: diagnose, expect_ids, uniform
-    payload_track: payload_tracker, PayloadTrack, track_payload
+    drive_file: CatalogueActuator, is_actuator, load_actuator, load_model, NAMES, SIMULATORS
+    identify: adapt, diagnose, expect_ids, uniform, write_adapted
     ranges: ranges
     recording: load_recording, Recording
     recording_report: write_report
-    robot: diagnose_robot, learn_robot, load_robot, recorded_names, Robot, robot_effects,
-        RobotDiagnosis
+    robot: diagnose_robot, learn_robot, load_robot, payload_tracker, PayloadTrack,
+        recorded_names, Robot, robot_effects, RobotDiagnosis, track_payload
     simulator_file: export_model, SimulatorFile, TARGETS
-    tuning: adapt, write_adapted
     views: columns
 """

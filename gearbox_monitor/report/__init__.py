@@ -9,7 +9,7 @@ one file that loads nothing.
 
 Public names, by module:
 
-    .: compare_plot, overlay_plot, plots
+    .: plots
     change_words: sentence
     diagnosis_evidence: gather, measures_twist, notable_windows, shows_place
     diagnosis_page: diagnosis_page, PageContext
@@ -18,17 +18,13 @@ Public names, by module:
         width_text
     live_history: GearboxHistory, StatusAlert
     live_page: live_frame, LivePage
-    overlay_plot: windows_figure
-    payload_words: payload_words, push_words
-    recording_page: figures, headline, recording_page
+    plots: windows_figure
+    recording_page: figures, headline, recording_page, robot_page
     robot_gap_page: robot_gap_page
-    robot_page: robot_page
-    robot_words: robot_headline, robot_text
-    suggestion: suggestion
+    robot_words: payload_words, push_words, robot_headline, robot_text
     summary: change, in_unit, PLACES, sized, summary, with_deviation
-    timeline: Timeline
-    timeline_source: EstimatorChoice, RecordingFacts, TimelineSource
+    timeline: EstimatorChoice, RecordingFacts, Timeline, TimelineSource
     words: counted, dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number,
-        percent, place_text, SUGGESTED, torque_map_of, undefined, unit_of, UserFiles,
-        value_rows, value_text, width_and_std
+        percent, place_text, SUGGESTED, suggestion, torque_map_of, undefined, unit_of,
+        UserFiles, value_rows, value_text, width_and_std
 """

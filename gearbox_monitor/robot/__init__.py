@@ -9,15 +9,13 @@ torque that each joint needs. What a description states and this room cannot rep
 
 Public names, by module:
 
-    .: example_arm
-    arm_load: ArmLoad, MotionState
+    .: arm_plant
+    arm_plant: DRIVES, GapGrowth, HIGH, LOW, program, WorkingArm
     chain: body_of, Chain, chain_of, inertial, joint_losses, Link, LOCKED_IN_VALUES, losses_of,
         PER_LINK
     compiled_model: actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest,
         disabled, DRAG, enabled, ends_of, is_off, kind_of, moved_by, mujoco_module, name_of,
         open_loop, Refusal, scalar_joints, tendon_forces, undecided, undecided_of_robot, Unread
     description: LONGEST, parse, PRINCIPAL, RobotDescription, rotations, turn
-    dynamics: arrays_of, move, NO_PAYLOAD, Payload, torque_on
-    example_arm: DRIVES, HIGH, LOW
-    working_arm: GapGrowth, program, WorkingArm
+    dynamics: ArmLoad, arrays_of, MotionState, move, NO_PAYLOAD, Payload, torque_on
 """

@@ -10,9 +10,8 @@ are thin shells around `health.monitor.Monitor`.
 Public names, by module:
 
     .: live_node
-    child_processes: Child, ChildFailed, cores, Interrupt
     first_start: in_child
-    middleware: own_domain
+    middleware: Child, ChildFailed, cores, Interrupt, own_domain
     playback: play
     watcher: Watcher
 """

@@ -10,16 +10,14 @@ close the gap. All else in the file stays as the user wrote it.
 Public names, by module:
 
     c99: firmware
-    joint_readings: joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE
     mjcf: CONSTRUCT, Exported, EXPRESSIONS, NATIVE, REFUSED, refused, values_of
     mjcf_file: compiled_file, drive_of, MjcfDrive, model_of, read_file, read_mjcf, RobotFile
     mjcf_patch: Patch, patched
-    mujoco_run: misfit, rig_of
+    mujoco_run: misfit, rig_of, rollouts
     randomisation: randomisation, WRITERS
-    robot_closed: closed_file, title_of
     robot_model: ChainFile, read_robot, SUFFIXES
-    robot_patch: in_urdf, patched_robot
-    robot_rollout: rollouts
-    user_simulator: confirmation, user_simulator, UserSimulator
+    robot_patch: closed_file, in_urdf, patched_robot, title_of
+    user_simulator: confirmation, joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE,
+        user_simulator, UserSimulator
     xml_edit: difference, parse_xml
 """
