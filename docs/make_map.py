@@ -124,7 +124,7 @@ def public_names() -> dict[str, dict[str, set[str]]]:
 
 def with_list(text: str, modules: dict[str, set[str]]) -> str:
     """Return the `text` of a room's __init__ with the list of its public names, by `modules`."""
-    lines = [textwrap.fill(f'{module or "."}: {", ".join(sorted(names, key=str.lower))}', 95,
+    lines = [textwrap.fill(f'{module or "."}: {", ".join(sorted(names, key=lambda name: (name.lower(), name)))}', 95,
                            initial_indent='    ', subsequent_indent=' ' * 8,
                            break_long_words=False, break_on_hyphens=False)
              for module, names in sorted(modules.items())]
