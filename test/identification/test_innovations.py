@@ -404,7 +404,7 @@ def test_late_encoders_are_read_at_their_own_time_within_a_sample():
     assert whole.shift.tolist() == [0, 2] and whole.reads.tolist() == [[1, 1]]
 
 
-@pytest.mark.parametrize('late, parts, channels, segments, edges, part, ends, reads, shift', [
+SCHEDULES = [
     ((0.0, 0.0), 3, (0, 1), [1.0], [1 / 3, 2 / 3, 1.0], [0, 1, 2], [-1, -1, 0], [[1, 1]], [0, 0]),
     ((3.4, 1.7), 2, (0, 1), [0.3, 0.6, 1.0], [0.3, 0.5, 0.6, 1.0], [0, 0, 1, 1], [0, -1, 1, 2],
      [[0, 1], [1, 0], [0, 0]], [3, 1]),
@@ -419,18 +419,20 @@ def test_late_encoders_are_read_at_their_own_time_within_a_sample():
      [0, 1, 2], [[0, 1], [1, 0], [0, 0]], [0, 0]),
     ((2.0 - 5e-7, 1.0 + 5e-7), 1, (0, 1), [1.0], [1.0], [0], [0], [[1, 1]], [2, 1]),
     ((2.0 - 5e-6, 1.0 + 5e-6), 1, (0, 1), [5e-6, 1.0 - 5e-6, 1.0], [5e-6, 1.0 - 5e-6, 1.0],
-     [0, 0, 0], [0, 1, 2], [[1, 0], [0, 1], [0, 0]], [1, 1])])
-def test_steps_of_a_sample_end_where_torque_changes_and_encoders_read(
-        late, parts, channels, segments, edges, part, ends, reads, shift):
+     [0, 0, 0], [0, 1, 2], [[1, 0], [0, 1], [0, 0]], [1, 1])]
+
+
+def test_steps_of_a_sample_end_where_torque_changes_and_encoders_read():
     """All in samples."""
-    dt = 2e-3
-    e = effects.pack([{'id': f'{side}_encoder_delay', 'T': T * dt}
-                      for side, T in zip(('motor', 'arm'), late) if T])
-    line = schedule(e, dt, parts, channels)
-    assert line.span / dt == pytest.approx(np.diff([0.0, *segments]), abs=9e-7)
-    assert line.length / dt == pytest.approx(np.diff([0.0, *edges]), abs=9e-7)
-    assert line.part.tolist() == part and line.ends.tolist() == ends
-    assert line.reads.tolist() == reads and line.shift.tolist() == shift
+    for late, parts, channels, segments, edges, part, ends, reads, shift in SCHEDULES:
+        dt = 2e-3
+        e = effects.pack([{'id': f'{side}_encoder_delay', 'T': T * dt}
+                          for side, T in zip(('motor', 'arm'), late) if T])
+        line = schedule(e, dt, parts, channels)
+        assert line.span / dt == pytest.approx(np.diff([0.0, *segments]), abs=9e-7)
+        assert line.length / dt == pytest.approx(np.diff([0.0, *edges]), abs=9e-7)
+        assert line.part.tolist() == part and line.ends.tolist() == ends
+        assert line.reads.tolist() == reads and line.shift.tolist() == shift
 
 
 def test_the_true_effect_is_proposed_and_fitted_from_nothing_and_the_noise_vanishes():

@@ -348,15 +348,18 @@ def test_state_goes_on_bit_for_bit(tmp_path):
     assert json.dumps(again.to_dict()) == json.dumps(gearbox.tracker.to_dict())
 
 
-@pytest.mark.parametrize('text', ['', '{', '[]', '{"format": 2}', 'null', '{"format": 1}',
-                                  '{"format": 2, "gearbox_serial": "g7", "drift": {"points": 3}}'])
-def test_a_damaged_state_is_set_aside(tmp_path, text):
-    file = tmp_path / 'state.json'
-    assert load_state(file, 'g7') == (None, '')
-    file.write_text(text)
-    state, told = load_state(file, 'g7')
-    assert state is None and str(file) in told and not file.exists()
-    assert next(tmp_path.glob('state.json.corrupt-*')).read_text() == text
+DAMAGED = ['', '{', '[]', '{"format": 2}', 'null', '{"format": 1}',
+                                  '{"format": 2, "gearbox_serial": "g7", "drift": {"points": 3}}']
+
+
+def test_a_damaged_state_is_set_aside(tmp_path):
+    for text in DAMAGED:
+        file = tmp_path / 'state.json'
+        assert load_state(file, 'g7') == (None, '')
+        file.write_text(text)
+        state, told = load_state(file, 'g7')
+        assert state is None and str(file) in told and not file.exists()
+        assert next(tmp_path.glob('state.json.corrupt-*')).read_text() == text
 
 
 def test_a_state_of_another_gearbox_is_set_aside(tmp_path):
