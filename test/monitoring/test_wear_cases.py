@@ -39,8 +39,8 @@ def size(gearbox, key, true, stage=None):
     return change
 
 
-@pytest.mark.parametrize('growth, stage', [(0.2, WARNED), (0.5, GROSS)])
-@pytest.mark.parametrize('new', [{'load': 9.0}, {'temperature': 45.0}])
+@pytest.mark.parametrize('growth, stage, new', [
+    (0.2, WARNED, {'load': 9.0}), (0.5, GROSS, {'temperature': 45.0})])
 def test_growth_together_with_a_new_motion_or_a_warming(growth, stage, new):
     gearbox = learnt(1, **({'temperature': 20.0} if 'temperature' in new else {}))
     gearbox.go(3, growth, **new)

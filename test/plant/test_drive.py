@@ -280,10 +280,6 @@ BAD_FILES = [
     ('transmission: {half_gap: -0.1}', ('half_gap', '-0.1', '>= 0')),
     ('transmission: {backlash: 1}', ('transmission.backlash', 'unknown', 'half_gap')),
     ('motor_inertai: 1', ('line 1', 'motor_inertai', "mean 'motor_inertia'")),
-    ('effects: [{id: dragon}]', ('effects', 'dragon', 'gravity')),
-    ('effects: [{id: gravity}]', ('effects.gravity.G', 'None', 'finite number')),
-    ('effects: [{id: gravity, G: .nan}]', ('effects.gravity.G', 'nan', 'finite number')),
-    ('effects: {id: gravity}', ('effects', 'gravity', 'list')),
     ('[1, 2]', ('model', '[1, 2]', 'keys and values')),
     ('a: [', ('line', 'YAML')),
 ]
