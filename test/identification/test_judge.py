@@ -401,7 +401,7 @@ def test_a_doubt_about_signs_must_be_likelier_than_any_effect():
 def test_the_law_of_friction_is_doubted_once(law):
     """MuJoCo's constraint against an arctangent in the model file is no effect and no unknown."""
     true = {'friction_law': {'kind': law}, 'timestep': 0.001, 'integrator': 'rk4'}
-    recording = record([], 6, std=(5e-4, 5e-4), model=true)
+    recording = record([], 4, std=(5e-4, 5e-4), model=true)
     data = diagnose.diagnose([recording], DriveModel(), only=['motor_viscous', 'stribeck']).data
     assert data['verdict'] == 'none', data['effect']
     assert any(f'follows the law {law}' in warning for warning in data['warnings'])
