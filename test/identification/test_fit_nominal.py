@@ -28,9 +28,9 @@ WRONG = replace(TRUE, torque_offset=0.0, motor_inertia=0.008, arm_inertia=0.015,
 
 
 def record(path, model, seed=1, zero=-0.02):
-    t = np.arange(8000) * 1e-3
+    t = np.arange(3000) * 2e-3
     u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1 + 0.1 * seed)).torque(t)
-    y = simulate(model, u, 1e-3).x[:, :2] + (0.0, zero)
+    y = simulate(model, u, 2e-3).x[:, :2] + (0.0, zero)
     y = y + 0.002 * np.random.default_rng(seed).standard_normal(y.shape)
     np.savetxt(path, np.column_stack([t, u, y]), '%.9g', ',', header='t,u,motor,arm', comments='')
     return str(path)

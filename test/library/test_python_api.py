@@ -22,8 +22,8 @@ TRUE = MODEL.with_(effects=[{'id': 'gravity', 'G': 1.5, 'phi': 0.0}])
 
 @pytest.fixture(scope='module')
 def trajectory():
-    """Return 10 s of a drive with a weight that MODEL lacks."""
-    t = np.arange(5000) * DT
+    """Return 5 s of a drive with a weight that MODEL lacks."""
+    t = np.arange(2500) * DT
     return gm.simulate(TRUE, 5 * np.cos(5.7 * t) + 2 * np.cos(14.5 * t), DT,
                        Noise(measurement=(2e-3, 1e-3)), 1)
 

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Two things at once: each of them has the size that it has, and ends by itself."""
+from copy import deepcopy
+from functools import cache
 import json
 import math
 from pathlib import Path
@@ -25,10 +27,15 @@ COULOMB = 0.27 / 18.0 / FRICTION  # its share of it
 RECORDED = Path(__file__).with_name('recorded')
 
 
-def learnt(seed, windows=90, **state):
+@cache
+def healthy(seed, windows, temperature):
     gearbox = Gearbox(seed, 'A')
-    gearbox.go(windows, **state)
+    gearbox.go(windows, temperature=temperature)
     return gearbox
+
+
+def learnt(seed, windows=90, temperature=None):
+    return deepcopy(healthy(seed, windows, temperature))
 
 
 def size(gearbox, key, true, stage=None):
