@@ -87,7 +87,7 @@ def closed_loop(effects, duration, limit=5.0):
 @compiled
 @pytest.mark.parametrize('name', EFFECTS)
 def test_closed_loop_agrees_with_scipy(name):
-    expected = closed_loop(EFFECTS[name], 0.7)
+    expected = closed_loop(EFFECTS[name], 0.5)
     n = len(expected)
     model = drive(EFFECTS[name])
     fine = Plant(model).run(np.repeat(SETPOINT[:n], 50), DT / 50)
