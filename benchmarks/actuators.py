@@ -58,7 +58,7 @@ BACKEND = DriveModel().with_(
 OF_JOINT = {'m1': ('armature', 'kg m^2'), 'Cv': ('viscous', 'N m s/rad'),
             'Cc': ('coulomb', 'N m')}  # nuisance of the robot's balance, and its unit
 LINKS, OWN = 0.3, 1.0  # tolerances of the links' inertias, and of the guesses of the joints
-PENDULUM = Path(__file__).parents[1] / 'docs/real_gap/double_pendulum/double_pendulum.urdf'
+PENDULUM = Path(__file__).parents[1] / 'benchmarks/real_logs/double_pendulum/double_pendulum.urdf'
 HELD_OUT = ('03', '12', '21', '30', '43')  # of the back end
 
 

@@ -191,8 +191,7 @@ def measure(name: str, logs: list[ServoLog], jobs: int) -> dict[str, Any]:
         closed = replace(verdict.model.folded(), controller=model.controller)
         starts[f'with {"+".join(parts)}, fitted'] = (closed, tuple(
             e['id'] for e in closed.effects if e['id'] not in EXACT_OR_FITTED))
-    models = {label: fit_nominal(recordings, start, (*FITTED, *ids), seconds=WHOLE,
-                                 jobs=jobs).model
+    models = {label: fit_nominal(recordings, start, (*FITTED, *ids), seconds=WHOLE).model
               for label, (start, ids) in starts.items()}
     label = list(models)[-1]
     errors = {key: {'fitted': [run_error(log, m, servo) for log in train],

@@ -88,15 +88,15 @@ def measure(train: UniformRecording, test: UniformRecording, jobs: int) -> dict[
     """
     show = progress_line()
     show('fit-nominal')
-    rigid = fit_nominal([train], GUESSED, DRIVE_VALUES, jobs=jobs).model
+    rigid = fit_nominal([train], GUESSED, DRIVE_VALUES).model
     show('diagnose')
     verdict = diagnose([train], rigid, jobs=jobs)
     effects = (verdict.data['effect'] or '').split('+') if verdict.data['effect'] else []
     show('fit-nominal over the whole recording')
     models = {'without effect': fit_nominal(
-        [train], rigid, DRIVE_VALUES, seconds=WHOLE, jobs=jobs).model}
+        [train], rigid, DRIVE_VALUES, seconds=WHOLE).model}
     models['with effect'] = fit_nominal(
-        [train], verdict.model, (*DRIVE_VALUES, *effects), seconds=WHOLE, jobs=jobs).model
+        [train], verdict.model, (*DRIVE_VALUES, *effects), seconds=WHOLE).model
     show('')
     errors = {name: {'train': free_run_error(train, model), 'test': free_run_error(test, model)}
               for name, model in models.items()}

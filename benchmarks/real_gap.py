@@ -5,7 +5,7 @@
 Diagnose pairs of real recordings whose truth stays sealed until all verdicts are written.
 
 FOLDER holds manifests NAME.pair.yaml in any folders, and truth.yaml. A manifest says which files
-are compared and how they are read; docs/real_gap.md describes it. Files lie beside the manifest,
+are compared and how they are read (benchmarks/README.md). Files lie beside the manifest,
 or in the same folder of --data. Every pair runs the commands that a user would type: import, learn
 or fit-nominal of the references, diagnose. truth.yaml is opened last.
 
@@ -14,7 +14,7 @@ often a change is seen, how often one is reported where nothing changed, the pro
 rank of the right cause. Least squares with the Bayesian information criterion stands beside it.
 
 usage examples:
-  python -m benchmarks real_gap docs/real_gap --data path/to/data
+  python -m benchmarks real_gap benchmarks/real_logs --data path/to/data
   python -m benchmarks real_gap my_pairs --out verdicts --json real_gap.json
 """
 import argparse

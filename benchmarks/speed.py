@@ -41,7 +41,6 @@ FILTERS: dict[str, dict[str, Any]] = {
     'EKF, unknown load': {'filter': 'ekf', 'arm_load': 'unknown'},
     'EKF, elastic': {'filter': 'ekf', 'tau_k_model': 'elastic'},
     'EKF, learned': {'filter': 'ekf', 'tau_k_model': 'learned'},
-    'EKF numeric': {'filter': 'ekf', 'ekf_jacobian': 'numeric'},
     'UKF': {'filter': 'ukf'},
     'SRUKF': {'filter': 'srukf'},
     'AEKF, 1 theta': {'filter': 'aekf', 'adapt': ['q_std_tau_k']},

@@ -8,7 +8,7 @@ Simulated drives: A and B of "benchmarks paper" (with and without hysteresis), w
 likelihood and the fixed EKF, each with and without a load on the arm; and the packaged drive with
 the packaged parameters. With DATA, the folder davinci_backend, also the backlash of a real drive
 over its 20 recordings. Drives drawn within the tolerances of the model show whether the stated
-deviation of tau_K covers its error. docs/trust_benchmark.md explains the tables.
+deviation of tau_K covers its error. benchmarks/README.md explains the tables.
 
 usage examples:
   python -m benchmarks trust

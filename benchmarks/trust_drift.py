@@ -33,7 +33,7 @@ SLOW = 0.05 / 3600.0  # 1/s: 5 % in an hour
 
 
 def true_gap(model: DriveModel) -> float:
-    """Return the backlash (rad) of a `model` as docs/trust_benchmark.md defines it."""
+    """Return the backlash (rad) of a `model` as benchmarks/README.md defines it."""
     shape = model.transmission
     return 2.0 * (shape.half_gap + (shape.hysteresis_width if shape.kind == 'play' else 0.0))
 

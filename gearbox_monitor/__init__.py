@@ -7,7 +7,7 @@ Condition monitor for robot joint gearboxes.
 The public names follow. Each is imported from its room when it is first used, so that the import
 of the package alone is cheap. docs/python.md shows them at work:
 
-    load_model            the model of a drive, from a model file, MJCF, URDF or SDF
+    load_model            the model of a drive, from a model file, MJCF or URDF
     load_recording        a recording of a drive, from a bag, a table, a DataFrame or arrays
     estimate              torque, twist, trust and backlash over a recording
     backlash              gap and stiffness of a recording, window by window
@@ -25,7 +25,6 @@ of the package alone is cheap. docs/python.md shows them at work:
     learn_robot           a healthy robot as a reference
     track_payload         what it held over a log, and the external torque on its joints
     load_robot_logs       logs of all joints, checked
-    suggest_robot         the motion in which it shows a payload, or effects, best
 
     DriveModel            the drive: inertias, friction, transmission, effects
     simulate              its motion under a torque, with noise and effects
@@ -42,7 +41,6 @@ of the package alone is cheap. docs/python.md shows them at work:
     Robot                 what load_robot returns
     RobotDiagnosis        what diagnose_robot returns
     PayloadTrack          what track_payload returns
-    SuggestedRobotMotion  what suggest_robot returns
     SimulatorFile         what export_model returns
     InputError            the one exception that bad input raises
 
@@ -79,7 +77,6 @@ _PUBLIC = {
     'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
     'RobotDiagnosis': 'library.robot',
     'track_payload': 'library.payload_track', 'PayloadTrack': 'library.payload_track',
-    'suggest_robot': 'library.robot_motion', 'SuggestedRobotMotion': 'library.robot_motion',
     'ranges': 'library.ranges',
     'ParameterRanges': 'identification.parameter_ranges',
     'load_actuator': 'library.actuators', 'CatalogueActuator': 'library.actuators',
@@ -90,7 +87,9 @@ __all__ = list(_PUBLIC)
 def __getattr__(name: str) -> Any:
     """Import the public `name` from the module that defines it."""
     if name not in _PUBLIC:
-        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+        gone = import_module(f'{__name__}.removed').refusal(name)
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}'
+                             + (f': {gone}' if gone else ''))
     return getattr(import_module(f'{__name__}.{_PUBLIC[name]}'), name)
 
 

@@ -119,9 +119,16 @@ class Problems:
             raise InputError(*self.found)
 
 
-def unknown(word: object, names: Iterable[object]) -> str:
-    """Return what was expected instead of `word`: the most similar of `names`, or all of them."""
-    if gone := refusal(word):
+def unknown(word: object, names: Iterable[object], place: str = '') -> str:
+    """
+    Return what was expected instead of `word`: the most similar of `names`, or all of them.
+
+    Args:
+        word: that the user typed.
+        names: that are known there.
+        place: command, or command and option, that the word follows; '' without one.
+    """
+    if gone := refusal(f'{place} {word}'.lstrip()):
         return gone
     words = sorted(map(str, names))
     similar = most_similar(word, words)

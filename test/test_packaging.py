@@ -23,20 +23,15 @@ SETUP = (ROOT / 'setup.py').read_text(encoding='utf-8')
 # imported name -> (key in package.xml or None, distribution in setup.py or None = from ROS).
 THIRD_PARTY = {
     'distributed': (None, 'distributed'),  # optional; it and the next have no rosdep key
-    'fsspec': (None, 'fsspec'),
     'pandas': (None, 'pandas'),  # optional: tables of results
     'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
     'bam': (None, 'better-actuator-models'),  # optional: runs beside ours; no rosdep key
-    'fmpy': (None, 'fmpy'),  # optional: runs functional mock-up units; no rosdep key
-    'foxglove': (None, 'foxglove-sdk'),  # optional: serves its viewer; no rosdep key
-    'rerun': (None, 'rerun-sdk'),  # optional: sends to its viewer; no rosdep key
     'google': (None, None),
     'jinja2': ('python3-jinja2', 'Jinja2'),
     'lz4': ('mcap-ros2-support', 'mcap'),
     'markupsafe': ('python3-jinja2', 'Jinja2'),  # a dependency of it
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'mcap': ('mcap-ros2-support', 'mcap'),
-    'mcap_ros2': ('mcap-ros2-support', 'mcap-ros2-support'),
     'mujoco': (None, 'mujoco'),  # optional: the extra that reads and checks its files
     'numba': (None, 'numba'),  # absent from Ubuntu's packages, optional
     'numpy': ('python3-numpy', 'numpy'),

@@ -114,7 +114,7 @@ class EstimatePlayer:
         self.topic, self.namespace = self.input.topic, self.input.namespace
         self.notes: list[str] = []
         self.early_inputs = 0
-        snapshots = read_snapshots(reader, self.input)
+        snapshots = read_snapshots(reader, self.input, model is None)
         recorded_model: DriveModel = DriveModel()
         recorded: dict[str, Any] = {}
         if snapshots:

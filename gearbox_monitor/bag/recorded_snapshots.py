@@ -11,7 +11,7 @@ from typing import Any
 from gearbox_monitor.bag.joint_input import JointInput, snapshot_of
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.estimation.snapshot import expect_format, SnapshotError
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 
 NO_SERIAL = ('no gearbox_serial is recorded: taken for the same gearbox as all bags without one; '
@@ -41,31 +41,45 @@ class RecordedSnapshot:
         """
         Return (DriveModel, {parameter: value}) that the estimator used.
 
-        Parameters that this version does not have are left out. Raises InputError, in which
-        `source` names the bag.
+        Raises InputError, in which `source` names the bag.
         """
-        names = {row.name for row in ESTIMATOR}
         try:
-            model, parameters = (json.loads(self.content[name])
+            model, parameters = (dict(json.loads(self.content[name]))
                                  for name in ('model', 'parameters'))
-            parameters = {name: value for name, value in parameters.items() if name in names}
-        except (KeyError, ValueError, AttributeError, RecursionError):
+        except (KeyError, ValueError, TypeError, RecursionError):
             raise InputError(f'{source}: snapshot: no model and parameters, expected what an '
                              'estimator writes') from None
         return model_from_dict(model, f'{source}: snapshot'), parameters
 
 
-def read_snapshots(reader: BagReader, joint_input: JointInput) -> list[RecordedSnapshot]:
+def read_snapshots(reader: BagReader, joint_input: JointInput, is_needed: bool = True
+                   ) -> list[RecordedSnapshot]:
     """
-    Return the snapshots in `reader` of the estimator of `joint_input`, [] without one.
+    Return the snapshots of an estimator.
 
-    Raises InputError for a stamp or a counter that is no whole number.
+    Args:
+        reader: of the bag.
+        joint_input: of the estimator.
+        is_needed: whether the model comes from them: else those of another version are left out.
+
+    Returns:
+        The snapshots, [] without one.
+
+    Raises:
+        InputError: a snapshot is of another version, or a stamp or a counter is no whole number.
     """
     if joint_input.snapshots is None:
         return []
     contents = ((log_ns, snapshot_of(reader, raw))
                 for _, log_ns, _, raw in reader.messages([joint_input.snapshots]))
     snapshots = [RecordedSnapshot(content, log_ns) for log_ns, content in contents if content]
+    try:
+        for snapshot in snapshots:
+            expect_format(snapshot.content, f'{reader.path}: snapshot')
+    except SnapshotError:
+        if is_needed:
+            raise
+        return []
     for snapshot in snapshots:
         for name in ('stamp_ns', 'input_count'):
             value = snapshot.content.get(name, '')

@@ -6,9 +6,9 @@ Compare several filters on one recording.
 
 All use the same model and the same parameters (tune them first). filterpy-ekf and filterpy-ukf are
 those of the package filterpy (extra [compare]) on the same process model. They are tens of times
-slower: with one of them, all filters run on the first part of a long bag only
-(--filterpy-samples), so that the figures are comparable. Errors appear if the bag contains a true
-or measured torque (plant/transmission_state or reference/transmission_state).
+slower: with one of them, all filters run on the first 20000 samples only, so that the figures are
+comparable. Errors appear if the bag contains a true or measured torque (plant/transmission_state
+or reference/transmission_state).
 
 columns: tau_K rms error of the filtered and of the smoothed torque (N m); share of errors within
 one stated deviation (0.68 expected); log-likelihood; mean NIS (2 expected); Ljung-Box statistic of
@@ -52,7 +52,7 @@ from gearbox_monitor.plant.units import on_axis
 KnownTorque: TypeAlias = tuple[Integers, Array]  # stamps [N] ns, torque [N] N m
 WARM_UP = 200  # samples that a filter takes before it is timed: kernels are compiled by then
 REPEATS = 3    # runs of which the fastest counts
-SHORTEST = 1000
+SHORTEST, FILTERPY_SAMPLES = 1000, 20000
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,6 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='filters, separated by commas: '
                         + ', '.join((*FILTER_NAMES, *filterpy_reference.NAMES)))
     parser.add_argument('--png', metavar='FILE', help='write the figure')
-    parser.add_argument('--filterpy-samples', type=int, default=20000, metavar='N',
-                        help='with a filter of filterpy, use only the first N samples '
-                        '(default: %(default)s)')
     parser.add_argument('--json', action='store_true', help='print the table as JSON')
 
 
@@ -85,9 +82,6 @@ def run(args: Namespace) -> int:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f'--filters: {name!r} twice, expected each filter once')
-    if args.filterpy_samples < SHORTEST:
-        raise InputError(f'--filterpy-samples: {args.filterpy_samples}, expected at least '
-                         f'{SHORTEST}')
     expect_new_file(args.png)
     if args.png and Path(args.png).suffix.lower() != '.png':
         raise InputError(f'{args.png}: expected a name that ends in .png')
@@ -102,10 +96,9 @@ def run(args: Namespace) -> int:
     if count < SHORTEST:
         raise InputError(f'{args.bag}: {count} samples, too short to compare, expected at least '
                          f'{SHORTEST}')
-    if set(names) & set(filterpy_reference.NAMES) and count > args.filterpy_samples:
-        samples = sliced(samples, 0, args.filterpy_samples)
-        notes.append(f'only the first {args.filterpy_samples} of {count} samples, for filterpy '
-                     '(--filterpy-samples)')
+    if set(names) & set(filterpy_reference.NAMES) and count > FILTERPY_SAMPLES:
+        samples = sliced(samples, 0, FILTERPY_SAMPLES)
+        notes.append(f'only the first {FILTERPY_SAMPLES} of {count} samples, for filterpy')
     results = []
     with count_bar('compare', len(names)) as bar:
         for name in names:

@@ -26,7 +26,7 @@ import sys
 
 from gearbox_monitor.cli.demo_run import Demo, Interrupted, MIN_DURATION, ROBOT_MIN_DURATION
 from gearbox_monitor.ros.child_processes import ChildFailed, Interrupt
-from gearbox_monitor.ros.ros_domain import own_domain
+from gearbox_monitor.ros.middleware import own_domain
 
 
 def add_arguments(parser: ArgumentParser) -> None:

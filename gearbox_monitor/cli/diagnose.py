@@ -44,7 +44,6 @@ from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments
 from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by
 from gearbox_monitor.export.mjcf import refused
-from gearbox_monitor.export.robot_patch import ROOTS
 from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
 from gearbox_monitor.files.yaml_files import model_text
 from gearbox_monitor.identification.diagnose import chosen_ids
@@ -88,8 +87,8 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='effects to leave out; a gap that only they explain is then unknown')
     parser.add_argument('--only', metavar='ID', nargs='+', help='effects to try, and no others')
     parser.add_argument('--simulator', metavar='MODULE:FUNCTION',
-                        help='repeat nominal and closed model in your simulator, a function or '
-                        'FILE.fmu[:NAMES], see docs/simulator.md')
+                        help='repeat nominal and closed model in your simulator, see '
+                        'docs/simulator.md')
     parser.add_argument('--seed', metavar='N', type=int, default=0,
                         help='seed of the intervals (default: 0); same seed, same answer')
     parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
@@ -170,14 +169,13 @@ def _changes(args: Namespace, closed: DriveModel, data: dict[str, Any]) -> list[
     if args.joint is None:
         return []
     try:
-        kind = Path(args.model).suffix.lower()[1:]
-        patch = export_model(closed, kind if kind in ROOTS else 'mjcf', args.model,
-                             joint=args.joint, arm_joint=args.model_arm_joint,
-                             keyframe=args.keyframe, actuator=args.actuator, root=args.root).patch
+        to = 'urdf' if Path(args.model).suffix.lower() == '.urdf' else 'mjcf'
+        patch = export_model(closed, to, args.model, joint=args.joint,
+                             arm_joint=args.model_arm_joint, keyframe=args.keyframe,
+                             actuator=args.actuator, root=args.root).patch
     except InputError as error:
         data['warnings'].append(f'not in the file of the simulator: {error}')
         return []
-    assert patch is not None  # of a file that is patched
     data['file_changes'] = [change._asdict() for change in patch.changes]
     return [*(f'{Path(args.model).name}: {change.words}' for change in patch.changes),
             *(f'not in it: {row.id}: {row.words}' for row in refused(patch.exported))]

@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Options of commands that compare recordings of a drive with models, and what they load."""
-from argparse import Action, ArgumentParser, Namespace, SUPPRESS
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 import math
 import os
 import shlex
 import signal
-import sys
-from typing import Any
 
 from gearbox_monitor.cli.options import stated
 from gearbox_monitor.errors import InputError, Undecided
@@ -21,35 +19,10 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.recording import REPEATED, UniformRecording
 
 
-class Renamed(Action):
-    """An option under its old name, which goes on working, with a note: const is the new one."""
-
-    def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any,
-                 option_string: str | None = None) -> None:
-        """Store the value and say the new name."""
-        print(f'note: {option_string} is called {self.const} now', file=sys.stderr)
-        setattr(namespace, self.dest, values)
-
-
-def add_renamed(parser: ArgumentParser, old: str, new: str, dest: str) -> None:
-    """
-    Declare in `parser` the old name of an option, which goes on working.
-
-    Args:
-        parser: of the command.
-        old: name of the option before.
-        new: its name now.
-        dest: attribute of both.
-
-    """
-    parser.add_argument(old, metavar='NAME', dest=dest, action=Renamed, const=new,
-                        default=SUPPRESS, help=SUPPRESS)
-
-
-def add_model_arguments(parser: ArgumentParser, required: bool = True) -> None:
-    """Declare in `parser` the model file (`required`), or the joint of a simulator's file."""
-    parser.add_argument('--model', metavar='FILE', required=required,
-                        help='model file of the drive, or MJCF, URDF or SDF file with --joint')
+def add_model_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` the model file, or the joint of a simulator's file."""
+    parser.add_argument('--model', metavar='FILE', required=True,
+                        help='model file of the drive, or MJCF or URDF file with --joint')
     add_joint_arguments(parser)
     parser.add_argument('--values', metavar='FILE',
                         help='with --joint: model values that are not in that file')
@@ -59,8 +32,6 @@ def add_drive_arguments(parser: ArgumentParser) -> None:
     """Declare in `parser` the model file and the joints of a drive."""
     add_model_arguments(parser)
     add_bag_arguments(parser)
-    for side in ('motor', 'arm'):
-        add_renamed(parser, f'--{side}-joint', f'--recorded-{side}', f'{side}_joint')
     add_setpoint_argument(parser)
     parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
                         help='which of several samples with the same stamp to use: the first '
@@ -78,7 +49,7 @@ def add_bag_arguments(parser: ArgumentParser) -> None:
 
 def add_setpoint_argument(parser: ArgumentParser) -> None:
     """Declare in `parser` the joint that is a setpoint."""
-    parser.add_argument('--recorded-setpoint', '--setpoint-joint', metavar='NAME',
+    parser.add_argument('--recorded-setpoint', metavar='NAME',
                         default='setpoint', dest='setpoint_joint',
                         help='joint whose position is the setpoint of the motor, in bags, for a '
                         'model with a controller (default: setpoint)')

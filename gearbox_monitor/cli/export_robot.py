@@ -34,9 +34,6 @@ def is_verdict(args: Namespace) -> bool:
 def run(args: Namespace) -> int:
     """Write the findings of the verdict that `args` name into a file; return the exit code."""
     refuse(args, OF_ONE_JOINT, f'of one joint, expected a model file of a drive, not {args.model}')
-    if args.to not in ROOTS:
-        raise InputError(f'--to {args.to}: with the verdict on a robot, expected one of '
-                         f'{", ".join(ROOTS)}')
     if not args.into:
         raise InputError(f'--into: missing, expected the {args.to.upper()} file of the robot')
     data = load_verdict(args.model)

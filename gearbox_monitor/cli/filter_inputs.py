@@ -62,7 +62,7 @@ def settings_of(args: Namespace, reader: BagReader, source: JointInput, stated: 
 
     """
     model, recorded = None, dict[str, Any]()
-    snapshots = read_snapshots(reader, source)
+    snapshots = read_snapshots(reader, source, not model_file)
     if snapshots:
         model, recorded = snapshots[0].settings(str(reader.path))
     if model_file:

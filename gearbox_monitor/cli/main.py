@@ -69,11 +69,16 @@ class OneLineParser(argparse.ArgumentParser):
     def refuse(self, option: str) -> NoReturn:
         """Refuse an `option` that the command does not have."""
         self.error(f'{option}: no option of this command, '
-                   + unknown(option, self._option_string_actions))
+                   + unknown(option, self._option_string_actions, self._command))
+
+    @property
+    def _command(self) -> str:
+        return self.prog.removeprefix('gearbox_monitor ')
 
     def error(self, message: str) -> NoReturn:
         """Print `message` in the words of other bad input, and end with exit code 2."""
-        self.exit(BAD_INPUT, f'{self.prog}: {in_own_words(message)}; see {self.prog} --help\n')
+        words = in_own_words(message, self._command)
+        self.exit(BAD_INPUT, f'{self.prog}: {words}; see {self.prog} --help\n')
 
 
 # What argparse says, and how all other errors say it.
@@ -89,13 +94,14 @@ SAYINGS = (
     (r'argument ([^:]+): (.*)', r'\1: \2'))
 
 
-def in_own_words(message: str) -> str:
-    """Return a `message` of argparse as other errors are worded: option, value, expected."""
+def in_own_words(message: str, command: str) -> str:
+    """Return a `message` of argparse on a `command` as other errors are worded."""
     choice = re.fullmatch(r"argument ([^:]+): invalid choice: '?(.*?)'? \(choose from (.*)\)",
                           message)
     if choice:
         names = re.findall(r"[^', ]+", choice[3])
-        return f'{choice[1]}: {choice[2]!r}, {unknown(choice[2], names)}'
+        place = f'{command} {choice[1]}'
+        return f'{choice[1]}: {choice[2]!r}, {unknown(choice[2], names, place)}'
     for pattern, words in SAYINGS:
         if match := re.fullmatch(pattern, message):
             return match.expand(words)

@@ -151,11 +151,10 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
     p[ENCODER_DELAY_STD] = UNIFORM * model.encoder_delay_tolerance
     p[Q_TAU_K_SPEED] = parameters.q_std_tau_k_speed ** 2
     # No tangent has the slopes of a constraint over all other torques.
-    p[NUMERIC] = parameters.ekf_jacobian == 'numeric' or model.friction_law.constraint
+    p[NUMERIC] = model.friction_law.constraint
     p[STATISTICAL] = parameters.friction_linearisation == 'statistical'
     p[UKF_ALPHA], p[UKF_BETA] = parameters.ukf_alpha, parameters.ukf_beta
     p[UKF_KAPPA] = parameters.ukf_kappa
-    p[SINGLE] = parameters.srukf_precision == 'float32'
     if adaptive:
         p[NUMERIC] = p[STATISTICAL] = 0.0
         adapted = adapted_names(model, parameters)

@@ -99,7 +99,6 @@ def _expect_known(estimator: Estimator) -> None:
             ('filter', p.filter, p.filter not in FILTERS, ' or '.join(FILTERS)),
             ('tau_k_model', p.tau_k_model, p.tau_k_model == MIXED,
              'random_walk, elastic or learned'),
-            ('ekf_jacobian', p.ekf_jacobian, p.ekf_jacobian == 'numeric', 'analytic'),
             ('robot_description', p.robot_description[:40], described(p),
              'none: the load by it takes the whole robot'),
             ('friction_law.kind', law.kind, law.constraint, 'atan or tanh')):

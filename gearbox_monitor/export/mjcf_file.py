@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Read a drive in an MJCF, URDF or SDF file: from what MuJoCo compiles of it, whole or refused.
+Read a drive in an MJCF or URDF file: from what MuJoCo compiles of it, whole or refused.
 
 A drive is one joint (motor and arm are rigidly coupled, the motor is its armature), or two joints
 that hang on one parent: that of the motor, and that of the arm. A fixed tendon between the two is
@@ -22,7 +22,6 @@ from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.compiling import compiled_model
 from gearbox_monitor.export.mjcf import (
     ARM, COGGING, LUGRE, MjcfValues, model_values, MOTOR, Passive, Servo, steady, TENDON)
-from gearbox_monitor.export.sdf_file import spring_of, urdf_of
 from gearbox_monitor.export.urdf_file import readable_urdf
 from gearbox_monitor.export.xml_edit import parse_xml, XmlDocument, XmlElement
 from gearbox_monitor.files.opening import read_bytes
@@ -31,6 +30,7 @@ from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.friction_law import FrictionLaw
 from gearbox_monitor.plant.origin import NO_LIMIT
+from gearbox_monitor.removed import refusal
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled,
     is_off, kind_of, mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)
@@ -179,11 +179,13 @@ def read_mjcf(path: str | Path, joint: str, arm_joint: str | None = None,
 
 def read_file(path: Path) -> bytes:
     """Return the bytes of the simulator's file `path`. Raises InputError."""
+    if gone := refusal(path.suffix.lower()):
+        raise InputError(f'{path}: {gone}')
     try:
         return read_bytes(path, MAX_XML)
     except (OSError, ValueError) as error:
-        raise InputError(f'{path}: {getattr(error, "strerror", error)}, expected a readable MJCF, '
-                         'URDF or SDF file') from None
+        raise InputError(f'{path}: {getattr(error, "strerror", error)}, expected a readable MJCF '
+                         'or URDF file') from None
 
 
 @dataclass(frozen=True)
@@ -193,41 +195,32 @@ class RobotFile:
     path: Path
     document: XmlDocument
     compiled: Any
-    springs: Mapping[str, tuple[float, float]]
     notes: tuple[str, ...] = ()
 
 
-def compiled_file(data: bytes, path: Path, joint: str | None = None, root: Path | None = None
-                  ) -> RobotFile:
+def compiled_file(data: bytes, path: Path, root: Path | None = None) -> RobotFile:
     """
-    Return what MuJoCo compiles of an MJCF, URDF or SDF file.
+    Return what MuJoCo compiles of an MJCF or URDF file.
 
     Args:
         data: bytes of the file.
         path: of the file.
-        joint: of the model in an SDF file, None for its first.
         root: see read_mjcf.
 
     Returns:
-        The RobotFile; springs: {joint: (N m/rad, rad)} of SDF, which a URDF file cannot hold.
+        The RobotFile.
 
     Raises:
-        InputError: it is none of them, or MuJoCo refuses it.
+        InputError: it is neither, or MuJoCo refuses it.
 
     """
     document, notes = parse_xml(data, str(path)), list[str]()
-    springs: dict[str, tuple[float, float]] = {}
-    if document.root.tag == 'sdf':
-        sdf, data = document, urdf_of(document, joint).encode()
-        document = parse_xml(data, str(path))
-        springs = {name: spring for e in document.root.all('joint')
-                   if (spring := spring_of(sdf, name := e.attributes['name']))[0]}
     if document.root.tag == 'robot':
         data, notes = readable_urdf(data, str(path))
     elif document.root.tag != 'mujoco':
         raise InputError(f'{path}: line {document.root.line}: <{document.root.tag}>, expected '
-                         '<mujoco>, <robot> of a URDF file or <sdf>')
-    return RobotFile(path, document, compiled_model(data, path, root), springs, tuple(notes))
+                         '<mujoco>, or <robot> of a URDF file')
+    return RobotFile(path, document, compiled_model(data, path, root), tuple(notes))
 
 
 def drive_of(data: bytes, path: Path, joints: tuple[str, str | None],
@@ -248,7 +241,7 @@ def drive_of(data: bytes, path: Path, joints: tuple[str, str | None],
         The MjcfDrive.
 
     """
-    return drive_in(compiled_file(data, path, joints[0], root), joints, keyframe, actuator)
+    return drive_in(compiled_file(data, path, root), joints, keyframe, actuator)
 
 
 def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | None = None,
@@ -293,10 +286,6 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
         notes.append(f'{path.name}: joint {joints[0]}: equality {loop}: open by {gap:.2g} m in '
                      'this posture, so that it acts on the joint: choose a --keyframe that '
                      'closes it')
-    spring = file.springs.get(joints[0])
-    if spring is not None:
-        motor = replace(motor, stiffness=spring[0], springref=spring[1],
-                        constant=spring[0] * spring[1])
     arm = _joint(document, m, state, numbers[1], []) if len(numbers) > 1 else None
     compiler = [e for e in document.root.walk() if e.tag == 'compiler']
     degrees = all(e.attributes.get('angle', 'degree') == 'degree' for e in compiler)

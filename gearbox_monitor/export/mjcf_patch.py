@@ -173,8 +173,7 @@ def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) 
 
     """
     if drive.document.root.tag != 'mujoco':
-        raise InputError(f'{drive.path}: a URDF or SDF file, expected MJCF with --to '
-                         'mjcf')
+        raise InputError(f'{drive.path}: a URDF file, expected MJCF with --to mjcf')
     if values.rigid and drive.arm is not None:
         raise InputError(f'{drive.path}: joints {drive.motor.name}, {drive.arm.name}: two, '
                          'expected one joint for a model with transmission.kind: rigid')
@@ -652,7 +651,7 @@ def _of_actuator(drive: MjcfDrive, present: _Force, target: _Force, pinned: bool
                 abs(target.bias[0]) <= SAME * target.gain) and _same(target.gain, -target.bias[1]):
             out = {'kp': number(target.gain), 'kv': number(-target.bias[2]), 'dampratio': None}
         else:
-            out = _general(drive, target, servo)
+            out = _general(drive, target)
     if not _same(present.control, target.control):
         out |= _limits('ctrl', -target.control, target.control)
     if not _same(present.span, target.span) or (
@@ -671,7 +670,7 @@ def _limits(kind: str, low: float, high: float) -> dict[str, str | None]:
     return {f'{kind}limited': 'true', f'{kind}range': number(low, high)}
 
 
-def _general(drive: MjcfDrive, target: _Force, servo: bool) -> dict[str, str | None]:
+def _general(drive: MjcfDrive, target: _Force) -> dict[str, str | None]:
     """Return the attributes of an actuator general with a force and its lag."""
     affine = bool(target.bias[0] or target.bias[1] or target.bias[2])
     out: dict[str, str | None] = {

@@ -22,7 +22,6 @@ from gearbox_monitor.identification.parameter_ranges import NORMAL, ParameterRan
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY
 
-ALIASES = {'isaaclab': 'isaac'}
 FRICTION, VISCOUS, ARMATURE = 'Cc', 'Cv', 'm1'
 DELAY, WEIGHT = 'actuator_delay.T', 'gravity.G'
 MASS = f'{PAYLOAD.id}.m'  # mass that a robot holds beyond its file
@@ -57,12 +56,11 @@ def randomisation(ranges: ParameterRanges, to: str) -> str:
 
     Args:
         ranges: of a new drive.
-        to: yaml, isaac (isaaclab) or mjlab.
+        to: yaml, isaac or mjlab.
 
     Raises:
         InputError: another simulator.
     """
-    to = ALIASES.get(to, to)
     if to not in WRITERS:
         raise InputError(f'to: {to!r}, {unknown(to, WRITERS)}')
     return WRITERS[to](ranges)

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Write a drive into a URDF or SDF file: friction, limit and inertia of one joint, nothing else.
+Write a drive into a URDF file: friction, limit and inertia of one joint, nothing else.
 
-Neither format has a rotor: the inertia of the motor goes into the link that the joint moves.
+URDF has no rotor: the inertia of the motor goes into the link that the joint moves.
 """
 import cmath
 from collections.abc import Mapping, Sequence
@@ -16,22 +16,29 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.mjcf import CONSTRUCT, Exported, NATIVE, REFUSED
 from gearbox_monitor.export.mjcf_patch import across, balanced, number, Patch, Splice
-from gearbox_monitor.export.parameter_list import parameter_list
-from gearbox_monitor.export.sdf_file import child_of, sdf_joint, urdf_of
 from gearbox_monitor.export.urdf_file import inertial_in, TENSOR
 from gearbox_monitor.export.xml_edit import (
-    Edit, edited, parse_xml, with_attributes, with_child, with_text, words_of, XmlDocument,
-    XmlElement)
+    Edit, edited, parse_xml, with_attributes, with_child, words_of, XmlDocument, XmlElement)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, weight_of
-from gearbox_monitor.plant.effects import actuator, arm_side, motor_side
+from gearbox_monitor.plant.effects import actuator, arm_side, Effect, EFFECTS, motor_side
 from gearbox_monitor.robot.description import parse, RobotDescription, turn
 from gearbox_monitor.robot.dynamics import arrays_of, move, NO_PAYLOAD, Payload, torque_on
 
 SIMULATED_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2: default of MuJoCo, Isaac and Bullet
 SAME = 1e-6  # relative: what differs by less is not edited
 LEAST = 0.05  # of a tensor about the axis: what is taken from it leaves so much
-ROOTS = {'urdf': 'robot', 'sdf': 'sdf'}
+ROOT = 'robot'
+# What an effect becomes in a URDF file.
+EXPRESSED = {
+    motor_side.MOTOR_INERTIA.id: 'inertia of the link that the joint moves',
+    arm_side.ARM_INERTIA.id: 'inertia of the link that the joint moves',
+    arm_side.GRAVITY.id: 'mass and origin of the link that the joint moves',
+    motor_side.MOTOR_VISCOUS.id: 'dynamics damping', arm_side.ARM_VISCOUS.id: 'dynamics damping',
+    motor_side.MOTOR_COULOMB.id: 'dynamics friction',
+    arm_side.ARM_COULOMB.id: 'dynamics friction', actuator.SATURATION.id: 'limit effort'}
+RIGID = ('a joint is rigid there: two joints with a spring between them, or a model with '
+         'transmission.kind: rigid')
 
 
 class _Draft:
@@ -50,26 +57,15 @@ class _Draft:
         self.changes += [Splice(title, k, element.attributes.get(k, ''), v)
                          for k, v in new.items()]
 
-    def texts(self, element: XmlElement, title: str, values: Mapping[str, float]) -> None:
-        """Give the children `values` of an element their texts; `title`: of the change."""
-        added = ''
-        for tag, value in values.items():
-            child = child_of(element, tag)
-            present = self.document.text(child) if child is not None else ''
-            if _same(present, value):
-                continue
-            self.changes.append(Splice(title, tag, present, number(value)))
-            if child is None:
-                added += f'<{tag}>{number(value)}</{tag}>\n'
-            else:
-                self.edits.append(with_text(self.document, child, number(value)))
-        if added:
-            self.edits.append(with_child(self.document, element, added))
-
     def child(self, parent: XmlElement, title: str, text: str) -> None:
         """Add a child, its `text`, to the element `parent`; `title`: of the change."""
         self.edits.append(with_child(self.document, parent, text))
         self.changes.append(Splice(title, '', '', ' '.join(text.split())))
+
+
+def child_of(element: XmlElement, tag: str) -> XmlElement | None:
+    """Return the first child of `element` with a `tag`."""
+    return next(iter(element.all(tag)), None)
 
 
 def _same(text: str, value: float) -> bool:
@@ -80,16 +76,64 @@ def _same(text: str, value: float) -> bool:
     return abs(present - value) <= SAME * max(abs(present), abs(value))
 
 
-def patched_robot(data: bytes, path: Path, joint: str, model: DriveModel, target: str) -> Patch:
+def in_urdf(effect: Effect) -> str:
+    """Return what an `effect` of the library becomes in a URDF file, or why nothing."""
+    if effect.id in EXPRESSED:
+        return EXPRESSED[effect.id]
+    of_place = {'transmission': RIGID, 'controller': 'set its gains in your code'}
+    return f'none: {of_place.get(effect.location) or _reason(effect)}'
+
+
+def _reason(effect: Effect | None) -> str:
+    """Return why URDF has no parameter for an `effect`; None: of a plug-in."""
+    if effect is not None and effect.location.endswith('sensor'):
+        return 'no sensor has it: change the reading in your code'
+    return 'no parameter has its law: apply it in your code'
+
+
+def _not_in_urdf(model: DriveModel) -> list[Exported]:
+    """Return what of a model URDF has no parameter for."""
+    folded, out = model.folded(), dict[str, str]()
+    if folded.transmission.kind != 'rigid':
+        out['transmission'] = RIGID
+    if folded.position_gain:
+        out['position_gain'] = 'no spring to the ground: add it in your code'
+    if folded.torque_offset:
+        out['torque_offset'] = 'add it to the commanded torque'
+    if model.controller is not None:
+        out['controller'] = 'set its gains in your code'
+    for effect in model.effects:
+        name = effect['id']
+        entry = EFFECTS.get(name)
+        of_transmission = entry is not None and entry.location == 'transmission' and (
+            entry.replaces or entry.adds_to)
+        if name not in EXPRESSED and not of_transmission:
+            out.setdefault(name, _reason(entry))
+    return [Exported(name, REFUSED, reason) for name, reason in out.items()]
+
+
+def _values_of(model: DriveModel) -> dict[str, float]:
+    """Return {attribute: value} of the joint, N m and N m s/rad, or N and N s/m of a slide."""
+    folded = model.folded()
+    of = {e['id']: e for e in model.effects}
+    values = {'damping': folded.viscous_friction + sum(
+                  e['Cav'] for e in folded.effects if e['id'] == arm_side.ARM_VISCOUS.id),
+              'friction': folded.coulomb_friction + sum(
+                  e['Cac'] for e in folded.effects if e['id'] == arm_side.ARM_COULOMB.id)}
+    if limit := of.get(actuator.SATURATION.id):
+        values['effort'] = limit['umax']
+    return values
+
+
+def patched_robot(data: bytes, path: Path, joint: str, model: DriveModel) -> Patch:
     """
-    Return the Patch that gives a joint in a URDF or SDF file the values of a model.
+    Return the Patch that gives a joint in a URDF file the values of a model.
 
     Args:
         data: bytes of the file.
         path: of the file.
         joint: its name.
         model: of the drive.
-        target: urdf or sdf.
 
     Returns:
         The Patch; `exported` has what is not native there, with the reason.
@@ -98,22 +142,14 @@ def patched_robot(data: bytes, path: Path, joint: str, model: DriveModel, target
         InputError: another format, or no such joint.
     """
     document = parse_xml(data, str(path))
-    if document.root.tag != ROOTS[target]:
+    if document.root.tag != ROOT:
         raise InputError(f'{path}: line {document.root.line}: <{document.root.tag}>, expected '
-                         f'<{ROOTS[target]}> with --to {target}')
+                         f'<{ROOT}> with --to urdf')
     draft = _Draft(document)
-    entries, lacking = parameter_list(model, target)
-    values = {entry.name.rpartition(' ' if target == 'urdf' else '/')[2]: entry.value
-              for entry in entries if entry.name.startswith(('dynamics', 'limit', 'axis/'))}
-    exported = [row for row in lacking if row.id != motor_side.MOTOR_INERTIA.id]
-    if target == 'urdf':
-        element, text = _urdf_joint(document, joint), data.decode('utf-8')
-        exported += _joint_of_urdf(draft, element, values)
-    else:
-        element, text = sdf_joint(document, joint)[1], ''
-        _joint_of_sdf(draft, element, values)
+    element = _urdf_joint(document, joint)
+    exported = [*_not_in_urdf(model), *_joint_of_urdf(draft, element, _values_of(model))]
     try:
-        exported += _inertial(draft, element, joint, model, text or urdf_of(document, joint))
+        exported += _inertial(draft, element, joint, model, data.decode('utf-8'))
     except InputError as error:
         exported.append(Exported('inertia', REFUSED, f'{error}; the joint moves '
                                  f'{_inertia_of(model):.6g} in the model'))
@@ -153,23 +189,6 @@ def _joint_of_urdf(draft: _Draft, joint: XmlElement, values: Mapping[str, float]
         return [Exported(actuator.SATURATION.id, REFUSED, 'no <limit> in the joint, which needs a '
                          f'velocity: add one with effort="{number(values["effort"])}"')]
     return []
-
-
-def _joint_of_sdf(draft: _Draft, joint: XmlElement, values: Mapping[str, float]) -> None:
-    axis = child_of(joint, 'axis')
-    title = f'joint "{joint.attributes["name"]}" '
-    if axis is None:
-        raise InputError(f'{draft.document.name}: line {joint.line}: {title}: no <axis>, expected '
-                         'one')
-    for part, names in (('dynamics', ('damping', 'friction', 'spring_stiffness')),
-                        ('limit', ('effort',))):
-        own = {k: values[k] for k in names if k in values}
-        element = child_of(axis, part)
-        if element is not None:
-            draft.texts(element, title + part, own)
-        elif any(own.values()):
-            inner = '\n'.join(f'  <{k}>{number(v)}</{k}>' for k, v in own.items() if v)
-            draft.child(axis, title + part, f'<{part}>\n{inner}\n</{part}>')
 
 
 def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel, urdf: str
@@ -216,7 +235,7 @@ def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel,
     if inertial is None or own is None:
         raise InputError(f'link {link}: no <inertial>, expected one that {change:+.6g} {unit} can '
                          'be added to')
-    # In the frame of the inertial, which both formats have.
+    # In the frame of the inertial.
     mass, centre, frame, tensor = inertial_in(inertial)
     direction = moved.find('axis')
     axis = np.array((direction.get('xyz', '1 0 0') if direction is not None else '1 0 0').split(),
@@ -242,17 +261,8 @@ def _inertial(draft: _Draft, element: XmlElement, joint: str, model: DriveModel,
     if moved_by.any():
         _move_centre(draft, own, title, moved_by)
     values = {k: float(tensor['xyz'.index(k[1]), 'xyz'.index(k[2])]) for k in TENSOR}
-    if draft.document.root.tag == 'robot':
-        draft.attributes(own.all('mass')[0], title + 'mass', {'value': mass})
-        draft.attributes(own.all('inertia')[0], title + 'inertia', values)
-        return rows
-    draft.texts(own, title + 'inertial', {'mass': mass})
-    inner = child_of(own, 'inertia')
-    if inner is None:
-        draft.child(own, title + 'inertia', '<inertia>' + ''.join(
-            f'<{k}>{number(v)}</{k}>' for k, v in values.items()) + '</inertia>')
-    else:
-        draft.texts(inner, title + 'inertia', values)
+    draft.attributes(own.all('mass')[0], title + 'mass', {'value': mass})
+    draft.attributes(own.all('inertia')[0], title + 'inertia', values)
     return rows
 
 
@@ -292,29 +302,18 @@ class _Weight:
 
 def _move_centre(draft: _Draft, inertial: XmlElement, title: str, by: Array) -> None:
     """Move the centre of mass of an `inertial` by [3] m in its own frame."""
-    tag = 'origin' if draft.document.root.tag == 'robot' else 'pose'
-    place = child_of(inertial, tag)
+    place = child_of(inertial, 'origin')
     words, angles = ['0'] * 3, np.zeros(3)
-    if place is not None and tag == 'origin':
+    if place is not None:
         words = place.attributes.get('xyz', '0 0 0').split()
         angles = np.array(place.attributes.get('rpy', '0 0 0').split(), float)
-    elif place is not None:
-        words = draft.document.text(place).split() or ['0'] * 6
-        unit = np.pi / 180.0 if place.attributes.get('degrees') in ('true', '1') else 1.0
-        angles = unit * np.array(words[3:], float)
-    moved = np.array(words[:3], float) + turn(*angles) @ by
+    moved = np.array(words, float) + turn(*angles) @ by
     moved[np.abs(moved) < SAME * np.abs(moved).max()] = 0.0
     centre = number(*moved)
-    if tag == 'pose':
-        centre = ' '.join([centre, *(words[3:] or ['0'] * 3)])
-    draft.changes.append(Splice(title + tag, '', ' '.join(words), centre))
-    if place is None:
-        draft.edits.append(with_child(draft.document, inertial, (
-            f'<origin xyz="{centre}"/>' if tag == 'origin' else f'<pose>{centre}</pose>')))
-    elif tag == 'origin':
-        draft.edits += with_attributes(draft.document, place, {'xyz': centre})
-    else:
-        draft.edits.append(with_text(draft.document, place, centre))
+    draft.changes.append(Splice(title + 'origin', '', ' '.join(words), centre))
+    draft.edits += ([with_child(draft.document, inertial, f'<origin xyz="{centre}"/>')]
+                    if place is None else
+                    with_attributes(draft.document, place, {'xyz': centre}))
 
 
 def _link(document: XmlDocument, joint: XmlElement, name: str) -> XmlElement:

@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.fmu import open_fmu
 from gearbox_monitor.export.start_fit import fitted_start, slopes, STEPS
 from gearbox_monitor.identification.closed_model import closed_of, gap_of
 from gearbox_monitor.identification.model_overlay import ModelRun, Overlay, overlay
@@ -35,6 +34,7 @@ from gearbox_monitor.plant.effects import arm_side, EFFECTS, library
 from gearbox_monitor.plant.equivalent_torque import equivalent_torque
 from gearbox_monitor.plant.simulate import PackedDrive, plugin_of, read_all, Schedule
 from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.removed import refusal
 
 FIXED = ('torque', 'start', 'dt')
 VALUES = ('motor_inertia', 'arm_inertia', 'damping', 'viscous_friction', 'coulomb_friction',
@@ -115,17 +115,14 @@ def user_simulator(name: str) -> UserSimulator:
     """
     Return the simulator `name`, module:function, from the working directory or installed.
 
-    FILE.fmu is a functional mock-up unit, FILE.fmu:NAMES one with other names of variables.
     Raises InputError.
     """
     module, _, function = name.partition(':')
     where = f'--simulator {name}'
-    if module.endswith('.fmu'):
-        unit = open_fmu(Path(module), function, PARAMETERS)
-        return UserSimulator(module, unit.run, unit.takes)
+    if gone := refusal(Path(module).suffix):
+        raise InputError(f'{where}: {gone}')
     if not module or not function:
-        raise InputError(f'{where}: expected module:function, such as my_arm:simulate, or a file '
-                         '*.fmu')
+        raise InputError(f'{where}: expected module:function, such as my_arm:simulate')
     if '' not in sys.path:
         sys.path.insert(0, '')
     try:
@@ -288,7 +285,7 @@ def _scaled(model: DriveModel, index: int, name: str) -> DriveModel:
     return replace(model, effects=tuple(effects))
 
 
-def _states(laid: Overlay, run: ModelRun, w: int, model: DriveModel) -> Array:
+def _states(run: ModelRun, w: int, model: DriveModel) -> Array:
     """Return the state [4] where window `w` of a run begins."""
     states: Array = run.begin.states[w]
     return states[[0, 0, 2, 2]] if model.transmission.kind == 'rigid' else states
@@ -298,7 +295,7 @@ def _fitted(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
             models: tuple[DriveModel, DriveModel]) -> tuple[Array, Array]:
     """Return start and residual of window `w` where it fits best in the user's simulator."""
     residual = _residual_of(simulator, laid, w, run, models)
-    start = min((_states(laid, one, w, models[0]) for one in (laid.runs[0], run)),
+    start = min((_states(one, w, models[0]) for one in (laid.runs[0], run)),
                 key=lambda s: float(np.sum(residual(s) ** 2)))
     return fitted_start(residual, start, np.repeat(STEPS, 2))
 
@@ -316,7 +313,7 @@ def _residual_of(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
     torque = equivalent_torque(
         Schedule(np.arange(span.start, span.stop) * recording.dt, ours.acting(e)[span],
                  ours.extra[span], recording.dt),
-        np.concatenate([_states(laid, run, w, nominal), run.begin.memory[w]]),
+        np.concatenate([_states(run, w, nominal), run.begin.memory[w]]),
         PackedDrive(model.pack(), e, none),
         PackedDrive(theirs.pack(), theirs.pack_effects(), none))
     channels = list(laid.channels)

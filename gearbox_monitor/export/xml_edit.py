@@ -208,24 +208,6 @@ def words_of(values: Mapping[str, str | None]) -> str:
     return ' '.join(f'{name}={quoteattr(v)}' for name, v in values.items() if v is not None)
 
 
-def with_text(document: XmlDocument, element: XmlElement, text: str) -> Edit:
-    """
-    Return the edit that gives an element without children another text.
-
-    Args:
-        document: the file.
-        element: of it.
-        text: its new text.
-
-    Returns:
-        The edit.
-    """
-    if element.end == element.head:  # <a/>
-        return Edit(element.head - 2, element.head, f'>{text}</{element.tag}>')
-    close = document.data.rfind(b'</', element.head, element.end)
-    return Edit(element.head, close, text)
-
-
 def behind(document: XmlDocument, element: XmlElement, text: str) -> Edit:
     """
     Return the edit that puts a sibling behind an element.

@@ -6,7 +6,7 @@ The files of drift: the baseline (what was healthy) and the state (what goes on 
 
 Both are written atomically. A damaged file is set aside and reported, and drift detection starts
 again, also for a state of another version or gearbox. Such a baseline is an error: it is intact,
-but not the intended one.
+but not the intended one. No file of version 0.2 is read.
 """
 import json
 import math
@@ -25,8 +25,7 @@ from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 
-FORMAT = 2
-STATE_FORMATS = 2, 3, 4, 5  # that can be read; the last one is written
+FORMAT, STATE_FORMAT = 3, 6  # version 0.2 wrote up to 2 and up to 5
 
 
 class Damaged(InputError):
@@ -49,8 +48,9 @@ def load_baseline(path: str | Path, gearbox_serial: str = '') -> list[dict[str, 
     if not isinstance(data, dict) or 'baseline' not in data:
         raise Damaged(f'{path}: {str(data)[:60]!r}, expected a block "baseline"')
     if data.get('format') != FORMAT:
-        raise InputError(f'{path}: format: {data.get("format")!r}, expected {FORMAT}: it was '
-                         'written by another version; save the baseline again')
+        raise InputError(f'{path}: a baseline of another version (format '
+                         f'{data.get("format")!r}), expected format {FORMAT}: save the baseline '
+                         'again')
     serial = data.get('gearbox_serial')
     if gearbox_serial and serial != gearbox_serial:
         raise InputError(f'{path}: gearbox_serial: {serial!r}, expected {gearbox_serial!r}')
@@ -124,7 +124,7 @@ def state_text(tracker: Tracker, gearbox_serial: str, adaptation: Values | None 
     recording_ns: stamp of the baseline recording, 0: none.
     """
     return json.dumps({
-        'format': STATE_FORMATS[-1], 'gearbox_monitor': __version__,
+        'format': STATE_FORMAT, 'gearbox_monitor': __version__,
         'gearbox_serial': gearbox_serial, 'date': _now(), 'drift': tracker.to_dict(),
         'adaptation': adaptation or {}, 'recording_ns': recording_ns})
 
@@ -148,17 +148,18 @@ def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | 
         raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
     try:
         data = json.loads(text)
-        if data['format'] not in STATE_FORMATS:
-            raise ValueError(f'format {data["format"]!r}, expected {STATE_FORMATS[-1]}')
+        if data['format'] != STATE_FORMAT:
+            raise ValueError(f'a state of another version (format {data["format"]!r}), expected '
+                             f'format {STATE_FORMAT}')
         if data['gearbox_serial'] != gearbox_serial:
             raise ValueError(f'gearbox_serial {data["gearbox_serial"]!r}, expected '
                              f'{gearbox_serial!r}')
         drift_words.outcomes(Tracker(TrackerSettings(), data['drift']))
-        adaptation = data['adaptation'] if data['format'] > STATE_FORMATS[0] else {}
+        adaptation = data['adaptation']
         if not isinstance(adaptation, dict):
             raise ValueError(f'adaptation {str(adaptation)[:60]!r}, expected a block')
         return {'drift': data['drift'], 'adaptation': adaptation,
-                'recording_ns': int(data.get('recording_ns', 0))}, ''
+                'recording_ns': int(data['recording_ns'])}, ''
     except (KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError,
             RecursionError) as error:
         reason = f'no {error}' if isinstance(error, KeyError) else str(error)

@@ -120,8 +120,8 @@ class ReferenceFit(NamedTuple):
     fit: InnovationFit
 
 
-def diagnose_change(reference: UniformRecording, later: UniformRecording, model: DriveModel,
-                    jobs: int = 1) -> ChangeVerdict:
+def diagnose_change(reference: UniformRecording, later: UniformRecording, model: DriveModel
+                    ) -> ChangeVerdict:
     """
     Return what changed in a drive between two recordings of it.
 
@@ -129,7 +129,6 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
         reference: earlier recording, of the healthy drive.
         later: recording of the drive as it is now.
         model: of the model file, which need not explain the reference.
-        jobs: number of threads.
 
     Raises:
         InputError: the recordings differ in their rate or load, or the model takes no torque.
@@ -143,8 +142,8 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
     if reference.channels != later.channels:
         raise InputError(f'{later.name}: other encoders than {reference.name}, expected the same')
     ids = [i for i in chosen_ids(None, ()) if not hidden_by(i, model, [reference, later])]
-    nominal = _reference_fit(reference, model, ids, jobs)
-    evidence = evidence_of([later], nominal.model, ids, jobs)
+    nominal = _reference_fit(reference, model, ids)
+    evidence = evidence_of([later], nominal.model, ids)
     otherwise = read_as_doubted(evidence)
     decision = decided_between(evidence)
     notes = [*decision.notes, *doubts(decision, otherwise)]
@@ -167,8 +166,8 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
         float(decision.fit.torque.max()), tuple(notes), decision.closed.model)
 
 
-def _reference_fit(recording: UniformRecording, model: DriveModel, ids: Sequence[str],
-                   jobs: int) -> ReferenceFit:
+def _reference_fit(recording: UniformRecording, model: DriveModel, ids: Sequence[str]
+                   ) -> ReferenceFit:
     """
     Return what a reference says of the drive.
 
@@ -176,19 +175,18 @@ def _reference_fit(recording: UniformRecording, model: DriveModel, ids: Sequence
         recording: the reference.
         model: of the model file.
         ids: effects that may be there.
-        jobs: number of threads.
     """
-    evidence = evidence_of([recording], model, ids, jobs)
+    evidence = evidence_of([recording], model, ids)
     plain = _plain_fit(evidence)
     if adequacy_of(evidence, plain).adequate:
         return _closed(recording, plain, model.process_torque, True, ())
     # Torque noise of the drive itself is no effect: as much as the file leaves is allowed.
-    decision = _with_noise(recording, model, plain, ids, jobs)
+    decision = _with_noise(recording, model, plain, ids)
     if decision.remains:
-        fitted_model = _fitted_nominal(recording, model, jobs)
+        fitted_model = _fitted_nominal(recording, model)
         if fitted_model is not None:
             refined = _with_noise(recording, fitted_model, _plain_fit(
-                evidence_of([recording], fitted_model, ids)), ids, jobs)
+                evidence_of([recording], fitted_model, ids)), ids)
             if refined.adequacy.misfit < decision.adequacy.misfit:
                 decision = refined
     fit = decision.closed
@@ -203,18 +201,17 @@ def _plain_fit(evidence: Evidence) -> InnovationFit:
 
 
 def _with_noise(recording: UniformRecording, model: DriveModel, plain: InnovationFit,
-                ids: Sequence[str], jobs: int) -> Decision:
+                ids: Sequence[str]) -> Decision:
     """Return the decision on a recording, with the torque noise of the fit `plain` allowed."""
     noise = max(float(plain.torque.max()), model.process_torque or 0.0)
     return decided_between(evidence_of(
-        [recording], replace(model, process_torque=noise), ids, jobs))
+        [recording], replace(model, process_torque=noise), ids))
 
 
-def _fitted_nominal(recording: UniformRecording, model: DriveModel,
-                    jobs: int) -> DriveModel | None:
+def _fitted_nominal(recording: UniformRecording, model: DriveModel) -> DriveModel | None:
     """Return the model with its nominal values fitted to a recording, None without a fit."""
     try:
-        return fit_nominal([recording], model, jobs=jobs).model
+        return fit_nominal([recording], model).model
     except (InputError, Undecided):
         return None
 

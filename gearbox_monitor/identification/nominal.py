@@ -87,7 +87,7 @@ class NominalFit(Drawn):
 
 def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
                 free: Sequence[str] | None = None, *, validate: UniformRecording | None = None,
-                seconds: float | None = None, jobs: int = 1,
+                seconds: float | None = None,
                 progress: Callable[..., object] | None = None) -> NominalFit:
     """
     Return the fit of the values `free` to recordings of one drive.
@@ -102,7 +102,6 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         validate: recording that is used for validation only.
         seconds: length of the windows of the last stage, s; long ones weigh drift (inf: the whole
             recording).
-        jobs: counts for nothing: a fit is one thread.
         progress: callback with (done, total, text).
 
     Raises:

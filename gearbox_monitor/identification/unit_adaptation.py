@@ -65,8 +65,8 @@ class Adapted(Shown, Saved):
 
 
 def adapt(recordings: Sequence[UniformRecording], model: DriveModel,
-          parameters: EstimatorParameters, jobs: int = 1,
-          progress: Callable[..., object] | None = None) -> Adapted:
+          parameters: EstimatorParameters, progress: Callable[..., object] | None = None
+          ) -> Adapted:
     """
     Adapt the model of a drive to the unit that was recorded.
 
@@ -74,7 +74,6 @@ def adapt(recordings: Sequence[UniformRecording], model: DriveModel,
         recordings: of this unit, both encoders.
         model: of the file.
         parameters: of the estimator, in force.
-        jobs: number of threads.
         progress: called with (done, total, text).
 
     Returns:
@@ -90,7 +89,7 @@ def adapt(recordings: Sequence[UniformRecording], model: DriveModel,
     fit: NominalFit | None = None
     try:
         while fit is None:
-            fit = fit_nominal(recordings, model, free, jobs=jobs, progress=(
+            fit = fit_nominal(recordings, model, free, progress=(
                 lambda done, total, text: report(0.6 * done / total, 1.0, text)))
             undetermined = [v.name for v in fit.values if not v.determined]
             free = [v.name for v in fit.values if v.determined]

@@ -45,7 +45,7 @@ def _of_test(test: ChangeTest) -> tuple[DiagnosticKey, ...]:
         (f'{size}_since', '', 'when it began'))
 
 
-_KEPT = ('recording', '', 'outcome of the recording of its newest ERROR, with `keep_after_error`')
+_KEPT = ('recording', '', 'outcome of the recording of its newest ERROR, with `keep_folder`')
 _POINT = (
     ('operating_point', '', 'its mean angle, rms speed, rms torque (and temperature)'),
     ('baseline_windows', '-', 'windows in its baseline'),
@@ -72,9 +72,8 @@ DIAGNOSTIC_KEYS = (
          ('messages_without_our_joints', '-', 'name neither joint; published while no samples '
           'arrive'),
          ('messages_unreadable', '-', 'longer than 256 KiB, or not joint states, if any'),
-         ('messages_of_other_publishers', '-', 'refused: from another than the followed '
-          'publisher, if any'),
-         ('other_publishers', '', 'their nodes, while active'),
+         ('messages_of_two_publishers', '-', 'refused: two publishers deliver a joint, or its '
+          'publisher has just changed, if any'),
          ('messages_lost', '-', 'dropped by the network or by the full queue of the node'),
          ('clock_set_back', '-', 'number of times that /clock was set back, if any'),
          ('motor_without_arm', '-', 'two topics: motor messages without partner'),

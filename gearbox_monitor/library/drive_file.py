@@ -13,8 +13,9 @@ from gearbox_monitor.files import yaml_files
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.origin import FileLimits, ModelOrigin, NO_LIMIT
+from gearbox_monitor.removed import refusal
 
-SIMULATORS, MODEL_FILES = ('.xml', '.urdf', '.sdf'), ('.yaml', '.yml')
+SIMULATORS, MODEL_FILES = ('.xml', '.urdf'), ('.yaml', '.yml')
 
 
 def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | None = None,
@@ -25,7 +26,7 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
     Return the model of a drive in a model file, or of one joint in a simulator's file.
 
     Args:
-        path: of a model file (YAML), or an MJCF, URDF or SDF file.
+        path: of a model file (YAML), or an MJCF or URDF file.
         joint: joint of the simulator's file that the motor drives; None for a model file.
         arm_joint: joint of the arm in the simulator's file, None where it is the same.
         keyframe: posture in which inertia and weight are taken, a key of an MJCF file.
@@ -45,7 +46,7 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
     >>> load_model(config_path('drive.yaml')).transmission.kind
     'dead_zone'
     """
-    path = expect_path(path, 'path', 'a model file, or an MJCF, URDF or SDF file')
+    path = expect_path(path, 'path', 'a model file, or an MJCF or URDF file')
     if joint is None:
         if path.suffix.lower() in SIMULATORS:
             raise InputError(f'{path}: the file of a simulator, expected joint (--joint): '
@@ -72,8 +73,10 @@ def _limits(drive: MjcfDrive, model: DriveModel) -> FileLimits:
 
 
 def expect_path(value: object, name: str, what: str) -> Path:
-    """Return `value`, called `name`, as the Path of `what`. Raises InputError for other types."""
+    """Return `value`, called `name`, as the Path of `what`. Raises InputError for another type."""
     if isinstance(value, (str, Path)) and str(value):
+        if gone := refusal(Path(value).suffix.lower()):
+            raise InputError(f'{value}: {gone}')
         return Path(value)
     raise InputError(f'{name}: {type(value).__name__} {str(value)[:40]!r}, expected the path of '
                      f'{what}')

@@ -28,7 +28,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     Return the verdict on recordings of one drive: the effects that its model lacks.
 
     Every effect of the library is fitted; the likelihood of the recordings decides which of them
-    count (docs/diagnosis_method.md).
+    count (docs/science.md).
 
     Args:
         recordings: of `load_recording`, one or several of one drive; each is evaluated with the
@@ -62,8 +62,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
 
 def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
         free: Sequence[str] | None = None, *, validate: Recorded | None = None,
-        seconds: float | None = None, jobs: int = 1, progress: Progress | None = None
-        ) -> NominalFit:
+        seconds: float | None = None, progress: Progress | None = None) -> NominalFit:
     """
     Return the values of a model fitted to recordings, and which of them these determine.
 
@@ -76,7 +75,6 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
             effects of the model), None for all of this drive but kt.
         validate: recording that is used for validation only.
         seconds: length of the runs that are fitted, s; None: 1 s.
-        jobs: number of threads.
         progress: called with (done, total, text).
 
     Returns:
@@ -90,9 +88,8 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
     _expect_list('free', free, 'names')
     if seconds is not None and not (isinstance(seconds, (int, float)) and seconds >= 1.0):
         raise InputError(f'seconds: {seconds!r}, expected at least 1 s')
-    expect_whole(jobs, 'jobs', 1)
     parts, validation, _ = uniform(recordings, model, validate)
-    return fit_nominal(parts, model, free, validate=validation, seconds=seconds, jobs=jobs,
+    return fit_nominal(parts, model, free, validate=validation, seconds=seconds,
                        progress=progress)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from gearbox_monitor.errors import expect_whole, InputError
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.score import run_score
 from gearbox_monitor.estimation.tune import tune as tuned
 from gearbox_monitor.files.parameter_file import write_parameters
@@ -102,8 +102,8 @@ def tune(recording: Recording, model: DriveModel | None = None, *,
 
 
 def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
-          parameters: Parameters = None, jobs: int = 1,
-          progress: Callable[..., object] | None = None, **changes: object) -> Adapted:
+          parameters: Parameters = None, progress: Callable[..., object] | None = None,
+          **changes: object) -> Adapted:
     """
     Return model and parameters of one unit, from its motion alone, without a torque sensor.
 
@@ -113,7 +113,6 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
         recordings: of `load_recording`, of this unit, with both encoders.
         model: of the drive.
         parameters: of the estimator, as `estimate` takes them.
-        jobs: number of threads.
         progress: called with (done, total, text).
         changes: single parameters by name; tau_k_model is mixed unless one is named.
 
@@ -124,11 +123,10 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     Raises:
         InputError: the recordings do not suit it.
     """
-    expect_whole(jobs, 'jobs', 1)
     base = parameters if isinstance(parameters, EstimatorParameters) and not changes else (
         EstimatorParameters.of({'tau_k_model': MIXED, **estimator_values(parameters, changes)}))
     parts, _, _ = uniform(recordings, expect_model(model))
-    result = replace(unit_adaptation.adapt(parts, model, base, jobs, progress), estimator=base)
+    result = replace(unit_adaptation.adapt(parts, model, base, progress), estimator=base)
     refusal = _kept_before(result, model, base, parts)
     if not refusal:
         return result

@@ -166,11 +166,9 @@ def _(ranges: ParameterRanges) -> str:
 
 @brief.register
 def _(file: SimulatorFile) -> str:
-    extent = 'the drive alone' if file.into is None else f'changes in {file.into}'
-    if file.patch is None:
-        extent = f'{len(file.entries)} parameters'
     lacking = ', '.join(row.id for row in file.lacking)
-    return f'SimulatorFile({file.to}: {extent}' + (f'; lacking {lacking}' if lacking else '') + ')'
+    return (f'SimulatorFile({file.to}: changes in {file.into}'
+            + (f'; lacking {lacking}' if lacking else '') + ')')
 
 
 @brief.register
@@ -285,8 +283,6 @@ def _(adapted: Adapted) -> Columns:
 
 @columns.register
 def _(file: SimulatorFile) -> Columns:
-    if file.patch is None:
-        return _by_name([tuple(e) for e in file.entries], ('name', 'value', 'unit'))
     rows = [(c.element, c.attribute, c.before, c.after) for c in file.patch.changes]
     return _by_name(rows, ('element', 'attribute', 'before', 'after'))
 

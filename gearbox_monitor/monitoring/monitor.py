@@ -75,8 +75,8 @@ Outcomes = dict[str, Outcome]  # by component
 
 
 def _common_of(snapshot: Values) -> PooledFeatures:
-    """Return what windows had in common in a `snapshot`; older ones do not hold it."""
-    return PooledFeatures(json.loads(snapshot['known']) if 'known' in snapshot else None)
+    """Return what windows had in common in a `snapshot`."""
+    return PooledFeatures(json.loads(snapshot['known']))
 
 
 class Monitor:
@@ -245,7 +245,7 @@ class Monitor:
         monitor = cls.__new__(cls)
         with snapshot_errors(source):
             monitor._begin(Estimator.restore(snapshot, source), json.loads(snapshot['drift']),
-                           json.loads(snapshot.get('phase', '0')))
+                           json.loads(snapshot['phase']))
             monitor.temperature = json.loads(snapshot['temperature'])
             monitor._window_start = json.loads(snapshot['window_start'])
             monitor._window_whole = monitor._window_start is None
@@ -260,8 +260,7 @@ class Monitor:
         A baseline may have been saved meanwhile, and the temperature is no sample. What windows
         have in common comes with them: one that was cut at the start is missing here.
         """
-        if 'known' in snapshot:
-            self._common = _common_of(snapshot)
+        self._common = _common_of(snapshot)
         self._hidden_arm = self._hidden_arm_of(snapshot)
         self.tracker = change.Tracker(self.tracker.settings, json.loads(snapshot['drift']))
         self.temperature = json.loads(snapshot['temperature'])

@@ -68,7 +68,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
         raise InputError(f'{len(samples.stamp_ns)} samples, expected {LIMITS.min_samples} or '
                          f'more with '
                          'increasing stamps')
-    samples, unphysical = _physical(samples, clock)
+    samples, unphysical = _physical(samples)
     u, y = samples.u[:, 0], samples.y
     servo = model is not None and model.controller is not None
     lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap, parameters.drift_window)
@@ -112,7 +112,7 @@ def _of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding]]:
     return Samples(samples.stamp_ns[motor], samples.u[motor], y), [finding]
 
 
-def _physical(samples: Samples, clock: StampClock) -> tuple[Samples, list[DataFinding]]:
+def _physical(samples: Samples) -> tuple[Samples, list[DataFinding]]:
     """Return samples without unphysical numbers, and findings about these with their times."""
     findings = []
     u, y = samples.u, samples.y

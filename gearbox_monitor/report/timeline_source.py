@@ -97,7 +97,7 @@ class TimelineSource:
         self.reader, self._input = reader, find_input(reader, topic)
         self.topic = self._input.topic
         self._progress = progress or (lambda share: None)
-        snapshots = read_snapshots(reader, self._input)
+        snapshots = read_snapshots(reader, self._input, choice.model is None)
         recorded_model, recorded = DriveModel(), dict[str, Any]()
         if snapshots:
             recorded_model, recorded = snapshots[0].settings(str(reader.path))
@@ -363,9 +363,8 @@ class RecordedDiagnostics:
             values = {value.key: value.value for value in status.values}
             if component == 'input':
                 counters = {key_of(reason): reason for reason in REASONS.values()}
-                # Bags of older versions hold the reasons themselves.
-                self.counts = {counters[key_of(key)]: int(value) for key, value in values.items()
-                               if key_of(key) in counters}
+                self.counts = {counters[key]: int(value) for key, value in values.items()
+                               if key in counters}
             elif component == 'prediction error' and 'nis_over_dof' in values:
                 self._timeline.add_nis(np.array([stamp]),
                                        np.array([float(values['nis_over_dof'])]))

@@ -223,8 +223,7 @@ class UserFiles:
 
     def export(self) -> str:
         """Return the command that writes the closed model into the file of a simulator."""
-        kind = Path(self.robot).suffix.lower()
-        target = {'.urdf': 'urdf', '.sdf': 'sdf'}.get(kind, 'mjcf')
+        target = 'urdf' if Path(self.robot).suffix.lower() == '.urdf' else 'mjcf'
         into = shlex.quote(self.robot) if self.robot else 'ROBOT.xml'
         return (f'gearbox_monitor export {shlex.quote(self.closed)} --to {target} --into {into} '
                 f'{self.joint or "--joint NAME"}')

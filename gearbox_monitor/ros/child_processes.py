@@ -3,6 +3,7 @@
 
 """Child processes that run nodes: started, watched and stopped in order, never orphaned."""
 from collections.abc import Mapping, Sequence
+import ctypes
 import json
 import os
 from pathlib import Path
@@ -15,7 +16,8 @@ from typing import Self
 
 import gearbox_monitor
 
-PARENT = 'GEARBOX_MONITOR_PARENT'  # read by runtime: a node ends with this process
+PARENT = 'GEARBOX_MONITOR_PARENT'  # process id of a parent that the node must not outlive
+PR_SET_PDEATHSIG = 1
 LOG_LINES = 10
 
 
@@ -23,6 +25,13 @@ def cores() -> int:
     """Return how many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else (
         os.cpu_count() or 1)
+
+
+def end_with(parent: int, number: signal.Signals) -> bool:
+    """Let Linux send the signal `number` when `parent` ends; return whether it still runs."""
+    if sys.platform.startswith('linux'):
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, number)
+    return os.getppid() == parent  # it may have ended before the call
 
 
 class ChildFailed(Exception):

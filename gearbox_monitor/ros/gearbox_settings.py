@@ -6,21 +6,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 import re
+import time
 from typing import Any
+
+from rclpy.node import Node
+from std_msgs.msg import String
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.filter_setup import described
 from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.robot_files import load_robot, TOPIC
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import (
     ESTIMATOR, EstimatorParameters, FIXED, MODEL, ROBOT, RobotParameters, SETTINGS, Table)
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.robot.description import RobotDescription
+from gearbox_monitor.robot.description import parse, RobotDescription
 from gearbox_monitor.ros.node_parameters import declare, TableNode
-from gearbox_monitor.ros.robot_topic import robot_of
+from gearbox_monitor.ros.qos import latched
+from gearbox_monitor.ros.runtime import drain, subscribe_polled
 
 # What two gearboxes may not share: names in messages, files of their own.
 OWN = ('motor_joint', 'arm_joint', 'baseline_file', 'drift_state_file')
+PATIENCE = 15.0  # s until a latched description of the robot must have come
 
 
 @dataclass(frozen=True)
@@ -95,10 +102,34 @@ def _declared(node: TableNode, name: str, common: Mapping[str, Any],
             raise InputError(f'arm_topic: {parameters.arm_topic!r}, expected none with '
                              'robot_description: all joints come in one message')
         if source and source not in robots:
-            robots[source] = robot_of(node, source)
+            robots[source] = _robot_of(node, source)
     changed = declared([replace(row, default=getattr(model, row.name)) for row in MODEL])
     return GearboxSettings(name, parameters, model.with_(**changed), str(model_file), changed,
                            robots.get(source))
+
+
+def _robot_of(node: Node, source: str) -> RobotDescription:
+    """
+    Return the robot of the parameter robot_description of a `node`.
+
+    source: its value, a file or topic:TOPIC. Waits for the topic. Raises InputError if it is no
+    URDF, or does not come.
+    """
+    if not source.startswith(TOPIC):
+        return load_robot(source)
+    subscription = subscribe_polled(node, String, source.removeprefix(TOPIC), latched())
+    topic = subscription.topic_name
+    node.get_logger().info(f'waiting for the robot description on {topic}')
+    try:
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end and node.context.ok():
+            for message, _ in drain(subscription):
+                return parse(message.data, topic)
+            time.sleep(0.05)
+    finally:
+        node.destroy_subscription(subscription)
+    raise InputError(f'robot_description: {topic}: nothing came in {PATIENCE:g} s, expected a '
+                     'robot description, as robot_state_publisher gives it')
 
 
 def _expect_own(source: str, gearboxes: Sequence[GearboxSettings]) -> None:

@@ -27,7 +27,7 @@ from gearbox_monitor.monitoring.backlash import drift_words
 from gearbox_monitor.monitoring.backlash.change import Tracker
 from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
 from gearbox_monitor.monitoring.checks import usability
-from gearbox_monitor.monitoring.checks.outcome import Level, Outcome, with_more
+from gearbox_monitor.monitoring.checks.outcome import Level, Outcome, outcome_of, with_more
 from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.monitoring.staleness import Silence
 from gearbox_monitor.parameters import EstimatorParameters, PAYLOAD
@@ -82,7 +82,7 @@ class MonitoredGearbox:
         self._topics = ''
         self._snapshot_stamp = 0
         self._snapshots = advertise(node, DiagnosticArray, self.private(SNAPSHOT), latched())
-        self.input = GearboxInput(node, values, model, self._on_dispute,
+        self.input = GearboxInput(node, values, model, self._on_other_publisher,
                                   self.monitor.estimator.robot_joints)
         self._black_box = BlackBox(node, self.monitor, values, self.input.topic,
                                    node.resolve_service_name(self.private(KEEP)))
@@ -260,13 +260,11 @@ class MonitoredGearbox:
         outcome = outcomes['input']
         level = outcome.level
         suffix = f'; {unpaired}' if level and unpaired and not silence.why else ''
-        outcome = replace(outcome, values={**outcome.values, **counts},
+        outcome = replace(outcome, values={**outcome.values, **counts, **self.input.counts()},
                           message=outcome.message + suffix)
-        values, rivals = self.input.strangers()
-        if rivals and level < Level.ERROR:
-            outcome = with_more(outcome, [replace(usability.OTHERS, says=rivals)], values)
-        else:
-            outcome = replace(outcome, values={**outcome.values, **values})
+        if rivals := self.input.rivals():
+            outcome = outcome_of([replace(usability.TWO_PUBLISHERS, says=rivals)], '',
+                                 outcome.values)
         if new_loss:
             outcome = with_more(
                 outcome, [replace(usability.LOST, says=f'{new_loss} messages lost')], {})
@@ -353,17 +351,13 @@ class MonitoredGearbox:
         self.monitor.reset()
         self._publish_snapshot('clock')
 
-    def _on_dispute(self) -> None:
-        """Restart if the samples so far may have come from another publisher."""
-        self._node.get_logger().warning(
-            f'{self._says}several publishers give our joints and none was the first: the '
-            'filter restarts with the next sample')
+    def _on_other_publisher(self) -> None:
+        """Restart: another publisher delivers our joints."""
         self.monitor.reset()
         self._publish_snapshot('publishers')
 
-    def reset(self) -> tuple[bool, str]:
-        """Restart with the next sample, of whichever publisher; return True and the answer."""
-        self.input.forget_publishers()
+    async def reset(self) -> tuple[bool, str]:
+        """Restart with the next sample; return True and the answer."""
         self.monitor.reset()
         self._publish_snapshot('reset')
         return True, 'filter restarts with the next sample'
@@ -372,7 +366,7 @@ class MonitoredGearbox:
         """Write the last minutes as a bag; return whether that went well, and the answer."""
         return await self._black_box.keep()
 
-    def accept_baseline(self) -> tuple[bool, str]:
+    async def accept_baseline(self) -> tuple[bool, str]:
         """Take what was learnt for healthy; return whether that went well, and the answer."""
         monitor, p = self.monitor, self.monitor.parameters
         path = p.baseline_file

@@ -11,8 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 import os
 from pathlib import Path
+import re
 import shlex
 import shutil
+from threading import Lock
 import time
 
 import numpy as np
@@ -30,6 +32,9 @@ from gearbox_monitor.ros.recording_buffer import ARM_EFFORT, MIN_STRETCH, Rows, 
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 PATTERN = 'kept_%Y_%m_%d-%H_%M_%S'
+KEPT = re.compile(r'kept_\d{4}_\d\d_\d\d-\d\d_\d\d_\d\d(_\d+)?')
+# No gearbox deletes what another one is writing.
+TURN = Lock()
 # The thread that estimates waits for this one only while a chunk is encoded.
 CHUNK, PAUSE = 100, 1e-3
 MB = 10 ** 6
@@ -56,10 +61,10 @@ class RecordingContext:
 def export_recording(parent: str | Path, rows: Rows, context: RecordingContext,
                      clock: Callable[[], time.struct_time] = time.localtime) -> str:
     """
-    Write a recording into a new folder.
+    Write a recording into a new folder; then delete the oldest ones beyond keep_newest.
 
     Args:
-        parent: folder to make it in.
+        parent: folder of all recordings.
         rows: of a RecordingBuffer.
         context: where the rows come from.
         clock: gives the time that the folder is named after.
@@ -72,49 +77,47 @@ def export_recording(parent: str | Path, rows: Rows, context: RecordingContext,
 
     """
     parent = Path(os.path.abspath(os.path.expanduser(parent)))
-    folder = _new_folder(parent, clock)
-    try:
-        _expect_room(parent, 2 * ROW_BYTES * len(rows), context.parameters.keep_space)
-        part = stretch(rows, context.parameters.effort_delay)
-        _write(folder / 'all', rows, context)
-        text = f'{_seconds(rows):.1f} s kept in {folder / "all"}; '
-        if not len(part):
-            return text + (f'no {MIN_STRETCH:g} s of them without a dropout, with torque and '
-                           'positions, as a diagnosis needs')
-        _write(folder / 'bag', part, context)
-        save_model(folder / 'drive.yaml', context.model.with_(
-            arm_load=load_of(part, context.model, context.arm_load)), [
-            f'Model of the estimator whose measurement is in {folder.name}.',
-            f'Written by gearbox_monitor {__version__}.'])
-    except BaseException as error:
-        shutil.rmtree(folder, ignore_errors=True)  # a full disk shall not stay full
-        if isinstance(error, WriteError):  # it ends with what the bag still holds
-            raise InputError(f'{str(error).rpartition(";")[0]}; removed again, the measurement '
-                             'is still in memory') from None
-        raise
+    with TURN:
+        folder = _new_folder(parent, clock)
+        try:
+            text = _write_folder(folder, rows, context)
+        except BaseException as error:
+            shutil.rmtree(folder, ignore_errors=True)  # a full disk shall not stay full
+            if isinstance(error, WriteError):  # it ends with what the bag still holds
+                raise InputError(f'{str(error).rpartition(";")[0]}; removed again, the '
+                                 'measurement is still in memory') from None
+            raise
+        _delete_oldest(folder, context.parameters.keep_newest)
+    return text
+
+
+def _write_folder(folder: Path, rows: Rows, context: RecordingContext) -> str:
+    """Write all bags and files of a recording; see export_recording."""
+    size, free = 2 * ROW_BYTES * len(rows), shutil.disk_usage(folder).free
+    if size > free - SPARE:
+        raise InputError(f'{folder.parent}: {free / MB:.0f} MB are free, expected '
+                         f'{(size + SPARE) / MB:.0f} MB; the measurement is still in memory')
+    part = stretch(rows, context.parameters.effort_delay)
+    _write(folder / 'all', rows, context)
+    text = f'{_seconds(rows):.1f} s kept in {folder / "all"}; '
+    if not len(part):
+        return text + (f'no {MIN_STRETCH:g} s of them without a dropout, with torque and '
+                       'positions, as a diagnosis needs')
+    _write(folder / 'bag', part, context)
+    save_model(folder / 'drive.yaml', context.model.with_(
+        arm_load=load_of(part, context.model, context.arm_load)), [
+        f'Model of the estimator whose measurement is in {folder.name}.',
+        f'Written by gearbox_monitor {__version__}.'])
     return text + f'the best {_seconds(part):.1f} s of it: {diagnosis_command(folder, context)}'
 
 
-def _expect_room(parent: Path, size: int, keep_space: int) -> None:
-    """
-    Check that a recording may be kept.
-
-    Args:
-        parent: folder of all kept recordings.
-        size: bytes that the new one takes at most.
-        keep_space: MB that all of them may take.
-
-    Raises:
-        InputError: keep_space or the disk has no room for it.
-    """
-    stored = sum(file.stat().st_size for file in parent.glob('kept_*/**/*') if file.is_file())
-    if stored + size > keep_space * MB:
-        raise InputError(f'{parent}: {stored / MB:.0f} MB are kept, and {size / MB:.1f} MB more '
-                         f'exceed keep_space: {keep_space} MB; remove or move kept_* folders')
-    free = shutil.disk_usage(parent).free
-    if size > free - SPARE:
-        raise InputError(f'{parent}: {free / MB:.0f} MB are free, expected '
-                         f'{(size + SPARE) / MB:.0f} MB; the measurement is still in memory')
+def _delete_oldest(newest: Path, count: int) -> None:
+    """Delete the oldest recordings in the folder of `newest`, so that `count` remain."""
+    others = [path for path in newest.parent.iterdir()
+              if KEPT.fullmatch(path.name) and path != newest]
+    others.sort(key=lambda path: path.stat().st_mtime_ns)
+    for path in others[:len(others) + 1 - count]:
+        shutil.rmtree(path, ignore_errors=True)
 
 
 def diagnosis_command(folder: Path, context: RecordingContext) -> str:
@@ -124,7 +127,7 @@ def diagnosis_command(folder: Path, context: RecordingContext) -> str:
     if not context.topic.endswith('/joint_states'):
         words += ['--topic', context.topic]
     for option, joint in zip(('motor', 'arm'), context.joints):
-        words += [f'--{option}-joint', joint] if joint != option else []
+        words += [f'--recorded-{option}', joint] if joint != option else []
     return shlex.join(map(str, words))
 
 

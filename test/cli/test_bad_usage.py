@@ -22,7 +22,6 @@ USAGE = [
     (['check', 'BAG', 'BAG2'], 'BAG2: one argument too many, expected none;'),
     (['demo', '--fliter', 'ekf'],
      "--fliter: no option of this command, did you mean '--filter'?;"),
-    (['live', '--foxglove', '--rerun'], '--rerun and --foxglove exclude each other;'),
     (['live', '--port', 'x'], "--port: 'x', expected a whole number from 0 to 65535;"),
     (['diagnose', 'BAG', '--model', 'M', '--re', 'x'],
      '--re: expected one of --recorded-motor, ')]
@@ -98,18 +97,6 @@ def test_nothing_is_written_into_the_folder_of_a_bag(capsys, tmp_path):
         assert f'{name}: in the folder of a bag, which stays as it was recorded' in \
             capsys.readouterr().err
         assert sorted(path.name for path in tmp_path.iterdir()) == ['metadata.yaml', 'run_0.mcap']
-
-
-BENCHMARKS = [([], 'NAME'), (['paper', '--seeds', '5'], 'paper')]
-
-
-def test_benchmarks_are_run_from_a_checkout(capsys):
-    for words, name in BENCHMARKS:
-        assert main(['benchmark', *words]) == 2
-        out, err = capsys.readouterr()
-        assert not out and err.splitlines() == [
-            'gearbox_monitor benchmark: benchmarks are no part of the package, run them from a '
-            f'checkout: python -m benchmarks {name}']
 
 
 BENCHMARK_USAGE = [

@@ -32,8 +32,8 @@ ELSEWHERE = {
     'fit-nominal': 'test_walks', 'import': 'test_import',
     'fleet': 'test_walks', 'live': 'test_live'}
 # Commands that go on with each other's files: test_walks.
-WALKS = ('first_hour.md', 'current.md', 'closed_model.md', 'mujoco.md', 'simulator.md',
-         'robot_gap.md', 'payload.md', 'real_drives.md')
+WALKS = ('first_hour.md', 'tuning.md', 'mujoco.md', 'simulator.md', 'robot_gap.md',
+         'payload.md', 'real_drives.md')
 
 
 def blocks(page, language):

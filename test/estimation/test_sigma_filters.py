@@ -28,8 +28,7 @@ from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)
-KINDS = {'numeric': (ekf, {'ekf_jacobian': 'numeric'}),
-         'statistical': (ekf, {'friction_linearisation': 'statistical'}),
+KINDS = {'statistical': (ekf, {'friction_linearisation': 'statistical'}),
          'ukf': (ukf, {}), 'srukf': (srukf, {})}
 
 
@@ -65,14 +64,13 @@ def relative(got, expected, n):
 
 
 @pytest.mark.parametrize('kind, rows', [
-    ('numeric', (0, 1)), ('statistical', (1,)),
+    ('statistical', (1,)),
     *(pytest.param(kind, rows, marks=pytest.mark.system)
       for kind in ('ukf', 'srukf') for rows in ((0, 1), (0,), (1,), ()))])
 def test_linear_drive_equals_the_kalman_filter(kind, rows):
     _, n, dt, F, B, Q, u, _, y = linear(steps=700)
     module, options = KINDS[kind]
-    # Forward differences round: 1e-10 of a position is 1e-7 of what a speed adds to it in 1 ms.
-    close, close_P = (1e-8, 1e-5) if kind == 'numeric' else (1e-9, 1e-9)
+    close = close_P = 1e-9
     p, _, _ = setup('unknown load', DriveModel().with_(coulomb_friction=0.0),
                     q_std_motor_position=0.01, q_std_arm_position=0.01, **options)
     stock = KalmanFilter(dim_x=n, dim_z=max(len(rows), 1), dim_u=1)
@@ -163,17 +161,15 @@ def test_sigma_points_feel_the_loads_of_the_model():
 def test_reference_case():
     out, error = data(10.0), {}
     for name, options in {
-            'ekf': {}, 'numeric': {'ekf_jacobian': 'numeric'},
-            'statistical': {'friction_linearisation': 'statistical'},
+            'ekf': {}, 'statistical': {'friction_linearisation': 'statistical'},
             'ukf': {'filter': 'ukf'}, 'srukf': {'filter': 'srukf'},
-            'float32': {'filter': 'srukf', 'srukf_precision': 'float32'},
             'narrow': {'filter': 'ukf', 'ukf_alpha': 1e-3}}.items():
         estimates, _ = monitored(out, {**TUNED, 'arm_load': 'unknown', **options})
         assert estimates.nis[500:].mean() == pytest.approx(2.0, abs=0.1)
         assert len(estimates.smoothed) > 9800
         error[name] = rms((estimates.tau_k - out.tau_k[1:])[500:])
     for name in error:
-        close = {'float32': 0.02, 'narrow': 0.2}.get(name, 0.01)
+        close = 0.2 if name == 'narrow' else 0.01
         assert error[name] == pytest.approx(error['ekf'], rel=close), name
     assert error['srukf'] == pytest.approx(error['ukf'], rel=1e-6)
     assert error['narrow'] > 1.02 * error['ukf']
@@ -185,14 +181,9 @@ def test_square_root_form_survives_tiny_noise_without_process_noise():
     tuned.update({k: 0.0 for k in tuned if k.startswith('q_std') and k != 'q_std_tau_k'})
     out = simulate(CASE_A, Excitation().torque(1e-3 * np.arange(6000)), 1e-3,
                    Noise((0.0,) * 4, (6.58e-6, 8.33e-6)), 1)
-    error = []
-    for chosen in ('float64', 'float32'):
-        estimates, _ = monitored(
-            out, {**tuned, 'filter': 'srukf', 'srukf_precision': chosen}, CASE_A)
-        assert len(estimates.rows) == 5999
-        error.append(rms((estimates.tau_k - out.tau_k[1:])[500:]))
-    assert error[1] == pytest.approx(error[0], rel=0.05)
-    assert error[0] == pytest.approx(0.116, rel=0.1)
+    estimates, _ = monitored(out, {**tuned, 'filter': 'srukf'}, CASE_A)
+    assert len(estimates.rows) == 5999
+    assert rms((estimates.tau_k - out.tau_k[1:])[500:]) == pytest.approx(0.116, rel=0.1)
 
 
 @pytest.mark.parametrize('module', [ukf, srukf])
@@ -271,8 +262,7 @@ def cut(samples, a, b):
 
 # The AEKF's snapshot also holds what it has adapted: test_aekf.
 SETTINGS = [{'filter': name} for name in FILTER_NAMES if name != 'aekf'] + [
-    {'filter': 'srukf', 'srukf_precision': 'float32'},
-    {'ekf_jacobian': 'numeric', 'friction_linearisation': 'statistical'}]
+    {'friction_linearisation': 'statistical'}]
 
 
 @pytest.mark.parametrize('settings', SETTINGS, ids=lambda s: '-'.join(s.values()))
@@ -317,8 +307,7 @@ def test_interpreted_equals_compiled(tmp_path):
     if not COMPILED:
         pytest.skip('numba is not installed: nothing to compare with')
     samples = cut(recording(), 0, 500)
-    settings = [s for s in SETTINGS if s['filter' if 'filter' in s else 'ekf_jacobian'] in (
-        'ukf', 'srukf', 'numeric')]
+    settings = [s for s in SETTINGS if s.get('filter') != 'ekf']
     np.savez(tmp_path / 'in.npz', stamps=samples.stamp_ns, u=samples.u, y=samples.y)
     subprocess.run(
         [sys.executable, '-W', 'error', '-c', COMPARE, tmp_path / 'in.npz', tmp_path / 'out.npz',

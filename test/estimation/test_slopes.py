@@ -109,7 +109,7 @@ def test_a_filter_that_diverges_costs_and_is_counted():
     (True, {}, {}), (True, {'filter': 'aekf', 'adapt': ['']}, {}),
     (True, {'friction_error_std': 0.1, 'tau_k_stiffness': 5.0}, {}),
     (False, {'filter': 'ukf'}, {}), (False, {'tau_k_model': 'elastic'}, {}),
-    (False, {'tau_k_model': 'learned'}, {}), (False, {'ekf_jacobian': 'numeric'}, {}),
+    (False, {'tau_k_model': 'learned'}, {}),
     (False, {}, {'friction_law': {'kind': 'tanh'}}),
 ])
 def test_filters_with_exact_slopes(known, changes, model):

@@ -297,8 +297,7 @@ def test_page_runs_as_it_stands(tmp_path, capsys):
 
 
 @pytest.mark.parametrize('parameters, name', [
-    ({'filter': 'ukf'}, 'filter: ukf'), ({'tau_k_model': 'mixed'}, 'tau_k_model: mixed'),
-    ({'ekf_jacobian': 'numeric'}, 'ekf_jacobian: numeric')])
+    ({'filter': 'ukf'}, 'filter: ukf'), ({'tau_k_model': 'mixed'}, 'tau_k_model: mixed')])
 def test_unknown_to_c_is_refused_by_name(parameters, name):
     with pytest.raises(InputError, match=f'^{name}, with --to c expected'):
         firmware(DriveModel(), parameters)

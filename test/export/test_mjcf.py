@@ -13,7 +13,6 @@ from gearbox_monitor.export.mjcf import EXPRESSIONS, REFUSED, values_of
 from gearbox_monitor.export.mjcf_file import (
     compiled_model, drive_of, model_of, read_mjcf, weight)
 from gearbox_monitor.export.mjcf_patch import patched
-from gearbox_monitor.export.mjcf_standalone import standalone
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
 
@@ -104,28 +103,15 @@ def test_free_run_of_a_servo_with_an_effect(name):
 
 
 def assert_read_back(model, patch, u):
-    """Assert that a file and one of its own are the model again, and need no further edit."""
-    alone = standalone(model, *values_of(model))
-    for one, path in ((patch, PAIR), (alone, Path('drive.xml'))):
-        drive = drive_of(one.data, path, one.joints)
-        again = model_of(drive)
-        factor = again.effort_scale / model.effort_scale if model.controller is None else 1.0
-        difference = simulate(again, factor * u, DT).y - simulate(model, u, DT).y
-        # coulomb_asymmetry comes back as its twin
-        same = BOUND if any(e['id'] == 'coulomb_asymmetry' for e in model.effects) else 1e-8
-        assert np.sqrt(np.mean(difference ** 2)) < same
-        assert not patched(drive, *values_of(again)).changes
-
-
-def test_a_rigid_model_in_a_file_of_its_own():
-    model = nominal().with_(kind='rigid', effects=[{'id': 'gravity', 'G': 1.5, 'phi': 0.4}])
-    patch = standalone(model, *values_of(model), joint='elbow')
-    again = model_of(drive_of(patch.data, Path('drive.xml'), ('elbow', None)))
-    assert (again.motor_inertia, again.arm_inertia) == pytest.approx(
-        (model.motor_inertia, model.arm_inertia), rel=1e-6)
-    assert again.effects[0]['phi'] == pytest.approx(0.4)
-    with pytest.raises(InputError, match='--model-arm-joint: the model is rigid'):
-        standalone(model, *values_of(model), 'elbow', 'wrist')
+    """Assert that a file is the model again, and needs no further edit."""
+    drive = drive_of(patch.data, PAIR, patch.joints)
+    again = model_of(drive)
+    factor = again.effort_scale / model.effort_scale if model.controller is None else 1.0
+    difference = simulate(again, factor * u, DT).y - simulate(model, u, DT).y
+    # coulomb_asymmetry comes back as its twin
+    same = BOUND if any(e['id'] == 'coulomb_asymmetry' for e in model.effects) else 1e-8
+    assert np.sqrt(np.mean(difference ** 2)) < same
+    assert not patched(drive, *values_of(again)).changes
 
 
 @pytest.mark.parametrize('attributes', [

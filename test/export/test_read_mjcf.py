@@ -309,7 +309,12 @@ def test_what_export_corrects_stays_corrected(effect, tmp_path, monkeypatch):
         save_model(Path(f'{name}.yaml'), model_from_dict({**base, 'effects': effects}, name), [])
     assert main(['example', 'run', '--model', 'true.yaml', '--seconds', '8', '--motion', 'varied',
                  '--process-noise', '0', '--encoders', 'motor']) == 0
-    assert main(['export', 'plain.yaml', '--to', 'mjcf', '--out', 'robot.xml']) == 0
+    Path('empty.xml').write_text("""<mujoco><option timestep=".0005" integrator="implicitfast"/>
+<worldbody><body name="arm"><joint name="joint" axis="0 1 0" armature=".006442"/>
+<inertial pos="0 0 0" mass=".023454" diaginertia=".023454 .023454 .023454"/></body></worldbody>
+<actuator><general name="joint" joint="joint" gear="1"/></actuator></mujoco>""")
+    assert main(['export', 'plain.yaml', '--to', 'mjcf', '--into', 'empty.xml', '--joint',
+                 'joint', '--out', 'robot.xml']) == 0
     assert main(['export', 'true.yaml', '--to', 'mjcf', '--into', 'robot.xml', '--joint',
                  'joint', '--out', 'fits.xml']) == 0
     words = ['diagnose', 'run', '--recorded-arm', '', '--joint', 'joint', '--model']

@@ -151,10 +151,9 @@ def test_page(tmp_path, monkeypatch, capsys):
     pytest.importorskip('mujoco')
     monkeypatch.chdir(tmp_path)
     for text in re.findall(r'```(?:xml|yaml|python)\n(.*?)```', PAGE, re.DOTALL):
-        name = re.match(r'(?:#|<!--) (\S+)', text)  # the names of a functional mock-up have none
-        if name:
-            (tmp_path / name[1]).write_text(text, encoding='utf-8')
-    block = re.findall(r'```sh\n(.*?)```', PAGE, re.DOTALL)[0]  # the next one runs a unit
+        name = re.match(r'(?:#|<!--) (\S+)', text)
+        (tmp_path / name[1]).write_text(text, encoding='utf-8')
+    block, = re.findall(r'```sh\n(.*?)```', PAGE, re.DOTALL)
     for line in block.replace('\\\n', ' ').splitlines():
         words = shlex.split(line)[1:]
         if words[0] == 'diagnose':  # fewer rivals, for time

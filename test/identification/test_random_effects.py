@@ -22,7 +22,7 @@ MODEL = DriveModel()
 
 def test_range_covers_the_mean_at_its_odds():
     """Of recordings that differ by more and by less than their errors, which differ, too."""
-    for count, between in itertools.product((2, 3, 6), (0.0, 1.0, 5.0)):
+    for count, between in itertools.product((2, 6), (0.0, 1.0, 5.0)):
         random = np.random.default_rng([count, round(between)])
         covered = []
         for _ in range(600):

@@ -285,8 +285,7 @@ def test_snapshots_carry_what_is_known():
     live.run(part(0, 7000))
     snapshot = live.snapshot()
     later = Monitor.restore(snapshot)
-    del snapshot['known']
-    forgetful = Monitor.restore(snapshot)  # of an older version
+    forgetful = Monitor.restore({**snapshot, 'known': Monitor(model).snapshot()['known']})
     for monitor in (live, later, forgetful):
         monitor.run(part(7000, 9600))
     assert live.windows and not later.windows

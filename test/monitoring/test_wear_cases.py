@@ -13,18 +13,19 @@ import numpy as np
 import pytest
 from test_change import alarmed, Gearbox, judged, settings  # noqa: E402
 
-from gearbox_monitor.files.baselines import load_baseline, load_state
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.baselines import load_baseline, load_state, state_text
 from gearbox_monitor.monitoring.backlash.change import GROSS, Tracker, WARNED
 from gearbox_monitor.monitoring.backlash.change_tests import FEATURES
 from gearbox_monitor.monitoring.backlash.drift_words import outcomes
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.plant.drive import DriveModel
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 FRICTION = 0.1 + 0.27 / 18.0  # of the model, at the speed of the windows: N m s/rad
 COULOMB = 0.27 / 18.0 / FRICTION  # its share of it
-RECORDED = Path(__file__).with_name('recorded')
 
 
 @cache
@@ -312,53 +313,17 @@ def test_a_new_motion_that_is_not_compared_does_not_end_the_measurement(restarte
     size(gearbox, 'gap', 0.2)
 
 
-def test_a_state_of_version_0_2_ends_at_a_point_without_windows():
-    """Recorded with that version, which names the point of each window, compared or not."""
-    state, problem = load_state(RECORDED / 'drift_state_0_2_new_point.json', 'g7')
-    assert not problem
-    gearbox = Gearbox(31)
-    gearbox.tracker = Tracker(gearbox.tracker.settings, state['drift'])
-    assert gearbox.tracker.point == 1 and gearbox.tracker.data.count(0) == 19
-    gearbox.stamp = gearbox.tracker.stamp_ns
-    gearbox.go(10, 0.2)
-    size(gearbox, 'gap', 0.2)
-
-
-def test_a_state_without_the_viscous_share_is_read():
-    """Recorded in format 4: friction has grown by 30 % since the 122nd window."""
-    state, told = load_state(RECORDED / 'drift_state_4.json', 'g7')
-    assert not told
-    gearbox = Gearbox(31)
-    gearbox.tracker = Tracker(gearbox.tracker.settings, state['drift'])
-    size(gearbox, 'friction', 0.304)
-    growth, std = gearbox.tracker.growth(FEATURES.index('friction'))
-    assert (growth, std) == pytest.approx((0.3050265248666067, 0.019562260843101382))
-    gearbox.stamp = gearbox.tracker.stamp_ns
-    gearbox.go(150, viscous=0.035)
-    assert list(gearbox.tracker.changes) == ['friction']
-    gearbox.go(4, viscous=0.035 - 0.03, coulomb=0.54)  # the share is learnt since
-    assert sorted(gearbox.tracker.changes) == ['friction', 'viscous_share_loss']
-
-
-def test_files_of_version_0_2_are_read():
-    """Recorded with that version: a gap that has grown by 5 % since the 111th window."""
-    state, told = load_state(RECORDED / 'drift_state_0_2.json', 'g7')
-    assert not told and state['adaptation'] == {'gain': 0.1}
-    gearbox = Gearbox(31)
-    gearbox.tracker = Tracker(gearbox.tracker.settings, state['drift'])
-    size(gearbox, 'gap', 0.05)
-    assert 'backlash has grown by +5' in outcomes(gearbox.tracker)['backlash'].message
-    gearbox.stamp = gearbox.tracker.stamp_ns
-    gearbox.go(20, 0.08)
-    size(gearbox, 'gap', 0.08)
-    again = Gearbox(32)
-    again.tracker = Tracker(again.tracker.settings, load_baseline(
-        RECORDED / 'baseline_0_2.yaml', 'g7'))
-    assert [again.tracker.data.count(k) for k in range(2)] == [100, 10]
-    again.go(10, 0.05)
-    assert size(again, 'gap', 0.05).std < 0.01
-    snapshot = json.loads((RECORDED / 'snapshot_0_2.json').read_text())
-    monitor = Monitor.restore(snapshot)
-    assert not monitor.parameters.narrow_std  # its deviations stay as they were published
-    assert monitor.baseline.gap == pytest.approx(0.2, rel=0.02)
-    assert monitor.outcomes['backlash'].level == Level.OK
+def test_files_of_version_0_2_are_refused_by_name(tmp_path):
+    state, baseline = tmp_path / 'state.json', tmp_path / 'baseline.yaml'
+    state.write_text(json.dumps({**json.loads(state_text(Gearbox(1).tracker, 'g7')), 'format': 5}))
+    read, problem = load_state(state, 'g7')
+    assert read is None and not state.exists()
+    assert problem.startswith(f'{state}: a state of another version (format 5), expected format '
+                              '6: set aside as ')
+    baseline.write_text('{format: 2, gearbox_serial: g7, baseline: []}')
+    with pytest.raises(InputError, match=r'a baseline of another version \(format 2\), .* save'):
+        load_baseline(baseline, 'g7')
+    snapshot = Monitor(DriveModel()).snapshot()
+    del snapshot['format']
+    with pytest.raises(InputError, match='snapshot: of another version, .*--model'):
+        Monitor.restore(snapshot)

@@ -30,7 +30,7 @@ from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.quality.recording import UniformRecording
 
 compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
-PAGE = Path(__file__).parents[2] / 'docs/plugins.md'
+PAGE = Path(__file__).parents[2] / 'docs/extend.md'
 DT = 1e-3
 T = DT * np.arange(3000)
 # Crosses the gap 11 times, and does not dwell at its edges, where small errors would grow.
@@ -281,7 +281,8 @@ def install(folder, module, entries):
 
 
 def blocks(language):
-    return re.findall(rf'```{language}\n(.*?)```', PAGE.read_text(encoding='utf-8'), re.DOTALL)
+    text = PAGE.read_text(encoding='utf-8').split('## An effect in your own package\n')[1]
+    return re.findall(rf'```{language}\n(.*?)```', text.split('\n## ')[0], re.DOTALL)
 
 
 @pytest.fixture

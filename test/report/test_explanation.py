@@ -5,10 +5,8 @@
 
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.export.parameter_list import expressed_as, TARGETS
 from gearbox_monitor.monitoring.checks.outcome import Level
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.report import explanation
 from gearbox_monitor.report.explanation import (
     ALL_CONDITIONS, explanations, OF_CONDITION, OF_EFFECT, OF_LEVEL, rivals)
 
@@ -34,27 +32,11 @@ def test_an_effect_holds_its_text():
             assert other in EFFECTS and effect.id in rivals(other)  # confusion goes both ways
 
 
-EXPRESSED = [
-    ('motor_coulomb', 'urdf', 'dynamics friction'), ('motor_inertia', 'isaac', 'armature'),
-    ('actuator_delay', 'isaac', 'delay of DelayedPDActuator, in physics steps of this'),
-    ('saturation', 'sdf', 'axis/limit/effort'),
-    ('stiffness', 'urdf', 'none: a joint is rigid there: two joints with a spring between them, '
-     'or a model with transmission.kind: rigid'),
-    ('servo_gain', 'isaac', 'none: set its gains in your code'),
-    ('arm_coulomb', 'bam', 'friction_base'),
-    ('gravity', 'bam', 'none: BAM describes the actuator alone')]
-
-
-def test_what_an_effect_becomes_is_what_the_export_writes():
-    for name, target, expected in EXPRESSED:
-        assert expressed_as(EFFECTS[name], target) == expected
-        assert {*explanation.SIMULATORS} == {*TARGETS}
-
-
 def test_the_command_explains_an_effect(capsys):
     code, shown = explain(capsys, 'Stribeck')
     assert code == 0 and max(map(len, shown.out.splitlines())) <= 80
-    for words in ('What it is', 'lugre: slow reversals', 'BAM: friction_stribeck', '0.1.0'):
+    for words in ('What it is', 'lugre: slow reversals', 'URDF: none: no parameter',
+                  '0.1.0'):
         assert words in shown.out
 
 

@@ -401,7 +401,7 @@ BOMBS = (
     Bomb('a million names', _names(1_000_000), BAG_READERS),
     Bomb('40 times 60 000 names', _names(60_000, 40), BAG_READERS),
     Bomb('a pipe called *.mcap', _pipe('bag_0.mcap'), BAG_READERS + (
-        'replay {0}/bag/bag_0.mcap', 'fleet {0}/bag --out {0}/new --workers 0')),
+        'replay {0}/bag/bag_0.mcap', 'fleet {0}/bag --out {0}/new')),
     Bomb('a pipe called *.csv', _pipe('x.csv'), (
         'diagnose {0}/bag/x.csv --model ' + MODEL,
         'import {0}/bag/x.csv {0}/new --map emps')),

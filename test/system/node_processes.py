@@ -13,7 +13,7 @@ import time
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.ros.child_processes import Child, ChildFailed
-from gearbox_monitor.ros.ros_domain import own_domain
+from gearbox_monitor.ros.middleware import own_domain
 
 PATIENCE = 120.0  # s, for a start that compiles
 TICKS = os.sysconf('SC_CLK_TCK')

@@ -172,7 +172,7 @@ def test_damaged_files_of_drift(targets, tmp_path):
     path = write(tmp_path / 'baseline.yaml', good)
     assert load_baseline(path, 'joint3')
     cut = good[:good.index('parameters:') - 40]
-    for text in (cut, good.replace('format: 2', 'format: 1'), '\0', ''):
+    for text in (cut, good.replace('format: 3', 'format: 1'), '\0', ''):
         other = 'format: 1' in text  # whole, but of another version: not what was meant
         with pytest.raises(InputError) as info:
             load_baseline(write(path, text), 'joint3')

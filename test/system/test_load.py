@@ -17,7 +17,7 @@ import soak  # noqa: E402
 
 from benchmarks.harness import all_met  # noqa: E402
 from gearbox_monitor.kernels.jit import COMPILED  # noqa: E402
-from gearbox_monitor.ros.message_loss import MessageLossCounter  # noqa: E402
+from gearbox_monitor.ros.publishers import MessageLossCounter  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.benchmark]
 compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')

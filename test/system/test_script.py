@@ -12,7 +12,8 @@ import pytest
 import script
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
+PAGES = [*map(ROOT.joinpath, ('README.md', 'CONTRIBUTING.md', 'benchmarks/README.md')),
+         *sorted((ROOT / 'docs').glob('*.md'))]
 COMMANDS = sorted({match.group(0) for page in PAGES for match in re.finditer(
     r'\.venv/bin/python test/system/[^`#\n]*', page.read_text(encoding='utf-8'))})
 NODES = ('load', 'robot', 'soak', 'restart')

@@ -15,7 +15,7 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.backlash import old_state, scan, wear
+from gearbox_monitor.monitoring.backlash import baseline_data, scan, wear
 from gearbox_monitor.monitoring.backlash.change_tests import (
     ALONE, ALONE_LOSS, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, limits_of, PRIORS,
     SHARP, STIFFNESS, TESTS, VISCOUS_SHARE)
@@ -865,11 +865,8 @@ class Tracker:
 
     def _load(self, state: Any) -> None:
         if isinstance(state, list):  # baselines alone
-            old_state.load_baselines(self.data, state)
+            baseline_data.load_baselines(self.data, state)
             return
-        if 'wear' not in state:  # of version 0.2
-            state = old_state.converted(state)
-        state = old_state.widened(state)
         self.data.load(state)
         if len(state['wear']) != len(FEATURES):
             raise ValueError(f'{len(state["wear"])} features, expected {len(FEATURES)}')
@@ -882,21 +879,19 @@ class Tracker:
             np.array(state[name], float) for name in ('levels', 'level_stds'))
         self.ended = dict(state['ended'])
         self.window = state['window'] and Backlash(**state['window'])
-        friction = state.get('friction')
+        friction = state['friction']
         self.friction = Friction(**friction) if friction else self.window
         self.point, self.trusted = int(state['point']), bool(state['trusted'])
         self.compared = bool(state['compared'])
         if self.point >= len(self.data.points):
             raise ValueError('an unknown operating point')
-        self.temperature = state.get('temperature')
+        self.temperature = state['temperature']
         pause = state['pause']
         if pause:
-            friction = pause.get('friction')
+            friction = pause['friction']
             pause = NotExcited(**{**pause, 'friction': friction and Friction(**friction)})
         self.pause = pause
         self.stamp_ns = int(state['stamp_ns'])
-        if state.get('converted') and self.data.stamps:
-            self._judge()
 
 
 def _own(column: int) -> int:

@@ -4,7 +4,7 @@
 """
 What of backlash and friction is watched for changes: tests, their limits, and what to do.
 
-docs/conditions.md is generated from CONDITIONS.
+`explain` prints CONDITIONS.
 """
 from collections.abc import Iterator
 from dataclasses import dataclass

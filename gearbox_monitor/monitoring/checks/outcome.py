@@ -54,7 +54,7 @@ class Outcome:
 @dataclass(frozen=True)
 class Condition:
     """
-    One reason to leave OK. docs/conditions.md is generated from these, messages are made of them.
+    One reason to leave OK. Messages and `explain` are made of these.
 
     says: what is wrong, as the message puts it; when: the exact condition, its thresholds
     formatted from the constants that the check compares with; window: what it looks at; advice:

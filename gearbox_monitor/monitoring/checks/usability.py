@@ -23,12 +23,11 @@ SILENT = Condition(
     'first sample ever); all other components then say WARN: no data', '1 s, at once',
     'check that the source runs and that topic, joint names and domain agree')
 
-OTHERS = Condition(
-    'input', Level.WARN, 'another node publishes the monitored joints',
-    'another node than the followed publisher publishes motor or arm; ERROR, and no samples, if '
-    'the first publisher is unknown (`other_publishers`)',
-    '1 s, at once', 'stop it or remap its topic; see security.md',
-    ('messages_of_other_publishers', 'other_publishers'))
+TWO_PUBLISHERS = Condition(
+    'input', Level.ERROR, 'two publishers of one joint',
+    'the numbers of messages with the joint go back twice within 2 s: two publishers deliver it; '
+    'nothing is taken from either until one of them has been silent for 2 s',
+    '2 s, at once', 'stop one of them or remap its topic', ('messages_of_two_publishers',))
 
 
 @cache
@@ -61,7 +60,7 @@ LOST = Condition(
     'input', Level.WARN, 'messages lost', 'sequence numbers are missing between two diagnostics: '
     'dropped by the network or by the full queue of the node', '1 s, at once',
     'lower the rate or the load of this machine', ('messages_lost',))
-CONDITIONS = (SILENT, OTHERS, NO_SAMPLE, *(condition for condition, _ in REFUSED), LOST)
+CONDITIONS = (SILENT, TWO_PUBLISHERS, NO_SAMPLE, *(condition for condition, _ in REFUSED), LOST)
 
 
 def check(counts: Mapping[str, int], usable: int, values: Values) -> Outcome:
