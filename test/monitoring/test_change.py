@@ -345,7 +345,7 @@ def test_state_goes_on_bit_for_bit(tmp_path):
 
 
 DAMAGED = ['', '{', '[]', '{"format": 6}', 'null', '{"format": 1}',
-                                  '{"format": 6, "gearbox_serial": "g7", "drift": {"points": 3}}']
+           '{"format": 6, "gearbox_serial": "g7", "drift": {"points": 3}}']
 
 
 def test_a_damaged_state_is_set_aside(tmp_path):
