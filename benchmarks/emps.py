@@ -23,14 +23,14 @@ import numpy as np
 
 from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, require_whole)
-from gearbox_monitor.bag.importer import load_mapping, read_recording
+from gearbox_monitor.diagnosis.joint.diagnose import diagnose
+from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.simulate import Plant
-from gearbox_monitor.quality.admission import admitted
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.recordings.importer import load_mapping, read_recording
+from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals.recording import UniformRecording
 
 FILES = ('DATA_EMPS.mat', 'DATA_EMPS_PULSES.mat')  # identification, test
 START = 20           # samples from which the state of the test recording may be taken

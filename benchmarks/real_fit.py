@@ -24,9 +24,9 @@ from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import markers, P0, pack, state_names, TAU_K, X1, X2
 from gearbox_monitor.estimation.sample_loop import Stream
 from gearbox_monitor.estimation.step_record import record_size
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.jit import jit
 from gearbox_monitor.kernels.types import Array, Integers, States
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 

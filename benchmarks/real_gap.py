@@ -38,11 +38,11 @@ from benchmarks import intervals
 from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, write_json)
 from benchmarks.least_squares import Cause, ranked_of_drive, ranked_of_robot
-from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
+from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.files.yaml_files import load_model, load_yaml, Yaml
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.simulators.robot_model import SUFFIXES
 
 ENDING, TRUTH = '.pair.yaml', 'truth.yaml'
 KEYS = ('log', 'reference', 'model', 'joint', 'import', 'recorded', 'values', 'free', 'diagnose')

@@ -24,8 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import (
-    eigen_reference, filterpy_user, free_run, replay_cost, startup)
+from benchmarks import eigen_reference, filterpy_user, free_run, replay_cost, startup
 from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
 from benchmarks.paper import drive, DT

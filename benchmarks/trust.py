@@ -32,9 +32,9 @@ from benchmarks.harness import (
 from benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.health.backlash.features import Backlash
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Values
-from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.simulate import simulate
 

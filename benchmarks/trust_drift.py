@@ -12,10 +12,10 @@ from benchmarks.trust_runs import DT, DT_NS, SimulatedDrive, T0, watch
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.sample_loop import E_HALF_GAP, E_HYSTERESIS
+from gearbox_monitor.health.backlash import change, drift_words
+from gearbox_monitor.health.backlash.features import Backlash, NotExcited
+from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.backlash import change, drift_words
-from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
-from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.parameters import EstimatorParameters, LEARNED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation

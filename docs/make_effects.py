@@ -10,12 +10,12 @@ import textwrap
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS  # noqa: E402
-from gearbox_monitor.export.mjcf import EXPRESSIONS  # noqa: E402
-from gearbox_monitor.export.robot_patch import in_urdf  # noqa: E402
+from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS  # noqa: E402
 from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS  # noqa: E402
 from gearbox_monitor.report.explanation import (  # noqa: E402
     explained_effect, explained_robot_effect)
+from gearbox_monitor.simulators.mjcf import EXPRESSIONS  # noqa: E402
+from gearbox_monitor.simulators.robot_patch import in_urdf  # noqa: E402
 
 PAGE = ROOT / 'docs/effects.md'
 HEAD = """\

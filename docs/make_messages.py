@@ -9,11 +9,9 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.estimation import rts_smoother, sample_loop  # noqa: E402
-from gearbox_monitor.interfaces.diagnostic_keys import (  # noqa: E402
-    CHANGE_KEYS, DIAGNOSTIC_KEYS)
-from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
-from gearbox_monitor.monitoring.backlash.change_tests import (  # noqa: E402
-    ALONE, size_name, TESTS)
+from gearbox_monitor.health.backlash.change_tests import ALONE, size_name, TESTS  # noqa: E402
+from gearbox_monitor.health.diagnostic_keys import CHANGE_KEYS, DIAGNOSTIC_KEYS  # noqa: E402
+from gearbox_monitor.recordings.topics import SIGNALS  # noqa: E402
 
 PAGE = ROOT / 'docs/messages.md'
 HEAD = """\

@@ -48,8 +48,8 @@ REMOVED = {
     'SuggestedRobotMotion': _ROBOT_MOTION,
     # BAGS and the folder of fleet
     '://': 'name a path: mount the archive, or copy it',
-    'features/': 'choose a new --out, which gets one row per bag: its bags are analysed anew',
-    'bags.journal': 'choose a new --out: its bags are analysed anew',
+    'features/': 'choose a new --out, which gets one row per bag: its bags are analysed again',
+    'bags.journal': 'choose a new --out: its bags are analysed again',
 }
 
 

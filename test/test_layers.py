@@ -4,8 +4,8 @@
 """
 The layers: each module imports only from its own layer or from below.
 
-cli -> ros, fleet, library -> report, bag, export -> files -> interfaces
--> monitoring -> identification -> quality -> estimation, parameters -> robot -> plant -> kernels
+cli -> ros, fleet, library -> report, recordings, simulators -> files -> diagnosis, health
+-> signals -> estimation, parameters -> robot -> plant -> kernels
 """
 import ast
 from functools import cache
@@ -18,10 +18,10 @@ PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
 LAYERS = {
     'kernels': 0, 'plant': 1, 'robot': 1,
     'parameters': 2, 'estimation': 2,
-    'quality': 3,
-    'identification': 4, 'balance': 4, 'monitoring': 4, 'interfaces': 4,
+    'signals': 3,
+    'diagnosis': 4, 'health': 4,
     'files': 5,
-    'report': 6, 'bag': 6, 'export': 6,
+    'report': 6, 'recordings': 6, 'simulators': 6,
     'ros': 7, 'fleet': 7, 'library': 7,
     'cli': 8, '__main__': 9,
 }
@@ -121,7 +121,7 @@ def test_commands_start_without_slow_parts_of_scipy():
 def test_offline_commands_need_no_ros():
     """The core and the commands for analysts import where there is no rclpy."""
     code = ('import sys; sys.modules["rclpy"] = None\n'
-            'import gearbox_monitor.monitoring.monitor, gearbox_monitor.bag.replay\n'
+            'import gearbox_monitor.health.monitor, gearbox_monitor.recordings.replay\n'
             'import gearbox_monitor.cli.replay, gearbox_monitor.cli.import_\n'
             'from gearbox_monitor.cli.main import main; main(["--help"])')
     subprocess.run([sys.executable, '-c', code], cwd=PACKAGE.parent, check=True,

@@ -23,11 +23,12 @@ from typing import Any
 from gearbox_monitor.cli.drive_recordings import add_recording_arguments, load_recordings
 from gearbox_monitor.cli.exit_codes import UNDECIDED
 from gearbox_monitor.cli.fit_nominal import largest_change
-from gearbox_monitor.cli.options import plain, show, wrapped
+from gearbox_monitor.cli.options import show, wrapped
 from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.plain_data import plain
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
-from gearbox_monitor.identification.unit_adaptation import Adapted
 from gearbox_monitor.library.tuning import adapt, write_adapted
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED
 from gearbox_monitor.report.words import counted, number

@@ -29,13 +29,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.bag.read import BagReader, open_bag
-from gearbox_monitor.bag.recorded_samples import RecordedSamples, sliced
-from gearbox_monitor.bag.replay import truth
-from gearbox_monitor.bag.replay_summary import truth_of
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, show, warn, write_files)
+    add_estimator_arguments, check_filter, show, warn, write_files)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
@@ -43,11 +39,16 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.score import (
     reference_at, score, settled, torque_errors, WHITE_LIMIT)
-from gearbox_monitor.interfaces.signals import PLANT_TRANSMISSION_STATE
+from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.recordings.read import BagReader, open_bag
+from gearbox_monitor.recordings.recorded_samples import RecordedSamples, sliced
+from gearbox_monitor.recordings.replay import truth
+from gearbox_monitor.recordings.replay_summary import truth_of
+from gearbox_monitor.recordings.topics import PLANT_TRANSMISSION_STATE
 
 KnownTorque: TypeAlias = tuple[Integers, Array]  # stamps [N] ns, torque [N] N m
 WARM_UP = 200  # samples that a filter takes before it is timed: kernels are compiled by then

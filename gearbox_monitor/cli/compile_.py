@@ -27,11 +27,11 @@ from gearbox_monitor.cli.options import check_filter, estimator_options
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.interfaces.signals import JOINT_STATES
+from gearbox_monitor.health.warm_up import warm_up
 from gearbox_monitor.kernels.jit import CACHE_FOLDER, CACHE_PROBLEM, COMPILED, KERNELS
-from gearbox_monitor.monitoring.warm_up import warm_up
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.ros.first_start import in_child
 
 # The command lines of what is compiled; {filter} stands for one of --filter, {name} for a new

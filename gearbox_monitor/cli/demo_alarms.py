@@ -6,11 +6,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY
-from gearbox_monitor.bag.read import BagReader
-from gearbox_monitor.bag.recorded_samples import RecordedSamples
-from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS
-from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY
+from gearbox_monitor.recordings.read import BagReader
+from gearbox_monitor.recordings.recorded_samples import RecordedSamples
+from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS
 
 SECOND = 1e9
 Alarms: TypeAlias = list[dict[str, Any]]

@@ -7,13 +7,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.bag.read import BagReader
-from gearbox_monitor.bag.replay import Replay, replay
 from gearbox_monitor.cli.demo_alarms import diagnostics
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
-from gearbox_monitor.interfaces.signals import PLANT_TRANSMISSION_STATE
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.recordings.read import BagReader
+from gearbox_monitor.recordings.replay import Replay, replay
+from gearbox_monitor.recordings.topics import PLANT_TRANSMISSION_STATE
 from gearbox_monitor.report import plots
 
 SECOND = 1e9

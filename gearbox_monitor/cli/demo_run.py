@@ -125,7 +125,7 @@ class Demo:
 
     def loss(self) -> float:
         """Return the share of samples or estimates, whichever is larger, that the bag misses."""
-        from gearbox_monitor.bag.read import open_bag
+        from gearbox_monitor.recordings.read import open_bag
         with open_bag(self.bag) as reader:
             counts = [reader.topics.get(topic, ('', 0))[1]
                       for topic in ('/joint_states', '/transmission_state')]
@@ -259,7 +259,7 @@ class Demo:
     def evaluate(self) -> tuple[dict[str, Any], str]:
         """Replay the bag, write JSON and PNG; return ({name: value}, the summary in words)."""
         print('replaying ...', flush=True)
-        from gearbox_monitor.bag.read import open_bag
+        from gearbox_monitor.recordings.read import open_bag
         report = self.report()
         with open_bag(self.bag) as reader:
             data = report.evaluate(reader, self)

@@ -23,10 +23,11 @@ import textwrap
 from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import add_root_argument
-from gearbox_monitor.cli.options import expect_new_file, JSON_FILE_HELP, show
-from gearbox_monitor.export.joint_readings import (
+from gearbox_monitor.cli.options import JSON_FILE_HELP, show
+from gearbox_monitor.files.yaml_files import expect_new_file
+from gearbox_monitor.simulators.joint_readings import (
     joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE)
-from gearbox_monitor.export.mjcf_file import compiled_file, read_file, RobotFile
+from gearbox_monitor.simulators.mjcf_file import compiled_file, read_file, RobotFile
 
 WIDTH = 100
 COLUMNS = ('inertia', 'armature', 'viscous_friction', 'coulomb_friction', 'weight', 'stiffness')

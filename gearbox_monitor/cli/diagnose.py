@@ -38,29 +38,29 @@ from gearbox_monitor.cli import diagnose_robot
 from gearbox_monitor.cli.diagnose_report import text
 from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_recordings, written_options)
-from gearbox_monitor.cli.options import (
-    dump, expect_new_files, ids_in, JSON_FILE_HELP, plain, write_files)
+from gearbox_monitor.cli.options import expect_new_files, ids_in, JSON_FILE_HELP, write_files
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments
+from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
+from gearbox_monitor.diagnosis.joint.findings import NONE
+from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by
-from gearbox_monitor.export.mjcf import refused
-from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
+from gearbox_monitor.files.plain_data import dump, plain
 from gearbox_monitor.files.yaml_files import model_text
-from gearbox_monitor.identification.diagnose import chosen_ids
-from gearbox_monitor.identification.findings import NONE
-from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.library.identify import diagnose, expect_ids
 from gearbox_monitor.library.simulator_file import export_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.suggestion import suggestion
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.words import UserFiles
 from gearbox_monitor.ros.child_processes import cores
+from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.simulators.mjcf import refused
+from gearbox_monitor.simulators.user_simulator import confirmation, user_simulator, UserSimulator
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

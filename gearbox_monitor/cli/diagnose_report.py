@@ -10,12 +10,12 @@ from gearbox_monitor.cli.options import wrapped
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import measures_twist, shows_place
 from gearbox_monitor.report.summary import PLACES, with_deviation
 from gearbox_monitor.report.words import (
     dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number, percent, place_text,
     SUGGESTED, torque_map_of, undefined, unit_of, UserFiles, value_rows, value_text)
+from gearbox_monitor.signals.recording import UniformRecording
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 LABEL = 15

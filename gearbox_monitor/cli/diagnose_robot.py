@@ -11,15 +11,17 @@ from pathlib import Path
 import time
 from typing import Any
 
-from gearbox_monitor.cli.options import dump, expect_new_file, ids_in, refuse, show, write_files
+from gearbox_monitor.cli.options import ids_in, refuse, show, write_files
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import robot_of, robot_options
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.export.robot_model import SUFFIXES
+from gearbox_monitor.files.plain_data import dump
+from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.library.robot import (
     diagnose_robot, recorded_names, robot_effects, RobotDiagnosis)
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
+from gearbox_monitor.simulators.robot_model import SUFFIXES
 
 # Options of one joint: why a whole robot has no use for each.
 OF_ONE_JOINT = {

@@ -16,7 +16,7 @@ from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.identify import uniform
 from gearbox_monitor.library.recording import load_recording as recording_of, Recording
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.recording import REPEATED, UniformRecording
+from gearbox_monitor.signals.recording import REPEATED, UniformRecording
 
 
 def add_model_arguments(parser: ArgumentParser) -> None:

@@ -46,25 +46,24 @@ import sys
 from gearbox_monitor.cli import export_robot
 from gearbox_monitor.cli.drive_recordings import (
     add_bag_arguments, add_joint_arguments, load_recording)
-from gearbox_monitor.cli.options import (
-    estimator_options, expect_new, expect_new_file, refuse, wrapped, write_new,
-    write_or_print)
+from gearbox_monitor.cli.options import estimator_options, refuse, wrapped, write_or_print
 from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.diagnosis.joint.model_overlay import overlay
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.c99 import firmware
-from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive
-from gearbox_monitor.export.mjcf_patch import Patch
-from gearbox_monitor.export.mujoco_run import misfit, rig_of
-from gearbox_monitor.export.randomisation import randomisation, WRITERS
-from gearbox_monitor.export.xml_edit import difference
-from gearbox_monitor.identification.model_overlay import overlay
-from gearbox_monitor.library.actuators import (
-    CatalogueActuator, is_actuator, load_actuator, NAMES)
+from gearbox_monitor.files.opening import write_new
+from gearbox_monitor.files.yaml_files import expect_new, expect_new_file
+from gearbox_monitor.library.actuators import CatalogueActuator, is_actuator, load_actuator, NAMES
 from gearbox_monitor.library.drive_file import load_model, SIMULATORS
 from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import export_model, SimulatorFile, TARGETS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.words import number
+from gearbox_monitor.simulators.c99 import firmware
+from gearbox_monitor.simulators.mjcf_file import drive_of, MjcfDrive
+from gearbox_monitor.simulators.mjcf_patch import Patch
+from gearbox_monitor.simulators.mujoco_run import misfit, rig_of
+from gearbox_monitor.simulators.randomisation import randomisation, WRITERS
+from gearbox_monitor.simulators.xml_edit import difference
 
 OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check')
 

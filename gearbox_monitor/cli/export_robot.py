@@ -13,13 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor import __version__
-from gearbox_monitor.cli.options import refuse, write_new
+from gearbox_monitor.cli.options import refuse
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.mjcf_file import read_file
-from gearbox_monitor.export.robot_closed import closed_file, title_of
-from gearbox_monitor.export.robot_model import read_robot
-from gearbox_monitor.export.xml_edit import difference, parse_xml
+from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.plain_data import read_json
+from gearbox_monitor.simulators.mjcf_file import read_file
+from gearbox_monitor.simulators.robot_closed import closed_file, title_of
+from gearbox_monitor.simulators.robot_model import read_robot
+from gearbox_monitor.simulators.xml_edit import difference, parse_xml
 
 ROOTS = {'mjcf': 'mujoco', 'urdf': 'robot'}
 OF_ONE_JOINT = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'check', 'topic',

@@ -34,11 +34,12 @@ from typing import Any
 
 from gearbox_monitor.cli.drive_recordings import (
     add_recording_arguments, load_recordings, time_limit)
-from gearbox_monitor.cli.options import expect_new_file, plain, show, wrapped
+from gearbox_monitor.cli.options import show, wrapped
 from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
-from gearbox_monitor.identification.nominal import fit_nominal
+from gearbox_monitor.files.plain_data import plain
+from gearbox_monitor.files.yaml_files import expect_folder_of, expect_new_file, save_model
 from gearbox_monitor.report.summary import change, in_unit, sized
 from gearbox_monitor.report.words import number
 

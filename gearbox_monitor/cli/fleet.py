@@ -30,12 +30,12 @@ import re
 import sys
 from typing import Any
 
-from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
 from gearbox_monitor.cli.exit_codes import INTERRUPTED
 from gearbox_monitor.cli.options import estimator_options, show
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_whole, InputError, installed_by
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model
+from gearbox_monitor.recordings.recorded_snapshots import NO_MODEL, NO_SERIAL
 from gearbox_monitor.ros.child_processes import cores, Interrupt
 
 PRINTED = 10  # gearboxes, and bags that failed, on the terminal
@@ -131,7 +131,7 @@ def _check(args: Namespace) -> None:
 def _settings(args: Namespace) -> Any:
     """Return the JobSettings of the options."""
     from gearbox_monitor.fleet.job import JobSettings
-    from gearbox_monitor.identification.diagnose import chosen_ids
+    from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
     parameters, model_file = estimator_options(args)
     only = tuple(filter(None, args.only.split(',')))
     chosen_ids(only or None, ())

@@ -10,16 +10,14 @@ import sys
 import textwrap
 from typing import Any, TYPE_CHECKING
 
-from gearbox_monitor.bag.joint_input import bag_arguments as bag_arguments
-from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import write_new as write_new
-from gearbox_monitor.files.plain_data import dump as dump, plain as plain
+from gearbox_monitor.files.opening import write_new
+from gearbox_monitor.files.plain_data import dump, plain
 from gearbox_monitor.files.yaml_files import (
-    expect_folder_of, expect_new as expect_new, expect_new_file as expect_new_file,
-    load_parameters)
-from gearbox_monitor.interfaces.signals import JOINT_STATES
+    expect_folder_of, expect_new, load_parameters)
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+from gearbox_monitor.recordings.recorded_snapshots import NO_MODEL
+from gearbox_monitor.recordings.topics import JOINT_STATES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -29,21 +29,20 @@ from pathlib import Path
 from typing import Any
 
 
-from gearbox_monitor.bag.comparison import Comparer, Comparison
-from gearbox_monitor.bag.estimate_table import CsvTable, ParquetTable
-from gearbox_monitor.bag.player import EstimatePlayer, Player
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import interval_error, ReplayCollector, smoothed
-from gearbox_monitor.bag.replay_output import BagOutput
-from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.cli import replay_robot
-from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, expect_new_file, show, warn)
+from gearbox_monitor.cli.options import add_estimator_arguments, estimator_options, show, warn
 from gearbox_monitor.cli.progress import count_bar, Progress
-from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.files.yaml_files import expect_new_file, load_model
+from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.recordings.comparison import Comparer, Comparison
+from gearbox_monitor.recordings.estimate_table import CsvTable, ParquetTable
+from gearbox_monitor.recordings.player import EstimatePlayer, Player
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.replay import interval_error, ReplayCollector, smoothed
+from gearbox_monitor.recordings.replay_output import BagOutput
+from gearbox_monitor.recordings.replay_summary import ReplaySummary
 
 TABLES = {'.csv': CsvTable, '.parquet': ParquetTable}
 

@@ -11,14 +11,16 @@ import csv
 import io
 from pathlib import Path
 
-from gearbox_monitor.cli.options import expect_new_file, refuse, show, write_new
+from gearbox_monitor.cli.options import refuse, show
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.robot_model import SUFFIXES
+from gearbox_monitor.files.opening import write_new
+from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.library.payload_track import PayloadTrack, track_payload
 from gearbox_monitor.library.robot import recorded_names
 from gearbox_monitor.library.views import columns
+from gearbox_monitor.simulators.robot_model import SUFFIXES
 
 OF_ESTIMATOR = ('params', 'filter', 'estimates_only', 'smooth')
 OF_ROBOT = ('reference', 'values', 'root', 'recorded', 'link', 'empty')

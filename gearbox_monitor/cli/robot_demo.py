@@ -13,10 +13,10 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
 from gearbox_monitor.files.yaml_files import save_model
-from gearbox_monitor.interfaces.signals import SNAPSHOT
-from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS
-from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS
+from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.parameters import RecorderParameters
+from gearbox_monitor.recordings.topics import SNAPSHOT
 from gearbox_monitor.robot import example_arm
 from gearbox_monitor.robot.working_arm import program
 

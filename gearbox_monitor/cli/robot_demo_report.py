@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.bag.read import BagReader
-from gearbox_monitor.bag.replay import replay
 from gearbox_monitor.cli.demo_alarms import diagnostics
-from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS
+from gearbox_monitor.recordings.read import BagReader
+from gearbox_monitor.recordings.replay import replay
 
 
 def evaluate(reader: BagReader, demo: Any) -> dict[str, Any]:

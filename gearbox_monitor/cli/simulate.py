@@ -23,18 +23,17 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.cli.drive_recordings import (
-    add_drive_arguments, load_drive, load_recording)
-from gearbox_monitor.cli.options import (
-    dump, expect_new_files, JSON_FILE_HELP, plain, wrapped, write_files)
+from gearbox_monitor.cli.drive_recordings import add_drive_arguments, load_drive, load_recording
+from gearbox_monitor.cli.options import expect_new_files, JSON_FILE_HELP, wrapped, write_files
+from gearbox_monitor.diagnosis.joint.closed_model import closed_of, rms
+from gearbox_monitor.diagnosis.joint.model_overlay import Overlay, overlay
 from gearbox_monitor.errors import expect_matplotlib
+from gearbox_monitor.files.plain_data import dump, plain
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification.closed_model import closed_of, rms
-from gearbox_monitor.identification.model_overlay import Overlay, overlay
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import notable_windows
 from gearbox_monitor.report.words import number, percent, unit_of
+from gearbox_monitor.signals.recording import UniformRecording
 
 PICTURES = ('windows.png', 'free_run.png')
 

@@ -29,11 +29,11 @@ import yaml
 from gearbox_monitor.cli.drive_recordings import add_model_arguments, load_drive
 from gearbox_monitor.cli.options import show
 from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.diagnosis.joint.experiment_design import Limits, suggest
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.plain_data import read_json
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.identification.experiment_design import Limits, suggest
-from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import expect_torque_input
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis

@@ -28,8 +28,7 @@ from gearbox_monitor.estimation.filter_setup import (
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, learned_length, markers, pack, Q0, state_names, TAU_ARM, TAU_K)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
-from gearbox_monitor.estimation.sample_loop import (
-    DescribedLoad, Output, part_of, SECOND, Stream)
+from gearbox_monitor.estimation.sample_loop import DescribedLoad, Output, part_of, SECOND, Stream
 from gearbox_monitor.estimation.snapshot import (
     expect_format, FORMAT, integers_text, numbers_text, read_integers, read_numbers,
     snapshot_errors)

@@ -30,8 +30,7 @@ from gearbox_monitor.estimation.filter_kind import filter_kind
 from gearbox_monitor.estimation.torque_model import (
     curve_drive, curve_states, LEARNT_RANGE, MEMORY, MEMORY_NOISE, start_deviations)
 from gearbox_monitor.kernels.jit import fma, jit, jit_inline
-from gearbox_monitor.kernels.types import (
-    Array, Curve, Four, Packed, Pair, Slopes, States, Triple)
+from gearbox_monitor.kernels.types import Array, Curve, Four, Packed, Pair, Slopes, States, Triple
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
 from gearbox_monitor.plant.drive import (
     arm_acceleration, arm_constraint, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D,

@@ -19,8 +19,7 @@ from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, 
 from gearbox_monitor.estimation.process_model import (
     begin_curve, curve_count, EIGENVALUE, FRICTION_AT, K_P, learned_length, LOAD_AT, motor_side,
     P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
-from gearbox_monitor.estimation.rts_smoother import (
-    S_TAU_K_NOISE_STD, S_TAU_K_STD, smooth, Span)
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K_NOISE_STD, S_TAU_K_STD, smooth, Span
 from gearbox_monitor.estimation.step_record import places, record_size, sensitivities
 from gearbox_monitor.kernels.jit import bound, jit, jit_inline
 from gearbox_monitor.kernels.types import Array, Integers, States

@@ -21,9 +21,9 @@ from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import open_file
 from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.health.backlash import drift_words
+from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings
 from gearbox_monitor.kernels.types import Values
-from gearbox_monitor.monitoring.backlash import drift_words
-from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
 
 FORMAT, STATE_FORMAT = 3, 6  # version 0.2 wrote up to 2 and up to 5
 

@@ -8,4 +8,12 @@ Many bags, each analysed once: which gearboxes wear.
 all of them, on the processes `at_home` or a Dask cluster (`on_cluster`). `FleetFolder` keeps each
 row as a Parquet file, which says that this bag is done, and writes the table of all rows.
 `gearboxes` summarises the rows of each gearbox.
+
+Public names, by module:
+
+    fleet_run: at_home, on_cluster, run
+    fleet_table: FleetFolder
+    job: JobSettings
+    paths: find_bags
+    trend: gearboxes
 """

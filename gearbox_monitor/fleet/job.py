@@ -19,22 +19,22 @@ import threading
 from typing import Any, TypeAlias
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.player import Player
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recorded_samples import joined_samples, samples_of
-from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
+from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.plain_data import plain
 from gearbox_monitor.fleet.paths import content_hash, FleetBag
-from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.kernels.jit import KERNELS
-from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
-from gearbox_monitor.monitoring.backlash.recording_windows import (
+from gearbox_monitor.health.backlash.features import Backlash, NotExcited
+from gearbox_monitor.health.backlash.recording_windows import (
     combine, reason_of, RecordingWindows, separable_of)
+from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.admission import admitted
+from gearbox_monitor.recordings.player import Player
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.recorded_samples import joined_samples, samples_of
+from gearbox_monitor.recordings.recorded_snapshots import NO_MODEL, NO_SERIAL
+from gearbox_monitor.signals.admission import admitted
 
 FORMAT = 3  # of the rows
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed

@@ -15,9 +15,9 @@ import os
 from pathlib import Path
 import re
 
-from gearbox_monitor.bag.metadata import FILE_NAME
-from gearbox_monitor.bag.read import natural
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.recordings.metadata import FILE_NAME
+from gearbox_monitor.recordings.read import natural
 from gearbox_monitor.removed import refusal
 
 SUFFIXES = ('.mcap', '.db3', '.bag')  # ROS 1 bags are found, too, to report them as foreign

@@ -10,8 +10,8 @@ import numpy as np
 
 from gearbox_monitor.estimation.estimates import Samples
 import gearbox_monitor.fleet.job  # noqa: F401
-from gearbox_monitor.monitoring.backlash.recording_windows import RecordingWindows
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.backlash.recording_windows import RecordingWindows
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate

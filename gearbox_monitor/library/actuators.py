@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import scipy
 
+from gearbox_monitor.diagnosis.joint.parameter_ranges import (
+    Combination, LEVELS, NORMAL, ParameterRanges)
 from gearbox_monitor.errors import InputError, most_similar, unknown
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
-from gearbox_monitor.identification.parameter_ranges import (
-    Combination, LEVELS, NORMAL, ParameterRanges)
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 
 FOLDER = 'actuators'

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.mjcf_file import MjcfDrive, model_of, read_mjcf
 from gearbox_monitor.files import yaml_files
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.origin import FileLimits, ModelOrigin, NO_LIMIT
 from gearbox_monitor.removed import refusal
+from gearbox_monitor.simulators.mjcf_file import MjcfDrive, model_of, read_mjcf
 
 SIMULATORS, MODEL_FILES = ('.xml', '.urdf'), ('.yaml', '.yml')
 

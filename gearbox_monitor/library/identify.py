@@ -7,14 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from gearbox_monitor.diagnosis.joint import diagnose as identification
+from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, NominalFit
+from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, InputError, unknown
-from gearbox_monitor.identification import diagnose as identification
-from gearbox_monitor.identification.nominal import fit_nominal, NominalFit
-from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.recording import all_of, Recording
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
+from gearbox_monitor.signals.recording import at_one_rate, UniformRecording
 
 Recorded = Recording | UniformRecording
 Progress = Callable[..., object]

@@ -8,17 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.bag.robot_input import read_robot_log
-from gearbox_monitor.bag.robot_values import robot_model
-from gearbox_monitor.balance.knowledge import Knowledge
-from gearbox_monitor.balance.payload import PayloadTracker, SECOND
-from gearbox_monitor.balance.robot_log import SETPOINT
+from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
+from gearbox_monitor.diagnosis.robot.payload import PayloadTracker, SECOND
+from gearbox_monitor.diagnosis.robot.robot_log import SETPOINT
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.robot import expect_robot, learn_robot, Robot
 from gearbox_monitor.presentation import Drawn
+from gearbox_monitor.recordings.robot_input import read_robot_log
+from gearbox_monitor.recordings.robot_values import robot_model
+from gearbox_monitor.recordings.topics import JOINT_STATES
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,7 +67,7 @@ def track_payload(log: str | Path, robot: Robot, *,
                   progress: Callable[[int, int], None] = lambda done, total: None
                   ) -> PayloadTrack:
     """
-    Return what a robot held over a log, and who pushed it (balance.payload).
+    Return what a robot held over a log, and who pushed it (diagnosis.robot.payload).
 
     Args:
         log: bag, CSV or Parquet file with positions and torques of all joints.

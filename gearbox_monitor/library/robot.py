@@ -10,25 +10,25 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.robot_values import (
-    load_locked, load_log, load_values, robot_model, RobotValues)
-from gearbox_monitor.balance import knowledge, verdict as balance
-from gearbox_monitor.balance.knowledge import Knowledge
-from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
-from gearbox_monitor.balance.robot_log import RobotLog
-from gearbox_monitor.balance.verdict import RobotVerdict, verdict_data
+from gearbox_monitor.diagnosis.joint.findings import Finding, Remainder
+from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
+from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
+from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
+from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
+from gearbox_monitor.diagnosis.robot.verdict import RobotVerdict, verdict_data
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.export.robot_closed import closed_file, title_of
-from gearbox_monitor.export.robot_model import ChainFile, read_robot, SUFFIXES
-from gearbox_monitor.export.robot_rollout import rollouts
 from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
 from gearbox_monitor.files.plain_data import plain
-from gearbox_monitor.identification.findings import Finding, Remainder
-from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Paged, Saved
+from gearbox_monitor.recordings.robot_values import (
+    load_locked, load_log, load_values, robot_model, RobotValues)
+from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.report.robot_words import robot_headline
+from gearbox_monitor.simulators.robot_closed import closed_file, title_of
+from gearbox_monitor.simulators.robot_model import ChainFile, read_robot, SUFFIXES
+from gearbox_monitor.simulators.robot_rollout import rollouts
 
 Progress = Callable[[int, int], None]
 

@@ -8,15 +8,15 @@ import math
 from pathlib import Path
 
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.export.mjcf import Exported, refused, values_of
-from gearbox_monitor.export.mjcf_file import MjcfDrive, read_file, read_mjcf
-from gearbox_monitor.export.mjcf_patch import Patch, patched
-from gearbox_monitor.export.robot_patch import patched_robot
-from gearbox_monitor.export.xml_edit import difference
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.presentation import Saved, Shown
+from gearbox_monitor.simulators.mjcf import Exported, refused, values_of
+from gearbox_monitor.simulators.mjcf_file import MjcfDrive, read_file, read_mjcf
+from gearbox_monitor.simulators.mjcf_patch import Patch, patched
+from gearbox_monitor.simulators.robot_patch import patched_robot
+from gearbox_monitor.simulators.xml_edit import difference
 
 TARGETS = ('mjcf', 'urdf')
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from gearbox_monitor.diagnosis.joint import unit_adaptation
+from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted, samples_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.score import run_score
 from gearbox_monitor.estimation.tune import tune as tuned
 from gearbox_monitor.files.parameter_file import write_parameters
 from gearbox_monitor.files.yaml_files import save_model
-from gearbox_monitor.identification import unit_adaptation
-from gearbox_monitor.identification.unit_adaptation import Adapted, samples_of
 from gearbox_monitor.kernels.array_input import column
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.estimation import estimator_values, expect_recording, Parameters
@@ -22,8 +22,8 @@ from gearbox_monitor.library.recording import Recording
 from gearbox_monitor.parameters import EstimatorParameters, MIXED, resolve
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.presentation import Saved, Shown
-from gearbox_monitor.quality.admission import measured_samples
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.signals.admission import measured_samples
+from gearbox_monitor.signals.recording import UniformRecording
 
 
 @dataclass(frozen=True, repr=False)

@@ -15,8 +15,7 @@ from collections.abc import Callable, Sized
 from functools import cache, reduce
 from typing import Any, TypeAlias
 
-from gearbox_monitor.kernels.jit import (
-    COMPILED, jit, jit_anew, jit_inline, jit_part, jit_shared)
+from gearbox_monitor.kernels.jit import COMPILED, jit, jit_anew, jit_inline, jit_part, jit_shared
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, ARM_ALPHA, CAC, CC, CV, G, gravity, HALF_GAP, INTEGRATOR, KIND, LAW,

@@ -7,19 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.identification import (
-    basis_functions, input_estimation, localisation)
-from gearbox_monitor.identification.model_overlay import Overlay, overlay
-from gearbox_monitor.identification.shooting import ShootingWindows
-from gearbox_monitor.identification.verdict import Explained, Verdict
-from gearbox_monitor.identification.windows import WindowRuns
+from gearbox_monitor.diagnosis.joint import basis_functions, input_estimation, localisation
+from gearbox_monitor.diagnosis.joint.model_overlay import Overlay, overlay
+from gearbox_monitor.diagnosis.joint.shooting import ShootingWindows
+from gearbox_monitor.diagnosis.joint.verdict import Explained, Verdict
+from gearbox_monitor.diagnosis.joint.windows import WindowRuns
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.residual_views import binned, BinnedMap, plane
+from gearbox_monitor.signals.recording import UniformRecording
 
 COMPARED = 10  # effects in the matrix of distinguishable effects
 QUANTITIES = {'speed': 'speed of the motor (rad/s)', 'angle': 'angle of the arm (rad)',
@@ -55,7 +54,7 @@ class DiagnosisEvidence:
     axis: of the model; labels {quantity: words with unit}; overlay: nominal model first; windows:
     (words, window) of those to show; maps {quantity: maps of the residual in sigma, one per run};
     missing: None without a gap; matrix: (ids, s2 [A, A]) or None; separations: {id: (d, {rival:
-    s2})} of identification.isolability. placed: whether the recording shows where an effect acts:
+    s2})} of diagnosis.joint.isolability. placed: whether the recording shows where an effect acts:
     both encoders, or one of a rigid drive.
     """
 

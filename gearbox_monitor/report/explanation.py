@@ -11,15 +11,15 @@ from dataclasses import dataclass
 import math
 import re
 
-from gearbox_monitor.balance.robot_effects import BASE, JOINT, ROBOT_EFFECTS, RobotEffect
-from gearbox_monitor.export.mjcf import CONSTRUCT, EXPRESSIONS, NATIVE, REFUSED
-from gearbox_monitor.export.robot_patch import in_urdf
-from gearbox_monitor.monitoring.backlash import change_tests
-from gearbox_monitor.monitoring.checks.outcome import Condition, Level, LEVELS
-from gearbox_monitor.monitoring.monitor import CONDITIONS
+from gearbox_monitor.diagnosis.robot.robot_effects import BASE, JOINT, ROBOT_EFFECTS, RobotEffect
+from gearbox_monitor.health.backlash import change_tests
+from gearbox_monitor.health.checks.outcome import Condition, Level, LEVELS
+from gearbox_monitor.health.monitor import CONDITIONS
 from gearbox_monitor.plant.effects import Effect, EFFECTS, library, Parameter
 from gearbox_monitor.report.summary import PLACES
 from gearbox_monitor.report.words import sentence, SEPARATES
+from gearbox_monitor.simulators.mjcf import CONSTRUCT, EXPRESSIONS, NATIVE, REFUSED
+from gearbox_monitor.simulators.robot_patch import in_urdf
 
 OF_EFFECT = ('What it is', 'In the data', 'Confused with', 'In simulators', 'Since')
 OF_CONDITION = ('What it says', 'When', 'Window', 'Values', 'What to do')

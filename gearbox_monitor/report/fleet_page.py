@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.monitoring.backlash.forecast import span, when
+from gearbox_monitor.health.backlash.forecast import span, when
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.figures import BarRow, bars, chart, PageTable, Panel, Trace
 from gearbox_monitor.report.shared_sections import advice, page_summary

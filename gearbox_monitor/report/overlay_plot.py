@@ -9,7 +9,7 @@ from typing import TypeAlias
 from matplotlib.figure import Figure
 import numpy as np
 
-from gearbox_monitor.identification.model_overlay import Overlay
+from gearbox_monitor.diagnosis.joint.model_overlay import Overlay
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.report.diagnosis_evidence import DiagnosisEvidence, explained_by
 from gearbox_monitor.report.plots import BLACK, BLUE, GREEN, GREY, label_axes, put_title, RED

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash.forecast import when
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.builder import Page, render_page, Section

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.identification.basis_functions import FEWEST
+from gearbox_monitor.diagnosis.joint.basis_functions import FEWEST
 from gearbox_monitor.kernels.types import Array, Integers
 
 

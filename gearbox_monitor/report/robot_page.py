@@ -9,12 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gearbox_monitor.health.backlash.forecast import when
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.backlash.forecast import when
 from gearbox_monitor.report.builder import Page, render_page, Section
 from gearbox_monitor.report.live_history import GearboxHistory, is_wear, MOTION_ROWS
-from gearbox_monitor.report.recording_page import (
-    headline, next_steps, ROLES, trusted_share, wear)
+from gearbox_monitor.report.recording_page import headline, next_steps, ROLES, trusted_share, wear
 from gearbox_monitor.report.shared_sections import advice, page_summary
 from gearbox_monitor.report.timeline import LEVELS, Timeline, WindowBacklash
 from gearbox_monitor.report.timeline_source import RecordingFacts

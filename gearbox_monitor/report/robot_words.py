@@ -8,7 +8,7 @@ import shlex
 from types import MappingProxyType
 from typing import Any
 
-from gearbox_monitor.balance.robot_effects import JOINT, ROBOT_EFFECTS
+from gearbox_monitor.diagnosis.robot.robot_effects import JOINT, ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
 from gearbox_monitor.plant.units import on_axis

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.identification.isolability import twins
+from gearbox_monitor.diagnosis.joint.isolability import twins
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
@@ -19,8 +19,8 @@ from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
 from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
 from gearbox_monitor.plant.effects.motor_side import (
     COULOMB_ASYMMETRY, MOTOR_INERTIA, MOTOR_VISCOUS)
-from gearbox_monitor.quality.recording import UniformRecording
-from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
+from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
 
 # Warnings of the check about a motion, and effects that then look alike.
 UNEXCITED = (('never crosses the gap', (BACKLASH_GAP.id, ENCODER_OFFSET.id)),

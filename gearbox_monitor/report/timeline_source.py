@@ -14,25 +14,24 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.joint_input import DIAGNOSTIC_ARRAY, find_input
-from gearbox_monitor.bag.player import recorded_robot
-from gearbox_monitor.bag.recorded_samples import samples_of, sliced
-from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots
-from gearbox_monitor.bag.stamp_matching import StampMatcher
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE)
 from gearbox_monitor.estimation.sample_loop import BRIDGED, REASONS, SECOND
-from gearbox_monitor.interfaces.signals import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
+from gearbox_monitor.health.backlash.features import Backlash
+from gearbox_monitor.health.checks.usability import key_of
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.jit import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers, Values
-from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.checks.usability import key_of
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters, resolve
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.report.timeline import (
-    gap_limits, PublishedWindows, Timeline, WindowBacklash)
+from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, find_input
+from gearbox_monitor.recordings.player import recorded_robot
+from gearbox_monitor.recordings.recorded_samples import samples_of, sliced
+from gearbox_monitor.recordings.recorded_snapshots import NO_MODEL, read_snapshots
+from gearbox_monitor.recordings.stamp_matching import StampMatcher
+from gearbox_monitor.recordings.topics import ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, TRANSMISSION
+from gearbox_monitor.report.timeline import gap_limits, PublishedWindows, Timeline, WindowBacklash
 
 STATE, STATE_STD, SMOOTHED = (
     'transmission_state', 'transmission_state_stddev', 'transmission_state_smoothed')

@@ -9,7 +9,7 @@ from pathlib import Path
 import shlex
 from typing import Any, NamedTuple
 
-from gearbox_monitor.monitoring.alert_limits import LIMITS
+from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.units import on_axis

@@ -9,9 +9,9 @@ from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.task import Future
 
-from gearbox_monitor.monitoring.backlash import drift_words
-from gearbox_monitor.monitoring.backlash.change import GROSS
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.backlash import drift_words
+from gearbox_monitor.health.backlash.change import GROSS
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.ros.recording_buffer import RecordingBuffer, Rows
 from gearbox_monitor.ros.recording_export import export_recording, RecordingContext

@@ -14,16 +14,16 @@ import math
 from pathlib import Path
 from typing import Any
 
+from gearbox_monitor.diagnosis.joint.findings import kind_of, NONE
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baseline_recording import (
     BaselineRecording, check_belongs, load_recording)
 from gearbox_monitor.files.baselines import set_aside
 from gearbox_monitor.files.state_file import StateFile
-from gearbox_monitor.identification.findings import kind_of, NONE
-from gearbox_monitor.monitoring.backlash.change_tests import FRICTION, TESTS
-from gearbox_monitor.monitoring.backlash.forecast import when
-from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.backlash.change_tests import FRICTION, TESTS
+from gearbox_monitor.health.backlash.forecast import when
+from gearbox_monitor.health.checks.outcome import Level, Outcome
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
 from gearbox_monitor.ros.change_naming import ChangeNamer, NamingJob, Order
 from gearbox_monitor.ros.recording_buffer import RecordingBuffer

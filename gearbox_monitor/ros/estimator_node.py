@@ -21,10 +21,10 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from gearbox_monitor import __version__
-from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
+from gearbox_monitor.health.warm_up import warm_up
 from gearbox_monitor.kernels.jit import CACHE_PROBLEM, COMPILED
-from gearbox_monitor.monitoring.warm_up import warm_up
 from gearbox_monitor.parameters import SETTINGS
+from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
 from gearbox_monitor.ros.black_box import KEEP
 from gearbox_monitor.ros.change_naming import ChangeNamer
 from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_states

@@ -13,10 +13,10 @@ from sensor_msgs.msg import JointState
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample
-from gearbox_monitor.interfaces.joiner import Joiner
-from gearbox_monitor.interfaces.signals import JOINT_STATES, PAIRED_JOINT_STATES
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.joiner import Joiner
+from gearbox_monitor.recordings.topics import JOINT_STATES, PAIRED_JOINT_STATES
 from gearbox_monitor.ros.convert import (
     joint_values_of, RawSample, SampleReader, stamp_of, to_paired)
 from gearbox_monitor.ros.publishers import JointPublishers, MessageLossCounter

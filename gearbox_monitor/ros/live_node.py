@@ -14,15 +14,14 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
-from gearbox_monitor.interfaces.signals import (
+from gearbox_monitor.recordings.topics import (
     DIAGNOSTICS, DRIFT_ALERTS, SIGNALS, SNAPSHOT, TRANSMISSION)
 from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert
 from gearbox_monitor.report.live_page import live_frame, LivePage
 from gearbox_monitor.ros.convert import stamp_of
 from gearbox_monitor.ros.event_server import EventServer
 from gearbox_monitor.ros.qos import best_effort, latched, subscribe
-from gearbox_monitor.ros.runtime import (
-    drain, RMWError, spin_node, steady_timer, subscribe_polled)
+from gearbox_monitor.ros.runtime import drain, RMWError, spin_node, steady_timer, subscribe_polled
 from gearbox_monitor.ros.watcher import level_of
 
 MOTION = next(signal.topic for signal in SIGNALS if signal.smoothed)

@@ -14,23 +14,23 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import String
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.joint_input import GEARBOX, PAYLOAD_CHANGE
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.files.baselines import (
     Damaged, load_baseline, load_state, save_baseline, set_aside, state_text)
 from gearbox_monitor.files.state_file import StateFile
-from gearbox_monitor.interfaces.signals import ARM, DIAGNOSIS, MOTOR, SNAPSHOT, TRANSMISSION
+from gearbox_monitor.health.backlash import drift_words
+from gearbox_monitor.health.backlash.change import Tracker
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS, TESTS
+from gearbox_monitor.health.checks import usability
+from gearbox_monitor.health.checks.outcome import Level, Outcome, outcome_of, with_more
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.health.staleness import Silence
 from gearbox_monitor.kernels.jit import COMPILED, KERNELS
-from gearbox_monitor.monitoring.backlash import drift_words
-from gearbox_monitor.monitoring.backlash.change import Tracker
-from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, TESTS
-from gearbox_monitor.monitoring.checks import usability
-from gearbox_monitor.monitoring.checks.outcome import Level, Outcome, outcome_of, with_more
-from gearbox_monitor.monitoring.monitor import Monitor
-from gearbox_monitor.monitoring.staleness import Silence
 from gearbox_monitor.parameters import EstimatorParameters, PAYLOAD
+from gearbox_monitor.recordings.joint_input import GEARBOX, PAYLOAD_CHANGE
+from gearbox_monitor.recordings.topics import ARM, DIAGNOSIS, MOTOR, SNAPSHOT, TRANSMISSION
 from gearbox_monitor.ros.black_box import BlackBox, KEEP
 from gearbox_monitor.ros.change_naming import ChangeNamer
 from gearbox_monitor.ros.change_watch import ChangeWatch

@@ -55,11 +55,10 @@ def verdict_of(order: dict[str, Any], data: bytes) -> dict[str, Any]:
     """
     from gearbox_monitor.errors import InputError
     from gearbox_monitor.files.baseline_recording import split
-    from gearbox_monitor.identification.change_diagnosis import diagnose_change
+    from gearbox_monitor.diagnosis.joint.change_diagnosis import diagnose_change
     from gearbox_monitor.plant.drive import model_from_dict
     from gearbox_monitor.report.change_words import sentence
-    from gearbox_monitor.ros.recording_buffer import (
-        MIN_STRETCH, SECOND, stretch, unpacked_rows)
+    from gearbox_monitor.ros.recording_buffer import MIN_STRETCH, SECOND, stretch, unpacked_rows
     from gearbox_monitor.ros.recording_export import load_of, recording_of
     blocks = split(data, (*order['reference'], *order['later']))
     count = len(order['reference'])

@@ -26,10 +26,10 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.subscription import Subscription
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.metadata import qos_profile
-from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import RECORDER, RecorderParameters
+from gearbox_monitor.recordings.metadata import qos_profile
+from gearbox_monitor.recordings.write import BagWriter, WriteError
 from gearbox_monitor.ros.convert import key_values
 from gearbox_monitor.ros.message_definition import import_message, message_definition
 from gearbox_monitor.ros.node_parameters import declare, TableNode

@@ -20,15 +20,15 @@ import time
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.admission import prepared, weighed
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.write import BagWriter, WriteError
 from gearbox_monitor.ros.recording_buffer import ARM_EFFORT, MIN_STRETCH, Rows, SECOND, stretch
+from gearbox_monitor.signals.admission import prepared, weighed
+from gearbox_monitor.signals.recording import UniformRecording
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 PATTERN = 'kept_%Y_%m_%d-%H_%M_%S'

@@ -7,16 +7,16 @@ import json
 import numpy as np
 import pytest
 
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.accept import angle, judge
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
+from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.write import BagWriter
 
 NOISE = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
+from gearbox_monitor.simulators.mjcf_file import model_of, read_mjcf
 
 pytest.importorskip('mujoco')
 SHARED = Path(__file__).resolve().parents[3] / 'shared' / 'data'

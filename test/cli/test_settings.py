@@ -6,11 +6,11 @@ import json
 
 import pytest
 
-from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
-from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.example_bag import ExampleMotion, write_example_bag
+from gearbox_monitor.recordings.recorded_snapshots import NO_MODEL
 
 COMMANDS = {
     'replay': ['--estimates-only', '--json'], 'accept': ['--max-gap', '0.3', '--json'],

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.identification import experiment_design
+from gearbox_monitor.diagnosis.joint import experiment_design
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.units import on_axis
 

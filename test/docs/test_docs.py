@@ -18,14 +18,14 @@ from gearbox_monitor.estimation.adaptation import ADAPTABLE
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.sample_loop import REASONS
-from gearbox_monitor.interfaces import signals
-from gearbox_monitor.interfaces.diagnostic_keys import DIAGNOSTIC_KEYS, published
-from gearbox_monitor.monitoring.checks.usability import key_of
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.checks.usability import key_of
+from gearbox_monitor.health.diagnostic_keys import DIAGNOSTIC_KEYS, published
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, table_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings import topics
 
 ROOT = Path(__file__).parents[2]
 PAGES = [*map(ROOT.joinpath, ('README.md', 'CONTRIBUTING.md', 'benchmarks/README.md')),
@@ -90,12 +90,12 @@ def test_parameter_files_show_the_defaults(node, parameters):
 
 def test_every_topic_is_explained():
     text = (ROOT / 'docs/messages.md').read_text(encoding='utf-8')
-    topics = [signal.topic for signal in signals.SIGNALS]
-    topics += [signals.JOINT_STATES, signals.PAIRED_JOINT_STATES,
-               signals.PLANT_TRANSMISSION_STATE, signals.DIAGNOSTICS, signals.DRIFT_ALERTS,
-               f'~/{signals.SNAPSHOT}', f'~/{signals.DIAGNOSIS}']
-    for topic in topics:
-        assert f'`{topic}`' in text
+    names = [signal.topic for signal in topics.SIGNALS]
+    names += [topics.JOINT_STATES, topics.PAIRED_JOINT_STATES,
+               topics.PLANT_TRANSMISSION_STATE, topics.DIAGNOSTICS, topics.DRIFT_ALERTS,
+               f'~/{topics.SNAPSHOT}', f'~/{topics.DIAGNOSIS}']
+    for name in names:
+        assert f'`{name}`' in text
 
 
 def test_every_published_value_is_explained():

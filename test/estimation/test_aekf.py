@@ -16,8 +16,8 @@ from gearbox_monitor.estimation.filters import aekf, ekf
 from gearbox_monitor.estimation.process_model import ADAPT_AT, markers, P0, pack, state_names
 from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.estimation.step_record import places, record_size
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation

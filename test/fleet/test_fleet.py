@@ -19,10 +19,10 @@ import pytest
 import yaml
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import replay
-from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.recordings.example_bag import ExampleMotion, write_example_bag
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.replay import replay
+from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
@@ -33,9 +33,9 @@ from gearbox_monitor.estimation.sample_loop import N_ESTIMATE
 from gearbox_monitor.fleet import job
 from gearbox_monitor.fleet.job import analyse
 from gearbox_monitor.fleet.trend import gearboxes
-from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.backlash.recording_windows import combine, RecordingWindows
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.backlash.features import Backlash
+from gearbox_monitor.health.backlash.recording_windows import combine, RecordingWindows
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -49,7 +49,7 @@ GROWTH = 0.03  # of the gap, from bag to bag of sn1
 
 @pytest.fixture(scope='module')
 def archive(tmp_path_factory):
-    """Return a folder with 100 bags: 10 of two gearboxes, 80 others, 10 damaged."""
+    """Return a folder of 100 bags: ten that measure two gearboxes, ten damaged ones."""
     folder = tmp_path_factory.mktemp('archive')
     for serial, growth in (('sn1', GROWTH), ('0002', 0.0)):
         for k in range(5):
@@ -373,13 +373,13 @@ def test_diagnosis(tmp_path, capsys):
     write_example_bag(tmp_path / 'bag', DriveModel().with_(half_gap=0.115),
                       ExampleMotion(8.0, 500.0), noise=Noise((0.0,) * 4, (2e-3, 2e-3)))
     out = tmp_path / 'out'
-    code, told = fleet(capsys, tmp_path / 'bag', '--out', out, '--model', model, '--diagnose',
-                       '--only', 'backlash_gap')
+    code, summary = fleet(capsys, tmp_path / 'bag', '--out', out, '--model', model, '--diagnose',
+                          '--only', 'backlash_gap')
     assert code == 0
     row, = rows_of(out).values()
     assert (row['diagnosis'], row['diagnosis_effect'], row['diagnosis_place']) == (
         'effect', 'backlash_gap', 'transmission')
-    assert row['diagnosis_closed'] > 0.9 and told['gearboxes'][0]['diagnosis'] == 'effect'
+    assert row['diagnosis_closed'] > 0.9 and summary['gearboxes'][0]['diagnosis'] == 'effect'
     assert 'backlash_gap' in (out / 'fleet.html').read_text(encoding='utf-8')
 
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import gearbox_monitor as gm
-from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
-from gearbox_monitor.bag.robot_example import write_robot_pair
-from gearbox_monitor.identification import unit_adaptation
-from gearbox_monitor.identification.unit_adaptation import Adapted
+from gearbox_monitor.diagnosis.joint import unit_adaptation
+from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.library.identify import uniform
 from gearbox_monitor.plant.simulate import Noise
+from gearbox_monitor.recordings.example_bag import ExampleMotion, write_example_bag
+from gearbox_monitor.recordings.robot_example import write_robot_pair
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 DT = 2e-3

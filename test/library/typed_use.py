@@ -4,10 +4,10 @@
 """The types of results, for mypy (setup.cfg), which fails where one is another or Any."""
 from typing import assert_type
 
+from gearbox_monitor.diagnosis.joint.nominal import NominalFit
+from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
+from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.estimation.estimates import Estimates
-from gearbox_monitor.identification.nominal import NominalFit
-from gearbox_monitor.identification.unit_adaptation import Adapted
-from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.estimation import (
     backlash, BacklashWindows, estimate, RecordingEstimates)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from gearbox_monitor.diagnosis.joint.shooting import shooting_windows, Simulator
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification.shooting import shooting_windows, Simulator
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import fastest_eigenvalue, model_from_dict
 from gearbox_monitor.plant.effects import N_MEMORY
 from gearbox_monitor.plant.simulate import Plant
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.signals.recording import UniformRecording
 
 compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 DT = 0.01

@@ -15,11 +15,11 @@ import pytest
 import yaml
 
 from benchmarks.blind import plant as own
+from gearbox_monitor.diagnosis.joint.evidence import Evidence
+from gearbox_monitor.diagnosis.joint.judge import decide
+from gearbox_monitor.diagnosis.joint.shooting import shooting_windows, Simulator
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification.evidence import Evidence
-from gearbox_monitor.identification.judge import decide
-from gearbox_monitor.identification.shooting import shooting_windows, Simulator
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import model_from_dict
@@ -27,7 +27,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.composition import actuator
 from gearbox_monitor.plant.faults import Faults, FaultyPlant
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.signals.recording import UniformRecording
 
 compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 PAGE = Path(__file__).parents[2] / 'docs/extend.md'

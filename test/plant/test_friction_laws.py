@@ -9,14 +9,14 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.process_model import (
-    advance, advance_beside, BESIDE, EIGENVALUE, FACTOR_DELAY, markers, N_FACTORS, N_LANE,
-    NUMERIC, pack, propagate, propagate_numeric)
+    advance, advance_beside, BESIDE, EIGENVALUE, FACTOR_DELAY, markers, N_FACTORS, N_LANE, NUMERIC,
+    pack, propagate, propagate_numeric)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import model_from_dict, substeps
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 
-EXPORT = Path(__file__).parents[1] / 'export'
+EXPORT = Path(__file__).parents[1] / 'simulators'
 DT = 2e-3
 MUJOCO = {'friction_law': {'kind': 'mujoco'}, 'timestep': 1e-3}
 

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows, Simulator
+from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.kernels.elementary import arctan, exponential, sine
 from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.signals.recording import UniformRecording
 
 DT = 2e-3
 OWN_EQUATIONS = [

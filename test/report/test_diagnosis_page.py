@@ -14,16 +14,16 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.diagnosis.joint import basis_functions
+from gearbox_monitor.diagnosis.joint.localisation import triangles
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification import basis_functions
-from gearbox_monitor.identification.localisation import triangles
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.quality import excitation_checks, input_checks
-from gearbox_monitor.quality.admission import admitted
 from gearbox_monitor.report import figures, residual_views
 from gearbox_monitor.report.suggestion import suggestion, UNEXCITED
+from gearbox_monitor.signals import excitation_checks, input_checks
+from gearbox_monitor.signals.admission import admitted
 
 MODEL = DriveModel()
 TRUE = {'id': 'arm_coulomb', 'Cac': 0.05}

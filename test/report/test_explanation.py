@@ -3,9 +3,9 @@
 
 """Every effect, condition and level explains itself, and the command finds it by its names."""
 
-from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
+from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.report.explanation import (
     ALL_CONDITIONS, explanations, OF_CONDITION, OF_EFFECT, OF_LEVEL, rivals)

@@ -10,10 +10,10 @@ from pages import overflowing, requests
 import pytest
 import yaml
 
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report import recording_page
 from gearbox_monitor.report.figures import loop_plane, LoopSlice
 from gearbox_monitor.report.timeline import Envelope, loop_of, Timeline, WindowBacklash

@@ -9,20 +9,19 @@ from pages import overflowing
 import pytest
 from test_live_page import gearbox, judged
 
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report.live_page import LivePage
 from gearbox_monitor.report.robot_page import robot_page
 from gearbox_monitor.report.timeline import Timeline, WindowBacklash
-from gearbox_monitor.report.timeline_source import (
-    EstimatorChoice, RecordingFacts, TimelineSource)
+from gearbox_monitor.report.timeline_source import EstimatorChoice, RecordingFacts, TimelineSource
 from gearbox_monitor.robot import example_arm
 from gearbox_monitor.robot.working_arm import WorkingArm
 

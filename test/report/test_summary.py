@@ -4,8 +4,8 @@
 """The first sentence of a verdict: what differs, by how much, and what that explains."""
 
 from gearbox_monitor.cli import fit_nominal, tune
-from gearbox_monitor.identification.findings import Finding, Remainder
-from gearbox_monitor.identification.verdict import model_values
+from gearbox_monitor.diagnosis.joint.findings import Finding, Remainder
+from gearbox_monitor.diagnosis.joint.verdict import model_values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.robot_words import finding_words, robot_headline
 from gearbox_monitor.report.summary import sized, summary, with_deviation

@@ -16,8 +16,8 @@ from gearbox_monitor.estimation.process_model import TAU_ARM
 from gearbox_monitor.estimation.sample_loop import E_LOAD, E_STD, E_TAU_ARM, E_TAU_E, TRANSFER
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
-from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.robot import example_arm
 from gearbox_monitor.robot.arm_load import ArmLoad, DEVIATION, INERTIA, LAG, LOAD, NOISE
 from gearbox_monitor.robot.arm_plant import ArmPlant

@@ -9,12 +9,12 @@ import pytest
 from random_robots import make
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.mjcf_file import read_mjcf
-from gearbox_monitor.export.robot_model import chain_of_compiled, read_robot
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.robot.chain import body_of, chain_of, inertial, joint_losses
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.robot.dynamics import arrays_of, move, torque_on
+from gearbox_monitor.simulators.mjcf_file import read_mjcf
+from gearbox_monitor.simulators.robot_model import chain_of_compiled, read_robot
 
 mujoco = pytest.importorskip('mujoco')
 

@@ -8,8 +8,8 @@ import pytest
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
-from gearbox_monitor.monitoring.checks.outcome import Level
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.robot import example_arm
 from gearbox_monitor.robot.working_arm import GapGrowth, program, WorkingArm
 

@@ -9,8 +9,8 @@ import pytest
 
 from gearbox_monitor.files.baseline_recording import load_recording
 from gearbox_monitor.files.state_file import StateFile
-from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, FEATURES, FRICTION
-from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS, FEATURES, FRICTION
+from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.change_naming import NamingJob

@@ -16,10 +16,10 @@ import pytest
 pytest.importorskip('rclpy')
 psutil = pytest.importorskip('psutil')
 
-from gearbox_monitor.bag.read import open_bag  # noqa: E402
-from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.cli.demo_run import READY_SECONDS  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
+from gearbox_monitor.recordings.read import open_bag  # noqa: E402
+from gearbox_monitor.recordings.replay import replay  # noqa: E402
 from gearbox_monitor.ros.middleware import own_domain  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -25,17 +25,17 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import JointState, Temperature  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from gearbox_monitor.bag.read import open_bag  # noqa: E402
-from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.files.baselines import state_text, write_whole  # noqa: E402
-from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
+from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings  # noqa: E402
+from gearbox_monitor.health.backlash.features import Backlash  # noqa: E402
 from gearbox_monitor.kernels.compilation import FIRST_START  # noqa: E402
-from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings  # noqa: E402
-from gearbox_monitor.monitoring.backlash.features import Backlash  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
+from gearbox_monitor.recordings.read import open_bag  # noqa: E402
+from gearbox_monitor.recordings.replay import replay  # noqa: E402
+from gearbox_monitor.recordings.topics import SIGNALS  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -10,12 +10,12 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recorded_samples import read_samples
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.recorded_samples import read_samples
 from gearbox_monitor.ros import recording_export
 from gearbox_monitor.ros.recording_buffer import (
     BLOCK, DTYPE, MAX_RATE, RecordingBuffer, SECOND, stretch)

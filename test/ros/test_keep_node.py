@@ -15,13 +15,13 @@ from harness import RELIABLE  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
 from gearbox_monitor.files.baselines import state_text, write_whole  # noqa: E402
-from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings  # noqa: E402
-from gearbox_monitor.monitoring.backlash.features import Backlash  # noqa: E402
+from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings  # noqa: E402
+from gearbox_monitor.health.backlash.features import Backlash  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
+from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 
 pytestmark = pytest.mark.ros
 LIMITS = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -20,10 +20,10 @@ from rclpy.qos import QoSProfile  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
-from gearbox_monitor.bag.cdr import encode_joint_states  # noqa: E402
-from gearbox_monitor.bag.read import JOINT_STATE  # noqa: E402
-from gearbox_monitor.bag.write import BagWriter  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
+from gearbox_monitor.recordings.cdr import encode_joint_states  # noqa: E402
+from gearbox_monitor.recordings.read import JOINT_STATE  # noqa: E402
+from gearbox_monitor.recordings.write import BagWriter  # noqa: E402
 
 pytestmark = pytest.mark.ros
 ROOT = Path(__file__).parents[2]

@@ -24,8 +24,8 @@ from rosbags.typesys import get_types_from_msg, get_typestore, Stores  # noqa: E
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 
-from gearbox_monitor.bag.cdr import encode_joint_states  # noqa: E402
-from gearbox_monitor.bag.read import open_bag  # noqa: E402
+from gearbox_monitor.recordings.cdr import encode_joint_states  # noqa: E402
+from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 from gearbox_monitor.ros.message_definition import message_definition  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -17,12 +17,12 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 
-from gearbox_monitor.bag.read import open_bag  # noqa: E402
-from gearbox_monitor.bag.replay import replay  # noqa: E402
 from gearbox_monitor.files.resources import config_path  # noqa: E402
 from gearbox_monitor.files.robot_files import load_robot  # noqa: E402
 from gearbox_monitor.files.yaml_files import save_model  # noqa: E402
-from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
+from gearbox_monitor.recordings.read import open_bag  # noqa: E402
+from gearbox_monitor.recordings.replay import replay  # noqa: E402
+from gearbox_monitor.recordings.topics import SIGNALS  # noqa: E402
 from gearbox_monitor.robot import example_arm  # noqa: E402
 from gearbox_monitor.robot.arm_plant import ArmPlant  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402

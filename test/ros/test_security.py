@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 from mcap.writer import Writer
 import pytest
 
-from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import RecorderParameters
+from gearbox_monitor.recordings.read import open_bag
 
 SECURITY = Path(__file__).parents[2] / 'config/security'
 KINDS = {('topics', 'publish'): 'get_publisher_names_and_types_by_node',

@@ -23,11 +23,10 @@ from fault_runs import BARS, run_case
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, require_compiled, require_whole, write_json)
+from benchmarks.harness import add_json_option, require_compiled, require_whole, write_json
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.monitoring.monitor import JUDGED
+from gearbox_monitor.health.monitor import JUDGED
 
 LOADS = ('none', 'unknown')
 

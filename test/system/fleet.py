@@ -28,7 +28,6 @@ from script import run_script
 from tqdm import tqdm
 
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
-from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.fleet.fleet_run import at_home, on_cluster, run as run_fleet
@@ -36,6 +35,7 @@ from gearbox_monitor.fleet.fleet_table import FleetFolder
 from gearbox_monitor.fleet.job import analyse, JobSettings
 from gearbox_monitor.fleet.paths import find_bags
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.example_bag import ExampleMotion, write_example_bag
 
 WORKERS = 2
 PARTS = (0.125, 0.25, 0.5, 1.0)  # of the bags, for the exponent

@@ -31,10 +31,10 @@ import lz4.frame
 from mcap.writer import CompressionType, Writer
 import numpy as np
 
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.write import BagWriter
 
 MODEL = str(config_path('drive.yaml'))
 MEMORY = 1 << 30     # bytes of address space that a command may add

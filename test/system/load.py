@@ -27,8 +27,7 @@ from sample_source import NOTHING_SAID, SampleSource
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_compiled)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_compiled
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.ros.joint_subscriptions import DEPTH

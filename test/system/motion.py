@@ -18,11 +18,10 @@ import numpy as np
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_whole)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
+from gearbox_monitor.diagnosis.joint.experiment_design import DT, separations, suggest
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.identification.experiment_design import DT, separations, suggest
-from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.excitation import Excitation

@@ -32,7 +32,7 @@ from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
 from gearbox_monitor.files.baselines import load_state
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.ros.watcher import Watcher
 
 TIMES = 50

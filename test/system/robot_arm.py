@@ -18,8 +18,7 @@ import sys
 import numpy as np
 from script import run_script
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_compiled)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_compiled
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator

@@ -23,14 +23,13 @@ import sys
 import numpy as np
 from script import run_script
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_compiled)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_compiled
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.resources import config_path
 from gearbox_monitor.files.robot_files import load_robot
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.robot import example_arm
 from gearbox_monitor.robot.arm_plant import ArmPlant, pick_and_place
 

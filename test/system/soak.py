@@ -23,8 +23,7 @@ from scipy.stats import theilslopes
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_compiled)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_compiled
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 

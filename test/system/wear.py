@@ -27,11 +27,11 @@ import numpy as np
 import script
 
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.health.backlash import drift_words
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS, FEATURES, TESTS
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.jit import jit_allocating
-from gearbox_monitor.monitoring.backlash import drift_words
-from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, FEATURES, TESTS
-from gearbox_monitor.monitoring.checks.outcome import Level
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.change_naming import ChangeNamer
 from gearbox_monitor.ros.change_watch import ChangeWatch

@@ -1,0 +1,329 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+A verdict in the user's own simulator: a function from torques on motor and arm to positions.
+
+    def simulate(torque, start, dt, arm_inertia, half_gap): ...
+
+Parameters behind dt are the values of the model that the simulator takes, by name. Whatever else
+the closed model has comes as torque: what the simulator lacks to move like it. Actuator and
+encoders are applied here; the simulator is the mechanics between them, with the nominal values
+where it takes none.
+"""
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+import importlib
+import inspect
+from pathlib import Path
+import sys
+import traceback
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.diagnosis.joint.closed_model import closed_of, gap_of
+from gearbox_monitor.diagnosis.joint.model_overlay import ModelRun, Overlay, overlay
+from gearbox_monitor.diagnosis.joint.shooting import Simulator
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.linear_least_squares import covariance
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import arm_side, EFFECTS, library
+from gearbox_monitor.plant.equivalent_torque import equivalent_torque
+from gearbox_monitor.plant.simulate import PackedDrive, plugin_of, read_all, Schedule
+from gearbox_monitor.removed import refusal
+from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.simulators.start_fit import fitted_start, slopes, STEPS
+
+FIXED = ('torque', 'start', 'dt')
+VALUES = ('motor_inertia', 'arm_inertia', 'damping', 'viscous_friction', 'coulomb_friction',
+          'friction_sharpness', 'position_gain', 'stiffness', 'half_gap')
+EFFECT_VALUES = {effect.id: effect.parameters[0].name for effect in (
+    arm_side.ARM_VISCOUS, arm_side.ARM_COULOMB, arm_side.GRAVITY)}
+PARAMETERS = (*VALUES, *EFFECT_VALUES)
+SHARE = 0.01     # by which a value is changed for a slope
+HUGE = 1e9      # residual of what is not finite
+AT_START = 1e-6  # rad: how far the first position may be off the start
+
+
+@dataclass(frozen=True)
+class UserSimulator:
+    """The function `run`, called `name` in messages, and the PARAMETERS that it takes."""
+
+    name: str
+    run: Callable[..., Any]
+    takes: tuple[str, ...]
+
+    def positions(self, torque: Array, start: Array, dt: float, model: DriveModel) -> Array:
+        """
+        Return positions of motor and arm [N, 2], rad.
+
+        Args:
+            torque: on motor and arm [N, 2], held over a sample, N m.
+            start: positions and speeds of motor and arm [4], rad and rad/s.
+            dt: length of a sample, s.
+            model: whose values the simulator takes.
+
+        Raises:
+            InputError: the function raises an exception, or returns something else.
+        """
+        values = {name: value_of(model, name) for name in self.takes}
+        try:
+            returned = self.run(torque.copy(), start.copy(), dt, **values)
+        except Exception as error:  # of the user's code
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            raise InputError(f'--simulator {self.name}: {type(error).__name__}: {error} '
+                             f'({place.filename}, line {place.lineno}), expected positions'
+                             ) from error
+        try:
+            y = np.asarray(returned, float)
+            shape: Any = y.shape
+        except (TypeError, ValueError):
+            shape = type(returned).__name__
+        if shape != torque.shape:
+            raise InputError(f'--simulator {self.name}: returned {shape}, expected an array '
+                             f'{torque.shape} of positions of motor and arm')
+        return y
+
+    def probe(self, recording: UniformRecording, model: DriveModel) -> None:
+        """
+        Run the nominal simulator over the first second of a recording.
+
+        Args:
+            recording: of the drive.
+            model: the nominal model.
+
+        Raises:
+            InputError: it does not do what it should.
+        """
+        n = min(len(recording.u), max(2, round(1.0 / recording.dt)))
+        y = recording.y[0, [recording.channels[0], recording.channels[-1]]]
+        torque = np.column_stack([recording.u[:n], np.zeros(n)])
+        ran = self.positions(torque, np.array([*y, 0.0, 0.0]), recording.dt, model.folded())
+        if not np.isfinite(ran).all():
+            k = int(np.argmin(np.isfinite(ran).all(axis=1)))
+            raise InputError(f'--simulator {self.name}: sample {k}: position {ran[k].tolist()}, '
+                             'expected finite numbers')
+        if np.abs(ran[0] - y).max() > AT_START:
+            raise InputError(f'--simulator {self.name}: first position {ran[0].tolist()}, '
+                             f'expected the start {y.tolist()}: positions are those before each '
+                             'step')
+
+
+def user_simulator(name: str) -> UserSimulator:
+    """
+    Return the simulator `name`, module:function, from the working directory or installed.
+
+    Raises InputError.
+    """
+    module, _, function = name.partition(':')
+    where = f'--simulator {name}'
+    if gone := refusal(Path(module).suffix):
+        raise InputError(f'{where}: {gone}')
+    if not module or not function:
+        raise InputError(f'{where}: expected module:function, such as my_arm:simulate')
+    if '' not in sys.path:
+        sys.path.insert(0, '')
+    try:
+        run = getattr(importlib.import_module(module), function, None)
+    except ModuleNotFoundError as error:
+        missing = error.name if error.name != module else f'{module}.py'
+        raise InputError(f'{where}: no module {missing}, expected it in the working directory or '
+                         'installed') from None
+    except Exception as error:  # of the user's code
+        raise InputError(f'{where}: {type(error).__name__}: {error}, expected a module to '
+                         'import') from error
+    if not callable(run):
+        raise InputError(f'{where}: no function {function} in {module}, expected one')
+    try:
+        parameters = list(inspect.signature(run).parameters.values())
+    except ValueError:
+        parameters = []
+    expected = f'expected ({", ".join(FIXED)}, names among {", ".join(PARAMETERS)})'
+    if len(parameters) < len(FIXED):
+        raise InputError(f'{where}: takes {len(parameters)} arguments, {expected}')
+    names = parameters[len(FIXED):]
+    wrong = [str(p) for p in names if p.name not in PARAMETERS and p.default is p.empty]
+    if wrong:
+        raise InputError(f'{where}: argument {wrong[0]}, {expected}')
+    return UserSimulator(name, run, tuple(p.name for p in names if p.name in PARAMETERS))
+
+
+def value_of(model: DriveModel, name: str) -> float:
+    """Return the parameter `name`, one of PARAMETERS, of a folded `model`."""
+    if name in VALUES:
+        return model.value(name)
+    return float(sum(e[EFFECT_VALUES[name]] for e in model.effects
+                     if e['id'] == name and not e.get('phi')))
+
+
+def expressed(nominal: DriveModel, closed: DriveModel, takes: tuple[str, ...]) -> DriveModel:
+    """
+    Return the model that a simulator is: the nominal one with what it `takes` of the closed one.
+
+    Args:
+        nominal: model of the simulator.
+        closed: model with the effects.
+        takes: those of PARAMETERS that the simulator takes.
+
+    Returns:
+        The mechanics alone: actuator and servo are not the simulator's.
+    """
+    model, closed = nominal.folded(), closed.folded()
+    effects = [e for e in model.effects
+               if e['id'] not in takes and library()[e['id']].location != 'actuator']
+    effects += [{'id': name, EFFECT_VALUES[name]: value_of(closed, name)}
+                for name in takes if name in EFFECT_VALUES]
+    values = {name: closed.value(name) for name in takes if name in VALUES}
+    return replace(model.with_values(values), torque_offset=0.0, effects=tuple(effects))
+
+
+def passed(nominal: DriveModel, closed: DriveModel, takes: tuple[str, ...]) -> dict[str, str]:
+    """
+    Return how effects of a closed model reach the simulator.
+
+    Args:
+        nominal: model of the simulator.
+        closed: model with the effects.
+        takes: those of PARAMETERS that the simulator takes.
+
+    Returns:
+        {id: parameter, torque or reading}.
+    """
+    ways = {}
+    for effect in closed.effects:
+        name = effect['id']
+        entry = EFFECTS.get(name)
+        if effect in nominal.effects or entry is None:
+            continue
+        value = entry.replaces or name
+        ways[name] = ('reading' if entry.location.endswith('sensor') else
+                      'parameter' if value in takes and not effect.get('phi') else 'torque')
+    return ways
+
+
+def confirmation(simulator: UserSimulator, recording: UniformRecording,
+                 models: tuple[DriveModel, DriveModel], sigma: Array,
+                 progress: Callable[[int, int], object]) -> dict[str, Any]:
+    """
+    Return how far a closed model closes the gap in the user's simulator, beside our own.
+
+    On the windows that the diagnosis held out; each starts where it fits best.
+
+    Args:
+        simulator: the user's.
+        recording: of the drive, driven by a torque.
+        models: nominal and closed.
+        sigma: noise of the encoders [2], rad.
+        progress: function (done, total).
+
+    Returns:
+        {'name', 'passed' {id: parameter, torque or reading}, 'gap_before', 'gap_after',
+        'closed_fraction', 'here' {the same three}, 'values' {id: {parameter: [value, standard
+        deviation]}} that fit in the user's simulator}.
+
+    Raises:
+        InputError: a model has an effect of a plug-in, or the simulator fails.
+    """
+    if any(plugin_of(model)[0] for model in models):
+        raise InputError(f'--simulator {simulator.name}: the model has an effect of a plug-in, '
+                         'expected effects of the library')
+    laid = overlay(recording, dict(zip(('nominal', 'closed'), models)), sigma)
+    windows = np.flatnonzero(laid.validation)
+    windows = windows if len(windows) else np.arange(len(laid.windows))
+    gaps, ours, size = [], [], laid.windows.length * len(laid.channels)
+    for k, (run, model) in enumerate(zip(laid.runs, models)):
+        fits = []
+        for w in windows:
+            fits.append(_fitted(simulator, laid, int(w), run, (models[0], model)))
+            progress(k * len(windows) + len(fits), 2 * len(windows))
+        gaps.append(gap_of(np.array([r @ r for _, r in fits]), size))
+        ours.append(gap_of(run.chi2[windows], size))
+    figures, own = ({'gap_before': g[0], 'gap_after': g[1], 'closed_fraction': closed_of(*g)}
+                     for g in (gaps, ours))
+    return {'name': simulator.name, 'passed': passed(*models, simulator.takes), **figures,
+            'here': own, 'values': _values(simulator, laid, windows, models, fits)}
+
+
+def _values(simulator: UserSimulator, laid: Overlay, windows: Integers,
+            models: tuple[DriveModel, DriveModel], fits: Sequence[tuple[Array, Array]]
+            ) -> dict[str, dict[str, list[float]]]:
+    """Return {id: {parameter: [value, standard deviation]}}: a Gauss-Newton step in theirs."""
+    nominal, closed = models
+    free = [(i, p.name) for i, e in enumerate(closed.effects) if e not in nominal.effects
+            for p in library()[e['id']].parameters
+            if not (p.whole or p.listed or p.choices) and e.get(p.name)]
+    normal, pull = np.zeros((len(free),) * 2), np.zeros(len(free))
+    for w, (start, r) in zip(windows, fits):
+        run = laid.runs[1]
+        residual = _residual_of(simulator, laid, int(w), run, models)
+        span = np.linalg.qr(slopes(residual, start, np.repeat(STEPS, 2)))[0]
+        columns = np.column_stack([
+            _residual_of(simulator, laid, int(w), run, (nominal, _scaled(closed, i, name)))(start)
+            - r for i, name in free]) / SHARE if free else np.zeros((len(r), 0))
+        columns -= span @ (span.T @ columns)  # the start is free
+        normal, pull = normal + columns.T @ columns, pull + columns.T @ r
+    errors = covariance(normal)
+    change = -errors @ pull
+    chi2 = max(1.0, sum(float(r @ r) for _, r in fits) / sum(len(r) for _, r in fits))
+    deviation = np.sqrt(chi2 * np.diag(errors))
+    values: dict[str, dict[str, list[float]]] = {}
+    for (i, name), x, d in zip(free, change, deviation):
+        effect = closed.effects[i]
+        if d == 0.0:  # it moves no reading, such as the step of an encoder
+            continue
+        values.setdefault(effect['id'], {})[name] = [
+            float(effect[name] * (1.0 + x)), float(abs(effect[name]) * d)]
+    return values
+
+
+def _scaled(model: DriveModel, index: int, name: str) -> DriveModel:
+    """Return `model` with a parameter of an effect a little larger."""
+    effects = list(model.effects)
+    effects[index] = {**effects[index], name: effects[index][name] * (1.0 + SHARE)}
+    return replace(model, effects=tuple(effects))
+
+
+def _states(run: ModelRun, w: int, model: DriveModel) -> Array:
+    """Return the state [4] where window `w` of a run begins."""
+    states: Array = run.begin.states[w]
+    return states[[0, 0, 2, 2]] if model.transmission.kind == 'rigid' else states
+
+
+def _fitted(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
+            models: tuple[DriveModel, DriveModel]) -> tuple[Array, Array]:
+    """Return start and residual of window `w` where it fits best in the user's simulator."""
+    residual = _residual_of(simulator, laid, w, run, models)
+    start = min((_states(one, w, models[0]) for one in (laid.runs[0], run)),
+                key=lambda s: float(np.sum(residual(s) ** 2)))
+    return fitted_start(residual, start, np.repeat(STEPS, 2))
+
+
+def _residual_of(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
+                 models: tuple[DriveModel, DriveModel]) -> Callable[[Array], Array]:
+    """Return the function from a start of a window to its residual; models: nominal, of `run`."""
+    nominal, model = models
+    recording, windows = laid.recording, laid.windows
+    span = slice(int(windows.begin[w]), int(windows.first[w]) + windows.length)
+    ours = Simulator(recording, nominal)
+    e = model.pack_effects()
+    theirs = expressed(nominal, model, simulator.takes)
+    none = np.zeros(0)
+    torque = equivalent_torque(
+        Schedule(np.arange(span.start, span.stop) * recording.dt, ours.acting(e)[span],
+                 ours.extra[span], recording.dt),
+        np.concatenate([_states(run, w, nominal), run.begin.memory[w]]),
+        PackedDrive(model.pack(), e, none),
+        PackedDrive(theirs.pack(), theirs.pack_effects(), none))
+    channels = list(laid.channels)
+
+    def residual(start: Array) -> Array:
+        """Return the residual of a start, in standard deviations."""
+        q = simulator.positions(torque, start, recording.dt, theirs)
+        y = np.empty((windows.length, 2))
+        read_all(np.hstack([q, np.gradient(q, recording.dt, axis=0)]), len(q) - len(y),
+                 recording.dt, e, y)
+        r: Array = ((laid.measured[w] - y) / laid.sigma)[:, channels].ravel()
+        return np.nan_to_num(r, nan=HUGE, posinf=HUGE, neginf=-HUGE)
+    return residual
