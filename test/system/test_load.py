@@ -19,7 +19,7 @@ from benchmarks.harness import all_met  # noqa: E402
 from gearbox_monitor.kernels.jit import COMPILED  # noqa: E402
 from gearbox_monitor.ros.gearbox_input import MessageLossCounter  # noqa: E402
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.benchmark]
 compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 
 

@@ -14,6 +14,7 @@ from script import run_script
 from benchmarks.harness import all_met
 from gearbox_monitor.kernels.jit import COMPILED
 
+pytestmark = pytest.mark.benchmark
 compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 
 
