@@ -18,7 +18,8 @@ HEAD = """\
 # Topics and messages
 
 `docs/make_messages.py` generates this page from `gearbox_monitor/recordings/topics.py` and
-`gearbox_monitor/health/diagnostic_keys.py`. SI units; every message carries the stamp of its measurement.
+`gearbox_monitor/health/diagnostic_keys.py`. SI units; every message carries the stamp of its
+measurement.
 
 ## Estimator
 
