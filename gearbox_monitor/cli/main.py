@@ -13,7 +13,7 @@ import sys
 from typing import Any, NoReturn
 
 from gearbox_monitor import __version__
-from gearbox_monitor.cli.options import (
+from gearbox_monitor.cli.exit_codes import (
     BAD_INPUT, exit_code_text, EXIT_CODES, INTERRUPTED, UNDECIDED)
 from gearbox_monitor.errors import InputError, Undecided, unknown
 from gearbox_monitor.removed import refusal

@@ -38,8 +38,6 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.library.robot import PayloadTrack, recorded_names, track_payload
-from gearbox_monitor.library.views import columns
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.recordings.player import EstimatePlayer, Player
@@ -228,8 +226,7 @@ def is_robot(args: Namespace) -> bool:
 def run_robot(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     # Of whole robots alone: replay of a gearbox does not wait for them.
-    from gearbox_monitor.library.robot import track_payload
-    from gearbox_monitor.library.robot import recorded_names
+    from gearbox_monitor.library.robot import recorded_names, track_payload
     from gearbox_monitor.library.views import columns
     if args.out and not args.out.lower().endswith('.csv'):
         raise InputError(f'--out: {args.out}, expected FILE.csv: of a whole robot replay writes '

@@ -106,7 +106,7 @@ def state_of(monitor):
     return {k: snapshot[k] for k in ('z', 'P', 'clock', 'efforts', 'counts', 'gate')}
 
 
-@pytest.mark.parametrize('seed', range(3))
+@pytest.mark.parametrize('seed', range(2))
 def test_step_by_step_equals_run(seed):
     samples = corrupted(seed)
     whole, single, chunked = Monitor(MODEL), Monitor(MODEL), Monitor(MODEL)
@@ -135,7 +135,7 @@ def test_step_by_step_equals_run(seed):
         assert repr(other.outcomes) == repr(whole.outcomes)  # NaN compares by its text
 
 
-@pytest.mark.parametrize('seed', range(12))
+@pytest.mark.parametrize('seed', range(4))
 def test_nothing_non_finite_and_nothing_lost(seed):
     samples = corrupted(seed)
     good, _ = drive(4.0, seed=2)
@@ -187,7 +187,7 @@ def test_snapshot_goes_on_bit_for_bit(at):
         assert state_of(live) == state_of(other) and live.input_count == other.input_count
 
 
-@pytest.mark.parametrize('at', [1000, 1018, 1063, 1099])
+@pytest.mark.parametrize('at', [1018, 1099])
 def test_smoothed_rows_after_a_snapshot(at):
     samples, _ = drive(2.0)
     live = Monitor(MODEL)
@@ -199,8 +199,7 @@ def test_smoothed_rows_after_a_snapshot(at):
     same(first.smoothed[expected], second.smoothed)
 
 
-@pytest.mark.parametrize('lag, dt', [(0.1, 1e-3), (0.1, 0.01), (0.02, 5e-4), (1.0, 5e-4),
-                                     (1.0, 2e-4)])
+@pytest.mark.parametrize('lag, dt', [(0.1, 0.01), (0.02, 5e-4), (1.0, 5e-4)])
 def test_every_step_is_smoothed_once(lag, dt):
     samples, _ = drive(4.0, dt)
     estimates = Monitor(MODEL, {'smoother_lag': lag}).run(samples)
@@ -267,16 +266,19 @@ def test_a_change_between_two_evaluations_is_the_same_step_by_step(arm_joint):
     assert single.snapshot() == whole.snapshot()
 
 
-@pytest.mark.parametrize('change', [
+DAMAGES = [
     {'z': '["nonsense"]'}, {'P': '[]'}, {'gate': '[1]'}, {'model': '{"motor_inertia": 0}'},
-    {'parameters': '{"a": 1}'}, {'clock': None}])
-def test_damaged_snapshot(change):
-    snapshot = {**Monitor(MODEL).snapshot(), **change}
-    with pytest.raises(InputError):
-        Monitor.restore(snapshot, 'file.yaml')
-    del snapshot['z']
-    with pytest.raises(InputError):
-        Monitor.restore(snapshot, 'file.yaml')
+    {'parameters': '{"a": 1}'}, {'clock': None}]
+
+
+def test_damaged_snapshot():
+    for change in DAMAGES:
+        snapshot = {**Monitor(MODEL).snapshot(), **change}
+        with pytest.raises(InputError):
+            Monitor.restore(snapshot, 'file.yaml')
+        del snapshot['z']
+        with pytest.raises(InputError):
+            Monitor.restore(snapshot, 'file.yaml')
 
 
 def test_effort_delay():
@@ -585,19 +587,22 @@ def test_lost_positive_definiteness_is_told_with_its_eigenvalue():
     assert told.smallest_eigenvalue <= -1.0
 
 
-@pytest.mark.parametrize('effect', [
+KNOWN_OR_NOT = [
     {'id': 'gravity', 'G': 0.5}, {'id': 'arm_coulomb', 'Cac': 0.5},
     {'id': 'arm_viscous', 'Cav': 0.1}, {'id': 'load_torque', 'TL': 0.5},
     {'id': 'load_friction', 'Cl': 0.2}, {'id': 'torque_offset', 'u0': 0.5},
     {'id': 'motor_viscous', 'Cv': 0.2}, {'id': 'motor_coulomb', 'Cc': 0.5},
     {'id': 'motor_inertia', 'm1': 0.01}, {'id': 'arm_inertia', 'm2': 0.04},
     {'id': 'transmission_damping', 'D': 0.1}, {'id': 'stribeck', 'Cs': 0.2, 'vs': 0.5},
-    {'id': 'actuator_lag', 'T': 0.01}], ids=lambda e: e['id'])
-def test_an_effect_is_used_or_said_to_be_left_out(effect):
-    samples, _ = drive(0.4)
-    plain = Monitor(MODEL, {'arm_load': 'none'})
-    given = Monitor(replace(MODEL, effects=(effect,)), {'arm_load': 'none'})
-    # Friction that is left out still asks for finer steps.
-    used = np.median(np.abs(plain.run(samples).tau_k - given.run(samples).tau_k)) > 0.02
-    told = any(effect['id'] in warning for warning in given.estimator.warnings)
-    assert used != told
+    {'id': 'actuator_lag', 'T': 0.01}]
+
+
+def test_an_effect_is_used_or_said_to_be_left_out():
+    for effect in KNOWN_OR_NOT:
+        samples, _ = drive(0.4)
+        plain = Monitor(MODEL, {'arm_load': 'none'})
+        given = Monitor(replace(MODEL, effects=(effect,)), {'arm_load': 'none'})
+        # Friction that is left out still asks for finer steps.
+        used = np.median(np.abs(plain.run(samples).tau_k - given.run(samples).tau_k)) > 0.02
+        told = any(effect['id'] in warning for warning in given.estimator.warnings)
+        assert used != told

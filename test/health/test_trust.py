@@ -383,8 +383,7 @@ def test_reference_of_the_uncertainty_can_be_given():
         assert monitor.tau_k_std_reference is None
 
 
-@pytest.mark.parametrize('dt', [1e-2, 1e-3, 5e-4])
-@pytest.mark.parametrize('disturbed', [False, True])
+@pytest.mark.parametrize('dt, disturbed', [(5e-4, False), (1e-2, True), (1e-3, True)])
 def test_one_evaluation_per_second_of_stamps(dt, disturbed):
     data = default_samples(6.0, dt=dt)
     if disturbed:

@@ -132,7 +132,7 @@ def test_agrees_with_a_plant_that_shares_no_code(name):
     assert np.abs(runs[0] - y).max() < 1e-3
 
 
-@pytest.mark.parametrize('seed', range(3))
+@pytest.mark.parametrize('seed', range(2))
 def test_agrees_with_several_effects_at_once(seed):
     random = np.random.default_rng(seed)
     names = [n for n in ON_TORQUE if n not in ('disturbance', 'stribeck')
@@ -234,7 +234,7 @@ def test_steep_friction_stays_stable(effect):
 # ---------------------------------------------------------------------- model file
 
 
-@pytest.mark.parametrize('text, words', [
+BAD_EFFECTS = [
     ('[{id: wobble}]', ['wobble', 'gravity', 'stribeck']),
     ('[{id: stribeck, Cs: 0.1}]', ['effects.stribeck.vs', 'None', 'rad/s']),
     ('[{id: stribeck, Cs: 0.1, vs: 0.2, v: 1}]',
@@ -247,15 +247,18 @@ def test_steep_friction_stays_stable(effect):
     ('[{id: stiffness, K: 30}, {id: stiffness, K: 31}]', ['stiffness', 'twice']),
     ('[gravity]', ['gravity', 'unknown id']),
     ('{id: gravity, G: 1}', ['expected a list']),
-])
-def test_bad_effect_in_a_model_file(tmp_path, text, words):
-    path = tmp_path / 'drive.yaml'
-    path.write_text(f'effects: {text}\n', encoding='utf-8')
-    with pytest.raises(InputError) as error:
-        load_model(path)
-    assert '\n' not in str(error.value)
-    for word in ['drive.yaml', *words]:
-        assert word in str(error.value)
+]
+
+
+def test_bad_effect_in_a_model_file(tmp_path):
+    for text, words in BAD_EFFECTS:
+        path = tmp_path / 'drive.yaml'
+        path.write_text(f'effects: {text}\n', encoding='utf-8')
+        with pytest.raises(InputError) as error:
+            load_model(path)
+        assert '\n' not in str(error.value)
+        for word in ['drive.yaml', *words]:
+            assert word in str(error.value)
 
 
 # ---------------------------------------------------------------------- plug-ins

@@ -13,6 +13,8 @@ from script import run_script
 
 from benchmarks.harness import all_met
 
+pytestmark = pytest.mark.benchmark
+
 
 @pytest.mark.system
 def test_scale_prints_bars_that_follow_from_its_rows(monkeypatch, tmp_path, capsys):

@@ -57,7 +57,8 @@ def test_effect_is_named_with_gains_in_doubt(effect, columns):
         assert verdict['nominal']['kp'] == pytest.approx(6.0, rel=0.01)
 
 
-@pytest.mark.parametrize('effects', [(), ({'id': 'motor_viscous', 'Cv': 0.12},)])
+@pytest.mark.parametrize('effects', [
+    (), pytest.param(({'id': 'motor_viscous', 'Cv': 0.12},), marks=pytest.mark.system)])
 def test_of_ties_the_gain_that_the_model_states_is_named(effects):
     """Without damping and limit of the servo, a torque scale is the same motion."""
     stated = {**STATED, 'kd': 0.0, 'tolerance': 0.0, 'torque_limit': 50.0}
