@@ -52,7 +52,8 @@ setup(
     packages=find_packages(exclude=['benchmarks', 'benchmarks.*', 'test', 'test.*']),
     package_data={package_name: [
         'py.typed', 'kernels/translate/prelude.h', 'simulators/firmware/*',
-        'simulators/templates/*', 'report/assets/*', 'report/templates/*.html', 'report/templates/*/*.html']},
+        'simulators/templates/*', 'report/assets/*', 'report/templates/*.html',
+        'report/templates/*/*.html']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),
