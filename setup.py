@@ -18,7 +18,6 @@ except ImportError:  # setuptools up to 70
     from wheel.bdist_wheel import bdist_wheel
 
 package_name = 'gearbox_monitor'
-TABLES = ['fsspec>=2023.6', 'pyarrow>=14.0.1']
 HAVE_COMPILER = bool(os.environ.get('CC')) or any(map(shutil.which, ('cc', 'gcc', 'clang')))
 
 
@@ -52,8 +51,9 @@ setup(
     version='0.2.0',
     packages=find_packages(exclude=['benchmarks', 'benchmarks.*', 'test', 'test.*']),
     package_data={package_name: [
-        'py.typed', 'kernels/translate/prelude.h', 'export/firmware/*', 'export/templates/*', 'report/assets/*',
-        'report/templates/*.html', 'report/templates/*/*.html']},
+        'py.typed', 'kernels/translate/prelude.h', 'simulators/firmware/*',
+        'simulators/templates/*', 'report/assets/*', 'report/templates/*.html',
+        'report/templates/*/*.html']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),
@@ -69,7 +69,6 @@ setup(
     # no such names; in a plain venv the extra "ros" brings them as wheels.
     install_requires=[
         'Jinja2>=3.1',
-        'mcap-ros2-support>=0.5',  # brings mcap; both spellings are the same rosdep key
         'mcap>=1.1',
         'numpy>=1.26',
         'PyYAML>=6.0',
@@ -80,9 +79,9 @@ setup(
     ],
     extras_require={
         # "fleet", Parquet and Feather files: 170 MB; no rosdep keys
-        'tables': TABLES,
+        'tables': ['pyarrow>=14.0.1'],
         # "fleet --scheduler", too; dask and distributed have no rosdep keys
-        'fleet': ['dask>=2024.1', 'distributed>=2024.1', *TABLES],
+        'fleet': ['dask>=2024.1', 'distributed>=2024.1', 'pyarrow>=14.0.1'],
         # "export", and models read from MJCF files; no rosdep key
         'mujoco': ['mujoco>=4.0'],
         # "demo", PNG files of "diagnose", "simulate", "compare"; the nodes do not need it
@@ -95,33 +94,24 @@ setup(
         'bam': ['better-actuator-models>=1.0; python_version>="3.12"'],
         # "compare" with filters of filterpy
         'compare': ['filterpy>=1.4'],
-        # "diagnose --simulator FILE.fmu"; no rosdep key
-        'fmu': ['fmpy>=0.3.20'],
-        # "live --foxglove"; no rosdep key
-        'foxglove': ['foxglove-sdk>=0.30'],
-        # "live --rerun": 170 MB; no rosdep key
-        'rerun': ['rerun-sdk>=0.30'],
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
-            *TABLES,
             'codespell>=2.3',
             'distributed>=2024.1',
             'djlint>=1.34',
             'esprima>=4.0',
             'filterpy>=1.4',
             'flake8-import-order>=0.18',
-            'fmpy>=0.3.20',
-            'foxglove-sdk>=0.30',
             'h5py>=3.10',
             'matplotlib>=3.6',
+            'mcap-ros2-support>=0.5',
             'mujoco>=4.0',
             'mypy>=1.11,<3',
             'pandas>=2.0',
             'psutil>=5.9',
+            'pyarrow>=14.0.1',
             'pytest>=7.4',
             'pytest-timeout>=2.2',
-            'pythonfmu>=0.6',
-            'pythonfmu3>=0.3',
             'pytest-cov>=5',
             'pytest-xdist>=3.3',
             'ruff>=0.6,<1',
@@ -139,13 +129,13 @@ setup(
     maintainer='gearbox_monitor maintainers',
     maintainer_email='maintainers@gearbox-monitor.org',
     description='Online condition monitor for robot joint gearboxes',
-    license='Apache-2.0',
+    license='Apache-2.0',  # without a classifier: newer setuptools warn of it
+    license_files=['LICENSE'],
     keywords=['ROS', 'robotics', 'condition monitoring', 'backlash', 'Kalman filter'],
     classifiers=[
         'Development Status :: 4 - Beta',
         'Intended Audience :: Manufacturing',
         'Intended Audience :: Science/Research',
-        'License :: OSI Approved :: Apache Software License',
         'Operating System :: POSIX :: Linux',
         'Programming Language :: Python :: 3',
         'Programming Language :: Python :: 3.11',

@@ -27,24 +27,24 @@ import yaml
 
 from benchmarks import bam
 from benchmarks.harness import progress_line
-from gearbox_monitor.bag.importer import load_mapping, read_recording
-from gearbox_monitor.balance.evidence import Prior, RobotEvidence
-from gearbox_monitor.balance.robot_log import checked_log, RawLog, RobotLog, TORQUE
-from gearbox_monitor.balance.rows import RobotModel, Rows, rows_of
-from gearbox_monitor.balance.verdict import rms_in_motion
 from gearbox_monitor.cli.options import write_or_print
-from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.export.randomisation import ranges_data
-from gearbox_monitor.export.robot_model import read_robot
-from gearbox_monitor.identification.nominal import (
+from gearbox_monitor.diagnosis.joint.nominal import (
     balanced, BalancedValues, fit_nominal, NominalFit)
-from gearbox_monitor.identification.parameter_ranges import (
+from gearbox_monitor.diagnosis.joint.parameter_ranges import (
     ParameterRanges, ranges_of, UnitEstimate)
+from gearbox_monitor.diagnosis.robot.evidence import Prior, RobotEvidence
+from gearbox_monitor.diagnosis.robot.robot_log import checked_log, RawLog, RobotLog, TORQUE
+from gearbox_monitor.diagnosis.robot.rows import RobotModel, Rows, rows_of
+from gearbox_monitor.diagnosis.robot.verdict import rms_in_motion
+from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.admission import admitted
-from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
+from gearbox_monitor.recordings.importer import load_mapping, read_recording
 from gearbox_monitor.robot.chain import Chain
+from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals.recording import at_one_rate, UniformRecording
+from gearbox_monitor.simulators.randomisation import ranges_data
+from gearbox_monitor.simulators.robot_model import read_robot
 
 FREE = ('m1', 'Cv', 'Cc', 'u0', 'kt')
 LOADED = 'load_friction'  # of a servo: its friction grows with the torque that it transmits
@@ -58,7 +58,7 @@ BACKEND = DriveModel().with_(
 OF_JOINT = {'m1': ('armature', 'kg m^2'), 'Cv': ('viscous', 'N m s/rad'),
             'Cc': ('coulomb', 'N m')}  # nuisance of the robot's balance, and its unit
 LINKS, OWN = 0.3, 1.0  # tolerances of the links' inertias, and of the guesses of the joints
-PENDULUM = Path(__file__).parents[1] / 'docs/real_gap/double_pendulum/double_pendulum.urdf'
+PENDULUM = Path(__file__).parents[1] / 'benchmarks/real_logs/double_pendulum/double_pendulum.urdf'
 HELD_OUT = ('03', '12', '21', '30', '43')  # of the back end
 
 

@@ -32,16 +32,16 @@ from scipy.optimize import differential_evolution
 
 from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_whole)
-from gearbox_monitor.bag.importer import load_mapping, read_recording
+from gearbox_monitor.diagnosis.joint.diagnose import diagnose
+from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import Controller, DriveModel, Transmission
 from gearbox_monitor.plant.simulate import Plant
-from gearbox_monitor.quality.admission import admitted
-from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
+from gearbox_monitor.recordings.importer import load_mapping, read_recording
 from gearbox_monitor.robot.dynamics import GRAVITY
+from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals.recording import at_one_rate, UniformRecording
 
 DT = 5e-3                    # s, BAM's time grid
 WHOLE = 1000.0               # s: longer than the recordings
@@ -191,8 +191,7 @@ def measure(name: str, logs: list[ServoLog], jobs: int) -> dict[str, Any]:
         closed = replace(verdict.model.folded(), controller=model.controller)
         starts[f'with {"+".join(parts)}, fitted'] = (closed, tuple(
             e['id'] for e in closed.effects if e['id'] not in EXACT_OR_FITTED))
-    models = {label: fit_nominal(recordings, start, (*FITTED, *ids), seconds=WHOLE,
-                                 jobs=jobs).model
+    models = {label: fit_nominal(recordings, start, (*FITTED, *ids), seconds=WHOLE).model
               for label, (start, ids) in starts.items()}
     label = list(models)[-1]
     errors = {key: {'fitted': [run_error(log, m, servo) for log in train],

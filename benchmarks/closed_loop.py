@@ -29,8 +29,7 @@ from benchmarks.blind.draw import log_uniform
 from benchmarks.blind.mujoco_drives import DT, Label, OUTSIDE, Values
 from benchmarks.blind.mujoco_set import unwarned
 from benchmarks.harness import (
-    add_drawn_options, bar_lines, BarTable, finish, progress_line,
-    require_drawn)
+    add_drawn_options, bar_lines, BarTable, finish, progress_line, require_drawn)
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.drive_file import load_model

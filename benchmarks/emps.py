@@ -23,14 +23,14 @@ import numpy as np
 
 from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_whole)
-from gearbox_monitor.bag.importer import load_mapping, read_recording
+from gearbox_monitor.diagnosis.joint.diagnose import diagnose
+from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.identification.nominal import fit_nominal
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.simulate import Plant
-from gearbox_monitor.quality.admission import admitted
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.recordings.importer import load_mapping, read_recording
+from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals.recording import UniformRecording
 
 FILES = ('DATA_EMPS.mat', 'DATA_EMPS_PULSES.mat')  # identification, test
 START = 20           # samples from which the state of the test recording may be taken
@@ -88,15 +88,15 @@ def measure(train: UniformRecording, test: UniformRecording, jobs: int) -> dict[
     """
     show = progress_line()
     show('fit-nominal')
-    rigid = fit_nominal([train], GUESSED, DRIVE_VALUES, jobs=jobs).model
+    rigid = fit_nominal([train], GUESSED, DRIVE_VALUES).model
     show('diagnose')
     verdict = diagnose([train], rigid, jobs=jobs)
     effects = (verdict.data['effect'] or '').split('+') if verdict.data['effect'] else []
     show('fit-nominal over the whole recording')
     models = {'without effect': fit_nominal(
-        [train], rigid, DRIVE_VALUES, seconds=WHOLE, jobs=jobs).model}
+        [train], rigid, DRIVE_VALUES, seconds=WHOLE).model}
     models['with effect'] = fit_nominal(
-        [train], verdict.model, (*DRIVE_VALUES, *effects), seconds=WHOLE, jobs=jobs).model
+        [train], verdict.model, (*DRIVE_VALUES, *effects), seconds=WHOLE).model
     show('')
     errors = {name: {'train': free_run_error(train, model), 'test': free_run_error(test, model)}
               for name, model in models.items()}

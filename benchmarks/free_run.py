@@ -15,16 +15,16 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from gearbox_monitor.identification.candidates import Starts
-from gearbox_monitor.identification.innovation_fit import (
+from gearbox_monitor.diagnosis.joint.candidates import Starts
+from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, InnovationFit)
-from gearbox_monitor.identification.innovations import halves, InnovationLikelihood
-from gearbox_monitor.identification.shooting import shooting_windows, Simulator
+from gearbox_monitor.diagnosis.joint.innovations import halves, InnovationLikelihood
+from gearbox_monitor.diagnosis.joint.shooting import shooting_windows, Simulator
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.signals.recording import UniformRecording
 
 DT, SECONDS, FEW = 1e-3, 16, 1000  # FEW samples are enough for solve_ivp
 ERROR = 1e-3                       # rad, after so many

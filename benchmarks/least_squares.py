@@ -15,25 +15,25 @@ from pathlib import Path
 
 import numpy as np
 
-from gearbox_monitor.bag.csv import read_csv, TEXTS
-from gearbox_monitor.bag.joint_input import find_input
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recorded_samples import read_samples
-from gearbox_monitor.bag.robot_values import load_log, load_values, robot_model
-from gearbox_monitor.balance.candidates import Candidate, library as effects_of_robot
-from gearbox_monitor.balance.evidence import RobotEvidence
-from gearbox_monitor.balance.rows import rows_of
+from gearbox_monitor.diagnosis.joint.candidates import CandidateModel, Starts
+from gearbox_monitor.diagnosis.joint.torque_regression import torque_regression
+from gearbox_monitor.diagnosis.robot.candidates import Candidate, library as effects_of_robot
+from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
+from gearbox_monitor.diagnosis.robot.rows import rows_of
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.files.knowledge_file import load_knowledge
-from gearbox_monitor.identification.candidates import CandidateModel, Starts
-from gearbox_monitor.identification.torque_regression import torque_regression
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import SETPOINT
-from gearbox_monitor.quality.admission import prepared
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.recordings.csv import read_csv, TEXTS
+from gearbox_monitor.recordings.joint_input import find_input
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.recorded_samples import read_samples
+from gearbox_monitor.recordings.robot_values import load_log, load_values, robot_model
+from gearbox_monitor.signals.admission import prepared
+from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.simulators.robot_model import read_robot
 
 Cause = tuple[str, str]  # effect, joint or link; '' of a single drive
 

@@ -22,15 +22,14 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.harness import (
-    add_drawn_options, bar_lines, BarTable, finish, require_drawn)
+from benchmarks.harness import add_drawn_options, bar_lines, BarTable, finish, require_drawn
 from benchmarks.wear import axis, DT, file_of, logged, model_of, SimulatedAxis
+from gearbox_monitor.diagnosis.joint.change_diagnosis import ChangeVerdict, diagnose_change
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification.change_diagnosis import ChangeVerdict, diagnose_change
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.admission import prepared, weighed
-from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.ros.change_watch import COMPARED
+from gearbox_monitor.signals.admission import prepared, weighed
+from gearbox_monitor.signals.recording import UniformRecording
 
 CHANGES = ('none', 'gap', 'stiffness', 'friction', 'gain')
 FILES = ('exact', 'values off', 'effects missing')

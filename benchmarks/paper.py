@@ -6,8 +6,8 @@ Tables 1 and 2 and the torque loops of the paper, beside the published numbers.
 
 G. Hovland, "Comparison of different Kalman filters for tracking nonlinear transmission torques".
 Two simulated drives, with hysteresis (A, Table 1, Figure 3) and without (B, Table 2, Figure 4).
-The paper leaves torque curve, excitation and sample time unsaid; docs/paper.md states what is
-assumed here. R and Q are tuned by innovation likelihood on other seeds, never on the truth.
+The paper leaves torque curve, excitation and sample time unsaid; benchmarks/README.md states the
+assumptions. R and Q are tuned by innovation likelihood on other seeds, never on the truth.
 
 usage examples:
   python -m benchmarks paper
@@ -21,8 +21,7 @@ import numpy as np
 
 from benchmarks import paper_adaptive, paper_curve
 from benchmarks.harness import (
-    add_json_option, bar_lines, BarRow, BarTable, finish, progress_line,
-    require_whole)
+    add_json_option, bar_lines, BarRow, BarTable, finish, progress_line, require_whole)
 from benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.errors import expect_matplotlib
 from gearbox_monitor.estimation.estimates import Samples
@@ -30,8 +29,8 @@ from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, smoother_parameters
 from gearbox_monitor.estimation.tune import tuned as tune
 from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -60,7 +59,6 @@ PUBLISHED = {
 ADAPTED = ['q_std_tau_k', 'r_std_motor', 'r_std_arm']
 FILTERS: dict[str, dict[str, Any]] = {
     'EKF': {'filter': 'ekf'},
-    'EKF numeric': {'filter': 'ekf', 'ekf_jacobian': 'numeric'},
     'EKF-SL': {'filter': 'ekf', 'friction_linearisation': 'statistical'},
     'UKF': {'filter': 'ukf'},
     'SRUKF': {'filter': 'srukf'},
@@ -209,8 +207,7 @@ def evaluate(seeds: int,
                 'tau_minus_ekf': [float(difference.mean()),
                                   float(difference.std(ddof=1) / np.sqrt(seeds))
                                   if seeds > 1 else 0.0],
-                'cpu': costs[name] / costs['EKF'],
-                'cpu_numeric': costs[name] / costs['EKF numeric']}
+                'cpu': costs[name] / costs['EKF']}
         data['cases'][case] = {
             'parameters': parameters, 'filters': rows, 'energy': energy(case),
             'smoothers': {name: float(np.mean(values)) for name, values in
@@ -248,14 +245,14 @@ def text(data: Mapping[str, Any]) -> str:
     lines: list[str] = []
     for case, content in data['cases'].items():
         lines += [f'Case {TITLES[case]}, {data["seeds"]} runs; published figures in brackets', '',
-                  f'{"":<12}{"CPU":>6}{"CPU":>6}{"e1 (rad)":>16}{"e2 (rad)":>16}'
+                  f'{"":<12}{"CPU":>6}{"e1 (rad)":>16}{"e2 (rad)":>16}'
                   f'{"tau_K (N m)":>23}',
-                  f'{"":<12}{"/ana":>6}{"/num":>6}{"":>16}{"":>16}{"mean +- sd":>23}']
+                  f'{"":<12}{"/EKF":>6}{"":>16}{"":>16}{"mean +- sd":>23}']
         for name, row in content['filters'].items():
             published = content['published'].get(name)
             e1, e2, tau = (f'({v:.4g})' for v in published[1:]) if published else ('', '', '')
             lines.append(
-                f'{name:<12}{row["cpu"]:6.2f}{row["cpu_numeric"]:6.2f}{row["e1"][0]:8.4f}'
+                f'{name:<12}{row["cpu"]:6.2f}{row["e1"][0]:8.4f}'
                 f'{e1:>8}{row["e2"][0]:8.4f}{e2:>8}{row["tau"][0]:8.3f} +-{row["tau"][1]:6.3f}'
                 f'{tau:>8}')
         lines += ['', 'tau_K error against the EKF on the same runs (N m, standard error):']

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.estimation.estimates import Estimates, Samples
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate, Trajectory

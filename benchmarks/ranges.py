@@ -19,9 +19,9 @@ import numpy as np
 
 from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_whole)
+from gearbox_monitor.diagnosis.joint.nominal import balanced
+from gearbox_monitor.diagnosis.joint.parameter_ranges import ranges_of, UnitEstimate
 from gearbox_monitor.errors import Undecided
-from gearbox_monitor.identification.nominal import balanced
-from gearbox_monitor.identification.parameter_ranges import ranges_of, UnitEstimate
 from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, simulate

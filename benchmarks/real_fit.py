@@ -25,9 +25,9 @@ from gearbox_monitor.estimation.process_model import (
     layout_of, P0, pack, state_names, TAU_K, X1, X2)
 from gearbox_monitor.estimation.sample_loop import Stream
 from gearbox_monitor.estimation.step_record import record_size
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import entry
 from gearbox_monitor.kernels.types import Array, Integers, Layout, Vector
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 

@@ -5,7 +5,7 @@
 Diagnose pairs of real recordings whose truth stays sealed until all verdicts are written.
 
 FOLDER holds manifests NAME.pair.yaml in any folders, and truth.yaml. A manifest says which files
-are compared and how they are read; docs/real_gap.md describes it. Files lie beside the manifest,
+are compared and how they are read (benchmarks/README.md). Files lie beside the manifest,
 or in the same folder of --data. Every pair runs the commands that a user would type: import, learn
 or fit-nominal of the references, diagnose. truth.yaml is opened last.
 
@@ -14,7 +14,7 @@ often a change is seen, how often one is reported where nothing changed, the pro
 rank of the right cause. Least squares with the Bayesian information criterion stands beside it.
 
 usage examples:
-  python -m benchmarks real_gap docs/real_gap --data path/to/data
+  python -m benchmarks real_gap benchmarks/real_logs --data path/to/data
   python -m benchmarks real_gap my_pairs --out verdicts --json real_gap.json
 """
 import argparse
@@ -38,11 +38,11 @@ from benchmarks import intervals
 from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, write_json)
 from benchmarks.least_squares import Cause, ranked_of_drive, ranked_of_robot
-from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
+from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.files.yaml_files import load_model, load_yaml, Yaml
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.simulators.robot_model import SUFFIXES
 
 ENDING, TRUTH = '.pair.yaml', 'truth.yaml'
 KEYS = ('log', 'reference', 'model', 'joint', 'import', 'recorded', 'values', 'free', 'diagnose')

@@ -17,16 +17,15 @@ import numpy as np
 from rosbags.highlevel import AnyReader
 
 from benchmarks.memory import peak_bytes
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.estimate_table import CsvTable, ParquetTable
-from gearbox_monitor.bag.player import EstimatePlayer, Player
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay_output import BagOutput
-from gearbox_monitor.bag.replay_summary import ReplaySummary
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.player import EstimatePlayer, Player
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.replay import ReplaySummary
+from gearbox_monitor.recordings.replay_output import BagOutput, CsvTable, ParquetTable
+from gearbox_monitor.recordings.write import BagWriter
 
 RATE = 1000.0  # Hz
 TOPIC, JOINTS = '/joint_states', ('motor', 'arm')

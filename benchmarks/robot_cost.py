@@ -20,12 +20,13 @@ import numpy as np
 
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from benchmarks.memory import forget_peak, peak_bytes
-from gearbox_monitor.balance.knowledge import learn
-from gearbox_monitor.balance.robot_experiment import model_torque
-from gearbox_monitor.balance.robot_log import checked_log, RawLog, RobotLog
-from gearbox_monitor.balance.rows import RobotModel
-from gearbox_monitor.balance.verdict import diagnose
+from gearbox_monitor.diagnosis.robot.knowledge import learn
+from gearbox_monitor.diagnosis.robot.robot_log import checked_log, RawLog, RobotLog
+from gearbox_monitor.diagnosis.robot.rows import RobotModel
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.robot.verdict import diagnose
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import Chain, inertial, Link
 from gearbox_monitor.robot.dynamics import GRAVITY
 
@@ -59,6 +60,25 @@ def robot(arms: int) -> Chain:
     ones = np.ones(len(links))
     return Chain(tuple(links), 0.05 * ones, 0.5 * ones, ones, np.array(GRAVITY),
                  0.0 * ones, 0.0 * ones, 0.0 * ones)
+
+
+def model_torque(chain: Chain, t: Array, q: Array, v: Array) -> Array:
+    """
+    Return the torque [N, J] that a motion needs by the model, N m.
+
+    Args:
+        chain: of the robot.
+        t: times [N], s.
+        q: positions [N, J], rad.
+        v: speeds [N, J], rad/s.
+    """
+    momentum, out = chain.armature * v, chain.viscous * v + chain.coulomb * np.tanh(
+        v / SETTINGS.slow)
+    for r in chain.regressors(q, v):
+        theta = chain.links[r.link].theta
+        momentum[:, r.joint] += r.p @ theta
+        out[:, r.joint] += (r.g - r.k) @ theta
+    return np.asarray(out + np.gradient(momentum, t, axis=0))
 
 
 def recorded(chain: Chain, seed: int, seconds: float, rate: float, change: float) -> RobotLog:

@@ -24,10 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import (
-    eigen_reference, filterpy_user, free_run, replay_cost, startup)
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_whole)
+from benchmarks import eigen_reference, filterpy_user, free_run, replay_cost, startup
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from benchmarks.paper import drive, DT
 from benchmarks.replay_cost import FIXED
 from benchmarks.steps import caller, cpu_per_step, estimator, stepper
@@ -41,7 +39,6 @@ FILTERS: dict[str, dict[str, Any]] = {
     'EKF, unknown load': {'filter': 'ekf', 'arm_load': 'unknown'},
     'EKF, elastic': {'filter': 'ekf', 'tau_k_model': 'elastic'},
     'EKF, learned': {'filter': 'ekf', 'tau_k_model': 'learned'},
-    'EKF numeric': {'filter': 'ekf', 'ekf_jacobian': 'numeric'},
     'UKF': {'filter': 'ukf'},
     'SRUKF': {'filter': 'srukf'},
     'AEKF, 1 theta': {'filter': 'aekf', 'adapt': ['q_std_tau_k']},

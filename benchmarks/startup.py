@@ -26,7 +26,7 @@ CODES = {
     'import scipy.optimize': 'import scipy.optimize',
     'first step': """
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.monitoring.monitor import Monitor, Sample
+from gearbox_monitor.health.monitor import Monitor, Sample
 monitor = Monitor(DriveModel())
 for k in (1, 2):
     monitor.step(Sample(k * 1_000_000, (0.0, float('nan')), (0.0, 0.0)))

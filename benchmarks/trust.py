@@ -8,7 +8,7 @@ Simulated drives: A and B of "benchmarks paper" (with and without hysteresis), w
 likelihood and the fixed EKF, each with and without a load on the arm; and the packaged drive with
 the packaged parameters. With DATA, the folder davinci_backend, also the backlash of a real drive
 over its 20 recordings. Drives drawn within the tolerances of the model show whether the stated
-deviation of tau_K covers its error. docs/trust_benchmark.md explains the tables.
+deviation of tau_K covers its error. benchmarks/README.md explains the tables.
 
 usage examples:
   python -m benchmarks trust
@@ -27,14 +27,13 @@ import numpy as np
 from benchmarks import (
     intervals, paper, trust_cost, trust_drift, trust_real, trust_runs, trust_tolerances)
 from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, interval_text, progress_line,
-    require_whole)
+    add_json_option, bar_lines, BarTable, finish, interval_text, progress_line, require_whole)
 from benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.health.backlash.features import Backlash
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Values
-from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.simulate import simulate
 

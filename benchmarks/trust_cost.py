@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks import paper
 from benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
 

@@ -12,10 +12,10 @@ from benchmarks.trust_runs import DT, DT_NS, SimulatedDrive, T0, watch
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.sample_loop import E_HALF_GAP, E_HYSTERESIS
+from gearbox_monitor.health.backlash import change, drift_words
+from gearbox_monitor.health.backlash.features import Backlash, NotExcited
+from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.backlash import change, drift_words
-from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
-from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.parameters import EstimatorParameters, LEARNED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -33,7 +33,7 @@ SLOW = 0.05 / 3600.0  # 1/s: 5 % in an hour
 
 
 def true_gap(model: DriveModel) -> float:
-    """Return the backlash (rad) of a `model` as docs/trust_benchmark.md defines it."""
+    """Return the backlash (rad) of a `model` as benchmarks/README.md defines it."""
     shape = model.transmission
     return 2.0 * (shape.half_gap + (shape.hysteresis_width if shape.kind == 'play' else 0.0))
 

@@ -18,10 +18,10 @@ from benchmarks.harness import BarTable
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
+from gearbox_monitor.health.backlash import change, drift_words
+from gearbox_monitor.health.backlash.features import Backlash, fit, NotExcited
+from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.backlash import change, drift_words
-from gearbox_monitor.monitoring.backlash.features import Backlash, fit, NotExcited
-from gearbox_monitor.monitoring.checks.outcome import Level
 
 # What "benchmarks real" finds for this drive on the training runs of split orig.
 FITTED = {

@@ -18,12 +18,12 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.process_model import pack, TAU_K
 from gearbox_monitor.estimation.tune import tuned
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash.features import Backlash
+from gearbox_monitor.health.checks import innovation, observability
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
-from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.checks import innovation, observability
-from gearbox_monitor.monitoring.checks.outcome import Level
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import PlantParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation

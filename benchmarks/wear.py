@@ -27,13 +27,12 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind import plant
-from benchmarks.harness import (
-    add_drawn_options, bar_lines, BarTable, finish, require_drawn)
+from benchmarks.harness import add_drawn_options, bar_lines, BarTable, finish, require_drawn
 from benchmarks.trust_drift import drawn, false_alarms, measured
 from benchmarks.trust_runs import T0
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 
 DT, DT_NS = 1e-3, 1_000_000

@@ -6,7 +6,7 @@ from pathlib import Path
 import re
 
 DOCS = Path(__file__).resolve().parent
-GENERATED = ('commands', 'conditions', 'effects', 'messages', 'parameters')
+GENERATED = ('commands', 'effects', 'messages', 'parameters')
 # Anchor in glossary.md: words that link to it, those that contain others first.
 TERMS = {
     'law-of-tau_k': r'laws? of tau_K', 'companion-filter': r'companions?(?: filters?)?',

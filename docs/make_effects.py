@@ -10,11 +10,12 @@ import textwrap
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS  # noqa: E402
-from gearbox_monitor.export.mjcf import EXPRESSIONS  # noqa: E402
+from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS  # noqa: E402
 from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS  # noqa: E402
 from gearbox_monitor.report.explanation import (  # noqa: E402
-    explained_effect, explained_robot_effect, in_simulators)
+    explained_effect, explained_robot_effect)
+from gearbox_monitor.simulators.mjcf import EXPRESSIONS  # noqa: E402
+from gearbox_monitor.simulators.robot_patch import in_urdf  # noqa: E402
 
 PAGE = ROOT / 'docs/effects.md'
 HEAD = """\
@@ -55,7 +56,7 @@ What `export` makes of each effect. *native*: an attribute or element of MJCF im
 1 s in MuJoCo (RK4, 0.1 ms) differs from this package's simulator by 0.1 to 1.5 mrad rms, in a
 motion of 3 rad rms. "-": no parameter has its law, apply it in your code."""
 OWN = """
-[Plug-ins](plugins.md) add effects from other packages.
+[Your own package](extend.md#an-effect-in-your-own-package) can add effects.
 """
 
 
@@ -72,12 +73,12 @@ def entry(explanation, identifier):
 
 def table():
     """Return the lines of the table of effects and simulators."""
-    lines = ['| effect | | MuJoCo | others |', '|---|---|---|---|']
+    lines = ['| effect | | MuJoCo | URDF |', '|---|---|---|---|']
     for name, effect in EFFECTS.items():
         mjcf = EXPRESSIONS[name]
-        others = [words for words in in_simulators(effect, mujoco=False)
-                  if not words.endswith('no parameter has its law: apply it in your code')]
-        lines.append(f'| `{name}` | {mjcf.kind} | {mjcf.words} | {"; ".join(others) or "-"} |')
+        words = in_urdf(effect)
+        urdf = '-' if words.endswith('no parameter has its law: apply it in your code') else words
+        lines.append(f'| `{name}` | {mjcf.kind} | {mjcf.words} | {urdf} |')
     return lines
 
 

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Draw map.svg, the rooms of the package and their imports: python docs/make_map.py.
+Draw map.svg, the rooms of the package and their imports, and list the public names of each room.
 
-A room is a folder or a module of the package's root. It stands one row above the highest room that
-it imports. Arrows that follow from others (a imports b, b imports c, a imports c) are left out.
+Usage: python docs/make_map.py. A room is a folder or a module of the package's root. It stands one
+row above the highest room that it imports. Arrows that follow from others (a imports b, b imports
+c, a imports c) are left out. Public are the names that another room imports; the docstring of the
+room's __init__ lists them by module.
 """
 import ast
 from html import escape
@@ -104,6 +106,38 @@ def box(name: str, x: float, y: float, paths: list[Path]) -> list[str]:
     return lines
 
 
+def public_names() -> dict[str, dict[str, set[str]]]:
+    """Return {room: {its module: names that other rooms import}}, folders alone."""
+    public: dict[str, dict[str, set[str]]] = {
+        name: {} for name in rooms() if (PACKAGE / name).is_dir()}
+    for name, paths in rooms().items():
+        for path in paths:
+            for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+                if not isinstance(node, ast.ImportFrom) or not node.module:
+                    continue
+                _, room, *module = (*node.module.split('.'), '')
+                if room in public and room != name:
+                    public[room].setdefault('.'.join(module[:-1]), set()).update(
+                        alias.name for alias in node.names)
+    return public
+
+
+def with_list(text: str, modules: dict[str, set[str]]) -> str:
+    """Return the `text` of a room's __init__ with the list of its public names, by `modules`."""
+    def in_order(names: set[str]) -> str:
+        return ', '.join(sorted(names, key=lambda name: (name.lower(), name)))
+
+    lines = [textwrap.fill(f'{module or "."}: {in_order(names)}', 95,
+                           initial_indent='    ', subsequent_indent=' ' * 8,
+                           break_long_words=False, break_on_hyphens=False)
+             for module, names in sorted(modules.items())]
+    docstring = ast.get_docstring(ast.parse(text)) or ''
+    words = docstring.partition('\n\nPublic names')[0]
+    listed = '\n\nPublic names, by module:\n\n' + '\n'.join(lines) if lines else ''
+    head, _, rest = text.partition('"""')
+    return f'{head}"""\n{words}{listed}\n"""{rest.partition(chr(34) * 3)[2]}'
+
+
 def page() -> str:
     """Return the text of the picture."""
     names, graph = rooms(), arrows()
@@ -135,3 +169,6 @@ def page() -> str:
 
 if __name__ == '__main__':
     PICTURE.write_text(page(), encoding='utf-8')
+    for room, modules in public_names().items():
+        init = PACKAGE / room / '__init__.py'
+        init.write_text(with_list(init.read_text(encoding='utf-8'), modules), encoding='utf-8')

@@ -9,21 +9,74 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.estimation import rts_smoother, sample_loop  # noqa: E402
-from gearbox_monitor.interfaces.diagnostic_keys import (  # noqa: E402
-    CHANGE_KEYS, DIAGNOSTIC_KEYS)
-from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
-from gearbox_monitor.monitoring.backlash.change_tests import (  # noqa: E402
-    ALONE, size_name, TESTS)
+from gearbox_monitor.health.backlash.change_tests import ALONE, size_name, TESTS  # noqa: E402
+from gearbox_monitor.health.diagnostic_keys import CHANGE_KEYS, DIAGNOSTIC_KEYS  # noqa: E402
+from gearbox_monitor.recordings.topics import SIGNALS  # noqa: E402
 
 PAGE = ROOT / 'docs/messages.md'
 HEAD = """\
-# Messages, field by field
+# Topics and messages
 
-`docs/make_messages.py` generates this page from `gearbox_monitor/interfaces/signals.py` and
-`gearbox_monitor/interfaces/diagnostic_keys.py`. [Topics](topics.md) explains the topics and
-services.
+`docs/make_messages.py` generates this page from `gearbox_monitor/recordings/topics.py` and
+`gearbox_monitor/health/diagnostic_keys.py`. SI units; every message carries the stamp of its
+measurement.
 
-## Estimates
+## Estimator
+
+Inputs, sensor_msgs/JointState:
+
+- `joint_states`: the joints `motor` and `arm` (parameters `motor_joint`, `arm_joint`); positions;
+  effort of the motor = commanded torque; effort of the arm = measured load torque, with
+  `arm_load: measured`. Missing or NaN = not measured.
+- `arm_topic`: the joint `arm`, if it has its own messages:
+  [paired by stamp](ros.md#motor-and-arm-on-two-topics).
+
+Outputs, sensor_msgs/JointState ([field by field](#fields)):
+
+- `transmission_state`: twist, its rate and the transmitted torque; `transmission_state_stddev`:
+  their standard deviations.
+- `transmission_state_smoothed`: the same, smoothed over `smoother_lag`, stamped with the estimated
+  time. Use it to plot torque over twist.
+- `innovations`: measured less predicted position of each measured encoder; `innovations_stddev`:
+  their predicted deviations.
+- `estimated_joint_states`: filtered positions and velocities of motor and arm.
+- `paired_joint_states`: with `arm_topic`, the pairs, input of replay.
+
+Outputs, diagnostic_msgs/DiagnosticArray:
+
+- `/diagnostics`: 1 Hz, [values](#values-on-diagnostics-and-drift_alerts). `drift_alerts`:
+  [backlash and friction](wear.md#alerts), on change.
+- `~/snapshot`: start of [replay](replay.md).
+
+Output, std_msgs/String:
+
+- `~/diagnosis`: [what changed](wear.md#what-changed), as JSON, after an alert; latched.
+
+The effort stamped t_k acts from t_k to t_k+1; otherwise set `effort_delay`. With `gear_ratio` N in
+the model file, messages carry motor position and torque on the motor side; parameters refer to the
+arm side (angle / N, torque times N). [Several gearboxes](ros.md#several-gearboxes) share the
+messages; each has its own `~/NAME/snapshot`, `~/NAME/diagnosis` and services.
+
+| service | type | effect |
+|---|---|---|
+| `~/reset` | std_srvs/Trigger | the filter restarts with the next sample |
+| `~/save_baseline` | std_srvs/Trigger | the present state becomes the [healthy state](\
+wear.md#baseline), written to `baseline_file` |
+| `~/keep_recording` | std_srvs/Trigger | writes the last `keep_minutes` of `joint_states` as a \
+bag [ready to diagnose](recorder.md#keep-the-recording); answers with folder and command |
+
+## Plant
+
+Publishes `joint_states` and, for scoring, the truth `plant/transmission_state`
+(sensor_msgs/JointState, joint `transmission`). With `torque_source: topic` it takes
+`effort_command` (std_msgs/Float64MultiArray, one value, N m on the motor side). It publishes
+`/clock` if it does not run in real time. Backlash, friction, loads, noise and excitation can
+change [at run time](parameters.md#plant).
+
+`arm_plant` publishes the same topics with all motors (`motor1` ... `motor6`) and joints (`joint1`
+... `joint6`) of an arm. The [recorder](recorder.md) records all of the above by default.
+
+## Fields
 
 All are sensor_msgs/JointState with the stamp of the measurement (smoothed: of the estimated time),
 in rad, rad/s and N m (prismatic axes: m, m/s, N). Values of the joint `motor` are on the motor
@@ -35,8 +88,11 @@ DIAGNOSTICS = """
 ## Values on /diagnostics and drift_alerts
 
 Each DiagnosticStatus is called `estimator: COMPONENT` (of the recorder: `recorder: recording`).
-Values are texts; unknown values are missing. `KEY_std` is the standard deviation of `KEY`.
-[Conditions](conditions.md) lists when a component leaves OK.
+`input`, `observability`, `prediction error`, `covariance` and `model` are [trust](trust.md),
+`backlash` and `friction` [wear](wear.md), `diagnosis` [what changed](wear.md#what-changed). Values
+are texts; unknown values are missing. `KEY_std` is the standard deviation of `KEY`. `hardware_id`
+is `gearbox_serial`. Levels are debounced. `gearbox_monitor explain KEY` prints when a component
+leaves OK.
 """
 CHANGES = """
 ### Changes

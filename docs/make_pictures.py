@@ -31,16 +31,16 @@ DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent))
 
 from gearbox_monitor.estimation.estimates import Samples  # noqa: E402
-from gearbox_monitor.interfaces.diagnostic_keys import published  # noqa: E402
-from gearbox_monitor.interfaces.signals import signal_values, SIGNALS  # noqa: E402
-from gearbox_monitor.monitoring.monitor import Monitor  # noqa: E402
+from gearbox_monitor.health.diagnostic_keys import published  # noqa: E402
+from gearbox_monitor.health.monitor import Monitor  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
 from gearbox_monitor.plant.faults import Faults, FaultyPlant  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise  # noqa: E402
+from gearbox_monitor.recordings.topics import signal_values, SIGNALS  # noqa: E402
 from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert  # noqa: E402
 from gearbox_monitor.report.live_page import live_frame, LivePage  # noqa: E402
-from gearbox_monitor.ros.event_server import EventServer  # noqa: E402
+from gearbox_monitor.ros.live_node import EventServer  # noqa: E402
 
 BROWSERS = 'chromium', 'chromium-browser', 'google-chrome'
 SMOOTHED = next(s for s in SIGNALS if s.topic == 'transmission_state_smoothed')

@@ -7,7 +7,7 @@ Condition monitor for robot joint gearboxes.
 The public names follow. Each is imported from its room when it is first used, so that the import
 of the package alone is cheap. docs/python.md shows them at work:
 
-    load_model            the model of a drive, from a model file, MJCF, URDF or SDF
+    load_model            the model of a drive, from a model file, MJCF or URDF
     load_recording        a recording of a drive, from a bag, a table, a DataFrame or arrays
     estimate              torque, twist, trust and backlash over a recording
     backlash              gap and stiffness of a recording, window by window
@@ -25,7 +25,6 @@ of the package alone is cheap. docs/python.md shows them at work:
     learn_robot           a healthy robot as a reference
     track_payload         what it held over a log, and the external torque on its joints
     load_robot_logs       logs of all joints, checked
-    suggest_robot         the motion in which it shows a payload, or effects, best
 
     DriveModel            the drive: inertias, friction, transmission, effects
     simulate              its motion under a torque, with noise and effects
@@ -42,7 +41,6 @@ of the package alone is cheap. docs/python.md shows them at work:
     Robot                 what load_robot returns
     RobotDiagnosis        what diagnose_robot returns
     PayloadTrack          what track_payload returns
-    SuggestedRobotMotion  what suggest_robot returns
     SimulatorFile         what export_model returns
     InputError            the one exception that bad input raises
 
@@ -62,27 +60,26 @@ from typing import Any
 _PUBLIC = {
     'DriveModel': 'plant.drive', 'simulate': 'plant.simulate',
     'Estimator': 'estimation.estimator', 'Filter': 'estimation.filter',
-    'Monitor': 'monitoring.monitor', 'Sample': 'estimation.estimates',
+    'Monitor': 'health.monitor', 'Sample': 'estimation.estimates',
     'Samples': 'estimation.estimates', 'Estimate': 'estimation.estimates',
     'Estimates': 'estimation.estimates', 'EstimatorParameters': 'parameters',
-    'InputError': 'errors', 'NominalFit': 'identification.nominal',
-    'Verdict': 'identification.verdict', 'load_model': 'library.drive_file',
+    'InputError': 'errors', 'NominalFit': 'diagnosis.joint.nominal',
+    'Verdict': 'diagnosis.joint.verdict', 'load_model': 'library.drive_file',
     'Recording': 'library.recording', 'load_recording': 'library.recording',
     'RecordingEstimates': 'library.estimation', 'BacklashWindows': 'library.estimation',
     'estimate': 'library.estimation', 'backlash': 'library.estimation',
     'diagnose': 'library.identify', 'fit': 'library.identify',
-    'tune': 'library.tuning', 'adapt': 'library.tuning', 'TunedParameters': 'library.tuning',
-    'Adapted': 'identification.unit_adaptation', 'export_model': 'library.simulator_file',
+    'tune': 'library.identify', 'adapt': 'library.identify', 'TunedParameters': 'library.identify',
+    'Adapted': 'diagnosis.joint.unit_adaptation', 'export_model': 'library.simulator_file',
     'SimulatorFile': 'library.simulator_file', 'write_report': 'library.recording_report',
     'ReportPages': 'library.recording_report', 'load_robot': 'library.robot',
     'load_robot_logs': 'library.robot', 'learn_robot': 'library.robot',
     'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
     'RobotDiagnosis': 'library.robot',
-    'track_payload': 'library.payload_track', 'PayloadTrack': 'library.payload_track',
-    'suggest_robot': 'library.robot_motion', 'SuggestedRobotMotion': 'library.robot_motion',
+    'track_payload': 'library.robot', 'PayloadTrack': 'library.robot',
     'ranges': 'library.ranges',
-    'ParameterRanges': 'identification.parameter_ranges',
-    'load_actuator': 'library.actuators', 'CatalogueActuator': 'library.actuators',
+    'ParameterRanges': 'diagnosis.joint.parameter_ranges',
+    'load_actuator': 'library.drive_file', 'CatalogueActuator': 'library.drive_file',
 }
 __all__ = list(_PUBLIC)
 
@@ -90,7 +87,9 @@ __all__ = list(_PUBLIC)
 def __getattr__(name: str) -> Any:
     """Import the public `name` from the module that defines it."""
     if name not in _PUBLIC:
-        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+        gone = import_module(f'{__name__}.removed').refusal(name)
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}'
+                             + (f': {gone}' if gone else ''))
     return getattr(import_module(f'{__name__}.{_PUBLIC[name]}'), name)
 
 

@@ -9,10 +9,10 @@ from gearbox_monitor.estimation.filter_kind import filter_kind
 from gearbox_monitor.parameters import FILTER_NAMES
 
 MODULES = (
-    'bag.cdr', 'bag.message_block', 'estimation.innovation_filter', 'estimation.model_bank',
-    'estimation.whiteness', 'monitoring.checks.elastic_curve', 'monitoring.checks.innovation',
-    'monitoring.checks.observability', 'monitoring.elastic_regression', 'plant.batch',
-    'plant.equivalent_torque', 'plant.free_runs', 'robot.arm_load', 'robot.arm_plant')
+    'estimation.innovation_filter', 'estimation.model_bank', 'estimation.whiteness',
+    'health.checks.elastic_curve', 'health.checks.innovation', 'health.checks.observability',
+    'health.elastic_regression', 'plant.batch', 'plant.equivalent_torque', 'plant.free_runs',
+    'recordings.cdr', 'robot.dynamics', 'robot.arm_plant')
 
 for module in MODULES:
     import_module(f'gearbox_monitor.{module}')

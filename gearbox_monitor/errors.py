@@ -9,6 +9,8 @@ from numbers import Integral
 import re
 from typing import Any
 
+from gearbox_monitor.removed import refusal
+
 LONGEST = 800  # characters of one problem: a file may hold anything
 # What would end a line, or hide something, on a terminal.
 _SPACE = re.compile('[\\s\\x00-\\x1f\\x7f-\\x9f\u2028\u2029\ufeff]+')
@@ -117,8 +119,17 @@ class Problems:
             raise InputError(*self.found)
 
 
-def unknown(word: object, names: Iterable[object]) -> str:
-    """Return what was expected instead of `word`: the most similar of `names`, or all of them."""
+def unknown(word: object, names: Iterable[object], place: str = '') -> str:
+    """
+    Return what was expected instead of `word`: the most similar of `names`, or all of them.
+
+    Args:
+        word: that the user typed.
+        names: that are known there.
+        place: command, or command and option, that the word follows; '' without one.
+    """
+    if gone := refusal(f'{place} {word}'.lstrip()):
+        return gone
     words = sorted(map(str, names))
     similar = most_similar(word, words)
     return f'did you mean {similar!r}?' if similar else 'expected one of ' + ', '.join(words)

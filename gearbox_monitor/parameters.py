@@ -24,8 +24,6 @@ AT_ONCE, RESTART, FIXED = 'at once', 'restart', 'fixed'
 # A filter is registered by its file; listing the files imports none of them.
 FILTER_NAMES = tuple(sorted(module.name for module in iter_modules(
     [f'{path}/estimation/filters' for path in gearbox_monitor.__path__])))
-# Whose messages a node takes when several publishers give the same joints.
-REFUSE, FOLLOW_FIRST, ACCEPT = POLICIES = ('refuse', 'follow_first', 'accept')
 # What a filter takes for the law of tau_K.
 TAU_K_MODELS = RANDOM_WALK, ELASTIC, LEARNED, MIXED = (
     'random_walk', 'elastic', 'learned', 'mixed')
@@ -178,9 +176,6 @@ class EstimatorParameters(ParameterSet):
         0.0005, 's', 'with arm_topic: largest distance of the stamps of motor and arm in one '
         'sample; less than half the sample period. At speed v it looks like a twist of v times '
         'the distance', low=0.0, high=1.0)
-    other_publishers: str = row(
-        FOLLOW_FIRST, '', 'if several nodes publish the monitored joints: follow the first one, '
-        'refuse all until one remains, or accept all', choices=POLICIES)
     gearbox_serial: str = row('gearbox', '', 'hardware_id in diagnostics')
     arm_load: str = row(
         'unknown', '', 'load on the arm besides effects of the model file: none, an unknown load '
@@ -230,7 +225,7 @@ class EstimatorParameters(ParameterSet):
         0.1, 's', 'lag of the smoothed output; 0 switches it off', low=0.0, high=1.0)
     narrow_std: bool = row(
         True, '', 'state less deviation of tau_K where innovations show that it wanders less than '
-        'q_std_tau_k lets it; off in replays of recordings of version 0.2')
+        'q_std_tau_k lets it')
     r_std_motor: float = row(
         5e-3, 'rad', 'noise of the motor encoder, arm side', low=1e-9, high=1e3, change=AT_ONCE)
     r_std_arm: float = row(
@@ -290,9 +285,6 @@ class EstimatorParameters(ParameterSet):
     p0_std_tau_k_deviation: float = row(
         0.0, 'N m', 'elastic, learned: initial standard deviation of the deviation of tau_K from '
         'the curve; 0: p0_std_torque', low=0.0, high=1e9, change=RESTART)
-    ekf_jacobian: str = row(
-        'analytic', '', 'EKF: exact tangent of the discrete map, or forward differences',
-        choices=('analytic', 'numeric'), change=AT_ONCE)
     friction_linearisation: str = row(
         'tangent', '', 'EKF: friction linearised at the estimate, or over the uncertainty of the '
         'motor speed', choices=('tangent', 'statistical'), change=AT_ONCE)
@@ -305,9 +297,6 @@ class EstimatorParameters(ParameterSet):
     ukf_kappa: float = row(
         0.0, '-', 'UKF, SRUKF: spread, added to the number of states', low=0.0, high=100.0,
         change=AT_ONCE)
-    srukf_precision: str = row(
-        'float64', '', 'SRUKF: precision of mean, sigma points and factor',
-        choices=('float64', 'float32'), change=AT_ONCE)
     adapt: tuple[str, ...] = row(
         ('q_std_tau_k', 'r_std_motor', 'r_std_arm'), '', 'AEKF: parameters to adapt from their '
         'configured values: q_std_tau_k, r_std_motor, r_std_arm, viscous_friction, '
@@ -382,15 +371,13 @@ class EstimatorParameters(ParameterSet):
     keep_minutes: float = row(
         5.0, 'min', 'length of joint_states in memory for ~/keep_recording, 6 MB for 5 min at 1 '
         'kHz; 0: none', low=0.0, high=60.0)
-    keep_after_error: float = row(
-        0.0, 's', 'time after an ERROR of backlash or friction at which the recording is kept '
-        'automatically; at most keep_minutes; 0: never', low=0.0,
-        high=3600.0)
     keep_folder: str = row(
-        '', '', 'folder for kept recordings; empty: where the node was started')
-    keep_per_hour: int = row(
-        20, '', 'largest number of recordings kept per hour', low=1,
-        high=3600)
+        '', '', 'folder for recordings of the last keep_minutes: at each ERROR of backlash or '
+        'friction, and with ~/keep_recording; empty: where the node was started, with '
+        '~/keep_recording only')
+    keep_newest: int = row(
+        20, '', 'number of recordings in keep_folder; older ones are deleted', low=1,
+        high=100_000)
     name_changes: bool = row(
         True, '', 'after an alert or a lasting model mismatch, name what changed against the '
         'baseline recording, in a child process of the lowest priority; costs nothing meanwhile')
@@ -402,9 +389,6 @@ class EstimatorParameters(ParameterSet):
         'about 90 s more when its kernels are not compiled yet', low=1.0, high=86400.0)
     name_changes_memory: int = row(
         2000, 'MB', 'largest address space of that child', low=100, high=1_000_000)
-    keep_space: int = row(
-        5000, 'MB', 'largest size of all kept recordings in keep_folder; 500 MB of the disk stay '
-        'free', low=1, high=1_000_000_000)
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,14 @@
 import numpy as np
 from rosbags.typesys import get_typestore, Stores
 
-from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.interfaces.signals import signal_values, SIGNALS
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.faults import Faults, FaultyPlant
 from gearbox_monitor.plant.simulate import Noise
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.topics import signal_values, SIGNALS
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'

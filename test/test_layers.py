@@ -4,12 +4,14 @@
 """
 The layers: each module imports only from its own layer or from below.
 
-cli -> ros, fleet, library -> report, bag, export -> files -> interfaces
--> monitoring -> identification -> quality -> estimation, parameters -> robot -> plant -> kernels
+cli -> ros, fleet, library -> report, recordings, simulators -> files -> diagnosis, health
+-> signals -> estimation, parameters -> robot -> plant -> kernels
 """
 import ast
 from functools import cache
 from pathlib import Path
+import re
+import runpy
 import subprocess
 import sys
 
@@ -18,14 +20,14 @@ PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
 LAYERS = {
     'kernels': 0, 'plant': 1, 'robot': 1,
     'parameters': 2, 'estimation': 2,
-    'quality': 3,
-    'identification': 4, 'balance': 4, 'monitoring': 4, 'interfaces': 4,
+    'signals': 3,
+    'diagnosis': 4, 'health': 4,
     'files': 5,
-    'report': 6, 'bag': 6, 'export': 6,
+    'report': 6, 'recordings': 6, 'simulators': 6,
     'ros': 7, 'fleet': 7, 'library': 7,
     'cli': 8, '__main__': 9, 'compiled': 9,
 }
-EVERYWHERE = ('errors', 'presentation', '__init__')
+EVERYWHERE = ('errors', 'presentation', 'removed', '__init__')
 CORE = 4  # up to here nothing reads, writes or asks the clock
 OUTSIDE_WORLD = {
     'asyncio', 'glob', 'io', 'logging', 'multiprocessing', 'os', 'pathlib', 'shutil', 'signal',
@@ -89,6 +91,16 @@ def test_imports_only_downwards():
     assert not wrong, '\n'.join(wrong)
 
 
+def test_rooms_say_what_they_are_and_list_their_public_names():
+    """In three sentences: the room, what goes in, what comes out."""
+    maps = runpy.run_path(str(PACKAGE.parent / 'docs/make_map.py'))
+    for room, modules in maps['public_names']().items():
+        text = (PACKAGE / room / '__init__.py').read_text(encoding='utf-8')
+        assert maps['with_list'](text, modules) == text, f'{room}: run python docs/make_map.py'
+        words = ast.get_docstring(ast.parse(text)).partition('Public names')[0]
+        assert len(re.findall(r'[.](?=\s|$)', words)) >= 3, room
+
+
 def test_package_imports_no_benchmark():
     """Benchmarks stand beside the package and are not installed with it."""
     assert (PACKAGE.parent / 'benchmarks/__main__.py').is_file()
@@ -122,7 +134,7 @@ def test_commands_start_without_slow_parts_of_scipy():
 def test_offline_commands_need_no_ros():
     """The core and the commands for analysts import where there is no rclpy."""
     code = ('import sys; sys.modules["rclpy"] = None\n'
-            'import gearbox_monitor.monitoring.monitor, gearbox_monitor.bag.replay\n'
+            'import gearbox_monitor.health.monitor, gearbox_monitor.recordings.replay\n'
             'import gearbox_monitor.cli.replay, gearbox_monitor.cli.import_\n'
             'from gearbox_monitor.cli.main import main; main(["--help"])')
     subprocess.run([sys.executable, '-c', code], cwd=PACKAGE.parent, check=True,

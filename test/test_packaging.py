@@ -23,20 +23,15 @@ SETUP = (ROOT / 'setup.py').read_text(encoding='utf-8')
 # imported name -> (key in package.xml or None, distribution in setup.py or None = from ROS).
 THIRD_PARTY = {
     'distributed': (None, 'distributed'),  # optional; it and the next have no rosdep key
-    'fsspec': (None, 'fsspec'),
     'pandas': (None, 'pandas'),  # optional: tables of results
     'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
     'bam': (None, 'better-actuator-models'),  # optional: runs beside ours; no rosdep key
-    'fmpy': (None, 'fmpy'),  # optional: runs functional mock-up units; no rosdep key
-    'foxglove': (None, 'foxglove-sdk'),  # optional: serves its viewer; no rosdep key
-    'rerun': (None, 'rerun-sdk'),  # optional: sends to its viewer; no rosdep key
     'google': (None, None),
     'jinja2': ('python3-jinja2', 'Jinja2'),
     'lz4': ('mcap-ros2-support', 'mcap'),
     'markupsafe': ('python3-jinja2', 'Jinja2'),  # a dependency of it
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'mcap': ('mcap-ros2-support', 'mcap'),
-    'mcap_ros2': ('mcap-ros2-support', 'mcap-ros2-support'),
     'mujoco': (None, 'mujoco'),  # optional: the extra that reads and checks its files
     'numpy': ('python3-numpy', 'numpy'),
     'pyarrow': (None, 'pyarrow'),  # no rosdep key
@@ -171,7 +166,7 @@ def test_everything_is_installed(installed):
 def test_installed_copy_finds_its_own_configuration(installed, tmp_path):
     prefix, library = installed
     env = {**os.environ, 'PYTHONPATH': str(library), 'AMENT_PREFIX_PATH': '/nowhere'}
-    code = ('from gearbox_monitor.files.resources import config_path\n'
+    code = ('from gearbox_monitor.files.opening import config_path\n'
             'print(config_path("drive.yaml"), config_path("import/emps.yaml"))')
     result = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, env=env, check=True,
                             capture_output=True, text=True)
@@ -183,7 +178,7 @@ def test_installed_copy_renders_a_page(installed, tmp_path):
     _, library = installed
     code = ('from gearbox_monitor.report.builder import Page, render_page\n'
             'from gearbox_monitor.report.fleet_page import bag_problems\n'
-            'from gearbox_monitor.report.shared_sections import page_summary\n'
+            'from gearbox_monitor.report.builder import page_summary\n'
             'print(render_page(Page("a <page>", page_summary("", "<b>"), '
             '[bag_problems([], 3)])))')
     result = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, check=True,
@@ -198,7 +193,7 @@ def test_installed_copy_renders_a_page(installed, tmp_path):
 
 def test_missing_configuration_is_one_line(tmp_path):
     from gearbox_monitor.errors import InputError
-    from gearbox_monitor.files.resources import config_path
+    from gearbox_monitor.files.opening import config_path
     with pytest.raises(InputError, match='^nothing.yaml: not found, expected in .*config$'):
         config_path('nothing.yaml')
 
@@ -216,4 +211,4 @@ def test_lines_that_install_extras_work_in_a_checkout():
         for names in re.findall(r"'?\.\[([a-z,]+)\]", text) + re.findall(
                 r"""installed_by\(["'](\w+)["']\)""", text):
             named |= {*names.split(',')}
-    assert len(named) > 8 and named <= extras, named - extras
+    assert len(named) > 5 and named <= extras, named - extras

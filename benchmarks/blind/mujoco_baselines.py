@@ -21,8 +21,7 @@ from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
 
 from benchmarks.blind import real_joints, window_fit
-from benchmarks.blind.mujoco_drives import (
-    ADDED, DT, encoders, names_of, Values, xml_of)
+from benchmarks.blind.mujoco_drives import ADDED, DT, encoders, names_of, Values, xml_of
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.compiled_model import mujoco_module
 

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blind import (
-    mujoco_baselines, mujoco_drives, plant, real_joints, scorer)
+from benchmarks.blind import mujoco_baselines, mujoco_drives, plant, real_joints, scorer
 from benchmarks.blind.mujoco_drives import INSIDE, OUTSIDE, Values
 from benchmarks.harness import bar_lines, BarTable
 from gearbox_monitor.kernels.types import Array

@@ -35,8 +35,7 @@ from typing import Any, cast, IO
 import numpy as np
 
 from benchmarks.blind import generate, imitate, mujoco_set, plant, scorer
-from benchmarks.harness import (
-    add_json_option, finish, progress_line, require_whole)
+from benchmarks.harness import add_json_option, finish, progress_line, require_whole
 from gearbox_monitor.errors import InputError
 
 SETS = ('main', 'stress', 'loo', 'all')

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind import draw, window_fit
-from benchmarks.blind.plant import (
-    Effects, MotionRecord, Nominal, WindowRuns)
+from benchmarks.blind.plant import Effects, MotionRecord, Nominal, WindowRuns
 from benchmarks.blind.scene import Scene
 from gearbox_monitor.kernels.types import Array
 

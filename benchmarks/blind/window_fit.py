@@ -12,8 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.blind.plant import (
-    Effects, MotionRecord, Nominal, WindowRuns)
+from benchmarks.blind.plant import Effects, MotionRecord, Nominal, WindowRuns
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 
 LENGTH = 1000       # samples of a window

@@ -28,18 +28,17 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay import Replay, replay
-from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, expect_new_file, show, warn)
+from gearbox_monitor.cli.options import add_estimator_arguments, estimator_options, show, warn
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model, save_model
-from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
-from gearbox_monitor.monitoring.backlash.recording_windows import (
+from gearbox_monitor.files.yaml_files import expect_new_file, load_model, save_model
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash.features import Backlash, NotExcited
+from gearbox_monitor.health.backlash.recording_windows import (
     combine, reason_of, RecordingWindows, separable_of)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.replay import Replay, replay
 from gearbox_monitor.report.summary import with_deviation
 
 UNITS = {'': 1.0, 'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),

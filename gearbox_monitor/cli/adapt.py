@@ -20,18 +20,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from gearbox_monitor.cli.drive_recordings import add_recording_arguments, load_recordings
 from gearbox_monitor.cli.exit_codes import UNDECIDED
 from gearbox_monitor.cli.fit_nominal import largest_change
-from gearbox_monitor.cli.options import plain, show, wrapped
+from gearbox_monitor.cli.inputs import add_recording_arguments, load_recordings
+from gearbox_monitor.cli.options import show, wrapped
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.errors import expect_whole, InputError
+from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import plain
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
-from gearbox_monitor.identification.unit_adaptation import Adapted
-from gearbox_monitor.library.tuning import adapt, write_adapted
+from gearbox_monitor.library.identify import adapt, write_adapted
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED
 from gearbox_monitor.report.words import counted, number
-from gearbox_monitor.ros.child_processes import cores
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -41,13 +41,10 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='ROS parameter file of the estimator that is tuned')
     parser.add_argument('--out', metavar='FOLDER', required=True, help='new folder for the files')
     parser.add_argument('--json', action='store_true', help='print the result as JSON')
-    parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
-                        help='threads (default: one per core)')
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    expect_whole(args.jobs, '--jobs', 1)
     folder = Path(args.out)
     if folder.exists() or not folder.parent.is_dir():
         raise InputError(f'--out {folder}: expected a new folder in one that exists')
@@ -59,8 +56,7 @@ def run(args: Namespace) -> int:
         'motor_joint': args.motor_joint, 'arm_joint': args.arm_joint, 'tau_k_model': MIXED,
         **values})
     with progress_bar('adapt') as progress:
-        result = adapt(recordings, model, parameters=parameters, jobs=args.jobs,
-                       progress=progress)
+        result = adapt(recordings, model, parameters=parameters, progress=progress)
     names = ', '.join(Path(path).name for path in args.bag)
     write_adapted(folder, result, names)
     summary = plain({

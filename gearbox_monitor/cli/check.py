@@ -23,23 +23,22 @@ import sys
 import textwrap
 from typing import Any
 
-from gearbox_monitor.bag.joint_input import find_input
-from gearbox_monitor.bag.read import BagReader, open_bag
-from gearbox_monitor.bag.recorded_samples import sample_parts
-from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
 from gearbox_monitor.cli.filter_inputs import settings_of
-from gearbox_monitor.cli.options import (
-    add_estimator_arguments, bag_arguments, estimator_options, expect_new_file, show,
-    wrapped)
+from gearbox_monitor.cli.inputs import add_setpoint_argument
+from gearbox_monitor.cli.options import add_estimator_arguments, estimator_options, show, wrapped
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
+from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.examine import Examination, examine
-from gearbox_monitor.quality.finding import BAD, OK, PURPOSES, WARN
-from gearbox_monitor.quality.parts import joined, SAMPLES, WINDOWS
+from gearbox_monitor.recordings.joint_input import bag_arguments, find_input
+from gearbox_monitor.recordings.read import BagReader, open_bag
+from gearbox_monitor.recordings.recorded_samples import sample_parts
+from gearbox_monitor.signals.examine import Examination, examine
+from gearbox_monitor.signals.finding import BAD, OK, PURPOSES, WARN
+from gearbox_monitor.signals.parts import joined, SAMPLES, WINDOWS
 
 WIDTH = 80
 INDENT = 24  # of the figures

@@ -6,9 +6,9 @@ Compare several filters on one recording.
 
 All use the same model and the same parameters (tune them first). filterpy-ekf and filterpy-ukf are
 those of the package filterpy (extra [compare]) on the same process model. They are tens of times
-slower: with one of them, all filters run on the first part of a long bag only
-(--filterpy-samples), so that the figures are comparable. Errors appear if the bag contains a true
-or measured torque (plant/transmission_state or reference/transmission_state).
+slower: with one of them, all filters run on the first 20000 samples only, so that the figures are
+comparable. Errors appear if the bag contains a true or measured torque (plant/transmission_state
+or reference/transmission_state).
 
 columns: tau_K rms error of the filtered and of the smoothed torque (N m); share of errors within
 one stated deviation (0.68 expected); log-likelihood; mean NIS (2 expected); Ljung-Box statistic of
@@ -29,13 +29,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.bag.read import BagReader, open_bag
-from gearbox_monitor.bag.recorded_samples import RecordedSamples, sliced
-from gearbox_monitor.bag.replay import truth
-from gearbox_monitor.bag.replay_summary import truth_of
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, show, warn, write_files)
+    add_estimator_arguments, check_filter, show, warn, write_files)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_matplotlib, InputError
 from gearbox_monitor.estimation import filterpy_reference, sample_loop
@@ -43,16 +39,20 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.score import (
     reference_at, score, settled, torque_errors, WHITE_LIMIT)
-from gearbox_monitor.interfaces.signals import PLANT_TRANSMISSION_STATE
+from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.recordings.read import BagReader, open_bag
+from gearbox_monitor.recordings.recorded_samples import RecordedSamples, sliced
+from gearbox_monitor.recordings.replay import truth, truth_of
+from gearbox_monitor.recordings.topics import PLANT_TRANSMISSION_STATE
 
 KnownTorque: TypeAlias = tuple[Integers, Array]  # stamps [N] ns, torque [N] N m
 WARM_UP = 200  # samples that a filter takes before it is timed: kernels are compiled by then
 REPEATS = 3    # runs of which the fastest counts
-SHORTEST = 1000
+SHORTEST, FILTERPY_SAMPLES = 1000, 20000
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,6 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='filters, separated by commas: '
                         + ', '.join((*FILTER_NAMES, *filterpy_reference.NAMES)))
     parser.add_argument('--png', metavar='FILE', help='write the figure')
-    parser.add_argument('--filterpy-samples', type=int, default=20000, metavar='N',
-                        help='with a filter of filterpy, use only the first N samples '
-                        '(default: %(default)s)')
     parser.add_argument('--json', action='store_true', help='print the table as JSON')
 
 
@@ -85,9 +82,6 @@ def run(args: Namespace) -> int:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f'--filters: {name!r} twice, expected each filter once')
-    if args.filterpy_samples < SHORTEST:
-        raise InputError(f'--filterpy-samples: {args.filterpy_samples}, expected at least '
-                         f'{SHORTEST}')
     expect_new_file(args.png)
     if args.png and Path(args.png).suffix.lower() != '.png':
         raise InputError(f'{args.png}: expected a name that ends in .png')
@@ -102,10 +96,9 @@ def run(args: Namespace) -> int:
     if count < SHORTEST:
         raise InputError(f'{args.bag}: {count} samples, too short to compare, expected at least '
                          f'{SHORTEST}')
-    if set(names) & set(filterpy_reference.NAMES) and count > args.filterpy_samples:
-        samples = sliced(samples, 0, args.filterpy_samples)
-        notes.append(f'only the first {args.filterpy_samples} of {count} samples, for filterpy '
-                     '(--filterpy-samples)')
+    if set(names) & set(filterpy_reference.NAMES) and count > FILTERPY_SAMPLES:
+        samples = sliced(samples, 0, FILTERPY_SAMPLES)
+        notes.append(f'only the first {FILTERPY_SAMPLES} of {count} samples, for filterpy')
     results = []
     with count_bar('compare', len(names)) as bar:
         for name in names:
@@ -256,7 +249,7 @@ def _true_twist(reader: BagReader, recording: RecordedSamples) -> Array | None:
 def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque | None,
           twist: Array | None, axis: str) -> None:
     """Write the figure."""
-    from gearbox_monitor.report import compare_plot
+    from gearbox_monitor.report import plots
     origin = min(r.estimates.stamp_ns[0] for r in results)
     runs = []
     for r in results:
@@ -266,16 +259,16 @@ def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque 
         if torque is not None:
             value, valid = reference_at(e.stamp_ns, *torque)
             error = np.where(valid, e.tau_k - value, np.nan)[keep]
-        runs.append(compare_plot.FilterRun(
+        runs.append(plots.FilterRun(
             r.name, (e.stamp_ns[keep] - origin) * 1e-9, e.twist[keep], e.tau_k[keep], error))
     truth_curve = None
     if torque is not None:
         end = max(r.estimates.stamp_ns[-1] for r in results)
         stamps, tau_k = torque
         keep = (stamps >= origin) & (stamps <= end)
-        truth_curve = compare_plot.TrueTorque(
+        truth_curve = plots.TrueTorque(
             (stamps[keep] - origin) * 1e-9, tau_k[keep], None if twist is None else twist[keep])
-    figure = compare_plot.comparison(runs, truth_curve, f'Filters on {Path(args.bag).name}',
+    figure = plots.comparison(runs, truth_curve, f'Filters on {Path(args.bag).name}',
                                      axis=axis)
     write_files({Path(args.png): figure})
     print(f'compare: wrote {args.png}', file=sys.stderr)

@@ -25,8 +25,7 @@ import json
 import sys
 
 from gearbox_monitor.cli.demo_run import Demo, Interrupted, MIN_DURATION, ROBOT_MIN_DURATION
-from gearbox_monitor.ros.child_processes import ChildFailed, Interrupt
-from gearbox_monitor.ros.ros_domain import own_domain
+from gearbox_monitor.ros.middleware import ChildFailed, Interrupt, own_domain
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -74,5 +73,5 @@ def _demo(args: Namespace, interrupt: Interrupt) -> Demo:
     """Return the demo that the options `args` choose; `interrupt` ends it early."""
     if not args.robot:
         return Demo(args, interrupt)
-    from gearbox_monitor.cli.robot_demo import RobotDemo
+    from gearbox_monitor.cli.demo_run import RobotDemo
     return RobotDemo(args, interrupt)

@@ -1,20 +1,71 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Results of a demo run: figures, alarms, words and picture, all from its bag."""
+"""What a demo prints at its end: torque error, losses and alarms."""
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.bag.read import BagReader
-from gearbox_monitor.bag.replay import Replay, replay
-from gearbox_monitor.cli.demo_alarms import diagnostics
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
-from gearbox_monitor.interfaces.signals import PLANT_TRANSMISSION_STATE
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY
+from gearbox_monitor.recordings.read import BagReader
+from gearbox_monitor.recordings.recorded_samples import RecordedSamples
+from gearbox_monitor.recordings.replay import Replay, replay
+from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.report import plots
+
+NS_PER_SECOND = 1e9
+Alarms: TypeAlias = list[dict[str, Any]]
+
+
+def diagnostics(reader: BagReader, recording: RecordedSamples, estimator: str = 'estimator'
+                ) -> tuple[Alarms, Alarms, int]:
+    """
+    Return (alarms, alerts, messages that the recorder lost) of a recording.
+
+    An alarm is a change of a component of the estimator to a worse level while samples come,
+    after it was OK for the first time.
+
+    Args:
+        reader: the bag.
+        recording: its samples.
+        estimator: as its diagnostics call it, NODE or NODE/GEARBOX.
+
+    """
+    stamps, last = recording.samples.stamp_ns, recording.log_ns.max(initial=0)
+    # After the first sample the plant may have waited for its subscribers.
+    first = last - (np.ptp(stamps) if len(stamps) else 0)
+    alarms: Alarms = []
+    alerts: Alarms = []
+    losses = 0
+    levels: dict[str, Level] = {}
+    for topic, log_ns, _, raw in reader.messages([DIAGNOSTICS, '/' + DRIFT_ALERTS]):
+        at = round((log_ns - first) / NS_PER_SECOND, 3)
+        for status in reader.decode(DIAGNOSTIC_ARRAY, raw).status:
+            node, _, component = status.name.partition(': ')
+            level = Level(min(int(status.level), Level.ERROR))
+            if topic != DIAGNOSTICS:
+                if node != estimator:
+                    continue
+                alerts.append({'t': at, 'level': level.name, 'message': status.message})
+            elif node == 'recorder':
+                losses = max(losses, *(int(v.value) for v in status.values
+                                       if v.key in ('lost', 'not_written')))
+            elif node == estimator and log_ns <= last:
+                previous = levels.get(component)
+                if previous is None and level != Level.OK:
+                    continue  # not evaluated yet
+                if previous is not None and level > previous:
+                    alarms.append({'t': at, 'component': component, 'level': level.name,
+                                   'message': status.message})
+                levels[component] = level
+    return alarms, alerts, losses
+
 
 SECOND = 1e9
 LEVEL_WORDS = {'WARN': 'warning', 'ERROR': 'error'}
@@ -185,3 +236,105 @@ def _backlash(monitor: Monitor, data: Mapping[str, Any], demo: Any,
         np.array([w.gap_std for w in windows]), demo.window, level,
         level and level * (1.0 + p.gap_warn), level and level * (1.0 + p.gap_error),
         tuple(alarms), (t, 2.0 * monitor.model.transmission.half_gap * grown))
+
+
+def evaluate_robot(reader: BagReader, demo: Any) -> dict[str, Any]:
+    """Replay the bag `reader` of `demo` (cli.demo_run.RobotDemo); return {name: value}."""
+    expected, joints, losses = round(demo.duration * demo.rate), {}, 0
+    stamps: set[int] = set()
+    for name in demo.gearboxes:
+        result = replay(reader, topic=name)
+        stamps.update(result.recording.samples.stamp_ns.tolist())
+        alarms, alerts, losses = diagnostics(reader, result.recording, f'estimator/{name}')
+        gap = 2.0 * demo.drives[name].transmission.half_gap
+        grown = demo.growth_rate * (demo.duration - demo.growth_start) * (name == demo.faulty)
+        joints[name] = {
+            **(result.summary or {}), 'alarms': alarms, 'alerts': alerts,
+            'true_gap_rad': [gap, gap * (1.0 + grown)],
+            'backlash': result.monitor.outcomes['backlash'].message if result.monitor else ''}
+    return {
+        'bag': str(demo.bag), 'parameters': str(demo.parameter_file), 'filter': demo.filter,
+        'duration_s': float(demo.duration), 'rate_hz': demo.rate, 'samples': len(stamps),
+        'samples_expected': expected, 'samples_missing': expected - len(stamps),
+        'estimates_missing': expected - 1 - reader.count('/transmission_state'),
+        'recorder_losses': losses, 'joints': joints, 'planted': demo.faulty * demo.fault,
+        'seen': [name for name, joint in joints.items() if _worn(joint)], 'notes': list(
+            dict.fromkeys(note for joint in joints.values() for note in joint['notes']))}
+
+
+def _worn(joint: Mapping[str, Any]) -> bool:
+    """Return whether backlash or friction of a `joint` raised an alarm."""
+    return any(alarm['component'] in COMPONENTS for alarm in joint['alarms'])
+
+
+def robot_problems(data: Mapping[str, Any], fault: bool, starved: bool) -> list[str]:
+    """
+    Return the failures in the results of a run.
+
+    Args:
+        data: results of `evaluate`.
+        fault: whether the backlash of a joint grew.
+        starved: whether a busy machine lost samples at every rate; a missing alarm is then no
+            failure.
+
+    Returns:
+        A sentence for each failure.
+
+    """
+    failures = []
+    for name, joint in data['joints'].items():
+        if not joint['estimates']:
+            failures.append(f'{name}: there are no estimates')
+        if joint.get('replay_identical') != 'yes':
+            failures.append(f'{name}: replay was not identical: ' + (
+                joint.get('comparison', {}).get('first')
+                or joint.get('replay_identical', 'not compared')))
+        if name in data['seen'] and name != data['planted']:
+            failures.append(f'{name}: alarm without a fault')
+    if fault and data['planted'] not in data['seen'] and not starved:
+        failures.append(f'the backlash of {data["planted"]} grew without a backlash alarm')
+    return failures
+
+
+def robot_text(data: Mapping[str, Any]) -> str:
+    """Return the summary `data` in words."""
+    joints = data['joints']
+    identical, compared = (sum(joint.get('comparison', {}).get(key, 0)
+                               for joint in joints.values()) for key in ('identical', 'compared'))
+    lines = [
+        f'samples      {data["samples"]} of {data["samples_expected"]} recorded at '
+        f'{data["rate_hz"]:g} Hz, {len(joints)} gearboxes, filter {data["filter"]}',
+        f'dropped      {data["samples_missing"]} samples, {data["estimates_missing"]} estimates '
+        f'(by their stamps); the recorder lost {data["recorder_losses"]} messages']
+    for name, joint in joints.items():
+        lines.append(f'{name:<12} {_seen(joint)}')
+        lines += [f'             {alarm["t"]:.1f} s {alarm["component"]} {alarm["level"]}: '
+                  f'{alarm["message"]}' for alarm in joint['alarms']]
+    return '\n'.join([
+        *lines,
+        'fault        ' + (f'planted in {data["planted"]}' if data['planted'] else 'none planted')
+        + f', seen in {", ".join(data["seen"]) or "none"}',
+        f'bag          {data["bag"]}',
+        f'replay       identical: {_verdict(joints)} ({identical} of {compared} messages bit for '
+        'bit)',
+        f'next         gearbox_monitor report {data["bag"]}',
+        f'             gearbox_monitor replay {data["bag"]} --topic '
+        f'{data["planted"] or next(iter(joints))}',
+        *(f'note         {note}' for note in data['notes'])])
+
+
+def _seen(joint: Mapping[str, Any]) -> str:
+    """Return what was seen of a `joint` in one line."""
+    gaps = np.multiply(joint['gap_rad'], 1e3)
+    true = np.multiply(joint['true_gap_rad'], 1e3)
+    words = (f'gap {gaps[0]:.2f} to {gaps[-1]:.2f} mrad (true: {true[0]:.2f} to {true[1]:.2f})'
+             if len(gaps) else joint['backlash'])
+    if joint.get('tau_k_error') is not None:
+        words += f', tau_K error {joint["tau_k_error"]:.2f} of {joint["tau_k_rms"]:.1f} N m rms'
+    return words + ('' if joint['alarms'] else ', no alarm')
+
+
+def _verdict(joints: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return 'yes' if the replay of all `joints` was identical, else what it was of the others."""
+    verdicts = {joint.get('replay_identical', 'not compared') for joint in joints.values()}
+    return ', '.join(sorted(verdicts - {'yes'})) or 'yes'

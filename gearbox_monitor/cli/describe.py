@@ -3,7 +3,7 @@
 """
 List the joints of a robot's file: what is read of each, what is refused and why.
 
-The first command to run on a new robot. ROBOT is an MJCF, URDF or SDF file. Each joint is read
+The first command to run on a new robot. ROBOT is an MJCF or URDF file. Each joint is read
 with all others at rest, in the posture of --keyframe: what acts on it in the simulation is a value
 in the table, or it is refused by name, with what to do. Joints that are read can be given to
 diagnose, simulate, fit-nominal, suggest and export as --model ROBOT --joint NAME.
@@ -22,11 +22,12 @@ from pathlib import Path
 import textwrap
 from typing import Any
 
-from gearbox_monitor.cli.drive_recordings import add_root_argument
-from gearbox_monitor.cli.options import expect_new_file, JSON_FILE_HELP, show
-from gearbox_monitor.export.joint_readings import (
+from gearbox_monitor.cli.inputs import add_root_argument
+from gearbox_monitor.cli.options import JSON_FILE_HELP, show
+from gearbox_monitor.files.yaml_files import expect_new_file
+from gearbox_monitor.simulators.mjcf_file import compiled_file, read_file, RobotFile
+from gearbox_monitor.simulators.user_simulator import (
     joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE)
-from gearbox_monitor.export.mjcf_file import compiled_file, read_file, RobotFile
 
 WIDTH = 100
 COLUMNS = ('inertia', 'armature', 'viscous_friction', 'coulomb_friction', 'weight', 'stiffness')
@@ -36,7 +37,7 @@ UNIT_LINE = ('kg m^2', 'kg m^2', 'N m s/rad', 'N m', 'N m', 'N m/rad')
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
-    parser.add_argument('robot', metavar='ROBOT', help='MJCF, URDF or SDF file')
+    parser.add_argument('robot', metavar='ROBOT', help='MJCF or URDF file')
     parser.add_argument('--keyframe', metavar='NAME',
                         help='posture of the other joints, a key of the file')
     add_root_argument(parser)

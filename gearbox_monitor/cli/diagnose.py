@@ -29,38 +29,43 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 import sys
+import time
 from typing import Any, TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.cli import diagnose_robot
-from gearbox_monitor.cli.diagnose_report import text
-from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_recordings, written_options)
+from gearbox_monitor.cli.inputs import (
+    add_recording_arguments, add_robot_arguments, load_recordings, robot_of, robot_options,
+    written_options)
 from gearbox_monitor.cli.options import (
-    dump, expect_new_files, ids_in, JSON_FILE_HELP, plain, write_files)
+    expect_new_files, ids_in, JSON_FILE_HELP, refuse, show, wrapped, write_files)
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.cli.robot_inputs import add_robot_arguments
-from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by
-from gearbox_monitor.export.mjcf import refused
-from gearbox_monitor.export.robot_patch import ROOTS
-from gearbox_monitor.export.user_simulator import confirmation, user_simulator, UserSimulator
-from gearbox_monitor.files.yaml_files import model_text
-from gearbox_monitor.identification.diagnose import chosen_ids
-from gearbox_monitor.identification.findings import NONE
-from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
+from gearbox_monitor.diagnosis.joint.verdict import NONE, Verdict
+from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by, unknown
+from gearbox_monitor.files.opening import dump, plain
+from gearbox_monitor.files.yaml_files import expect_new_file, model_text
 from gearbox_monitor.library.identify import diagnose, expect_ids
+from gearbox_monitor.library.robot import (
+    diagnose_robot, recorded_names, robot_effects, RobotDiagnosis)
 from gearbox_monitor.library.simulator_file import export_model
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import UniformRecording
-from gearbox_monitor.report.diagnosis_evidence import gather
+from gearbox_monitor.report.diagnosis_evidence import gather, measures_twist, shows_place
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
-from gearbox_monitor.report.suggestion import suggestion
-from gearbox_monitor.report.summary import summary
-from gearbox_monitor.report.words import UserFiles
-from gearbox_monitor.ros.child_processes import cores
+from gearbox_monitor.report.robot_gap_page import robot_gap_page
+from gearbox_monitor.report.robot_words import robot_text
+from gearbox_monitor.report.summary import PLACES, summary, with_deviation
+from gearbox_monitor.report.words import (
+    dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number, percent, place_text,
+    SUGGESTED, suggestion, torque_map_of, undefined, unit_of, UserFiles, value_rows, value_text)
+from gearbox_monitor.ros.middleware import cores
+from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.simulators.mjcf import refused
+from gearbox_monitor.simulators.robot_model import SUFFIXES
+from gearbox_monitor.simulators.user_simulator import confirmation, user_simulator, UserSimulator
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -87,8 +92,8 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='effects to leave out; a gap that only they explain is then unknown')
     parser.add_argument('--only', metavar='ID', nargs='+', help='effects to try, and no others')
     parser.add_argument('--simulator', metavar='MODULE:FUNCTION',
-                        help='repeat nominal and closed model in your simulator, a function or '
-                        'FILE.fmu[:NAMES], see docs/simulator.md')
+                        help='repeat nominal and closed model in your simulator, see '
+                        'docs/simulator.md')
     parser.add_argument('--seed', metavar='N', type=int, default=0,
                         help='seed of the intervals (default: 0); same seed, same answer')
     parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
@@ -99,8 +104,8 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     expect_whole(args.jobs, '--jobs', 1)
     expect_whole(args.seed, '--seed')
-    if diagnose_robot.is_robot(args):
-        return diagnose_robot.run(args)
+    if is_robot(args):
+        return run_robot(args)
     only, exclude = ids_in(args.only or ()) or None, ids_in(args.exclude)
     expect_ids('--only', only)
     expect_ids('--exclude', exclude)
@@ -167,14 +172,13 @@ def _changes(args: Namespace, closed: DriveModel, data: dict[str, Any]) -> list[
     if args.joint is None:
         return []
     try:
-        kind = Path(args.model).suffix.lower()[1:]
-        patch = export_model(closed, kind if kind in ROOTS else 'mjcf', args.model,
-                             joint=args.joint, arm_joint=args.model_arm_joint,
-                             keyframe=args.keyframe, actuator=args.actuator, root=args.root).patch
+        to = 'urdf' if Path(args.model).suffix.lower() == '.urdf' else 'mjcf'
+        patch = export_model(closed, to, args.model, joint=args.joint,
+                             arm_joint=args.model_arm_joint, keyframe=args.keyframe,
+                             actuator=args.actuator, root=args.root).patch
     except InputError as error:
         data['warnings'].append(f'not in the file of the simulator: {error}')
         return []
-    assert patch is not None  # of a file that is patched
     data['file_changes'] = [change._asdict() for change in patch.changes]
     return [*(f'{Path(args.model).name}: {change.words}' for change in patch.changes),
             *(f'not in it: {row.id}: {row.words}' for row in refused(patch.exported))]
@@ -205,13 +209,13 @@ def draw(verdict: Verdict, data: Mapping[str, Any],
         print('diagnose: no pictures, matplotlib is not installed, expected '
               f'{installed_by("pictures")}', file=sys.stderr)
         return drawn
-    from gearbox_monitor.report import overlay_plot
+    from gearbox_monitor.report import plots
     drawn |= {
-        'overlay.png': overlay_plot.windows_figure(evidence.overlay, evidence.windows, title,
+        'overlay.png': plots.windows_figure(evidence.overlay, evidence.windows, title,
                                                    on_axis('rad', model.axis)),
-        'where.png': overlay_plot.maps_figure(evidence, title)}
+        'where.png': plots.maps_figure(evidence, title)}
     if data['gains']:
-        drawn['ranking.png'] = overlay_plot.ranking_figure(data['gains'], data['effect'], title)
+        drawn['ranking.png'] = plots.ranking_figure(data['gains'], data['effect'], title)
     return drawn
 
 
@@ -241,3 +245,260 @@ def write(args: Namespace, data: Mapping[str, Any], closed: DriveModel | None,
                 f'{", ".join(args.bag)} and {args.model}.', data['summary']])
         contents |= {Path(args.out, name): content for name, content in drawn.items()}
     return write_files(contents, args.out)
+
+
+VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
+LABEL = 15
+RANKED = 8  # lines of the ranking
+
+
+def text(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel,
+         written: Sequence[Path] = (), files: UserFiles = NO_FILES,
+         command: Sequence[str] = (), changes: Sequence[str] = ()) -> str:
+    """
+    Return a verdict as lines for people, at most 80 columns.
+
+    Args:
+        data: the verdict as plain data.
+        recordings: those it is about.
+        model: the nominal model.
+        written: files.
+        files: of the user.
+        command: parts of the command that finds a more informative motion.
+        changes: of the simulator's file, in words.
+
+    """
+    lines = wrapped(data['summary'])
+    lines += [line for name in ids_of(data) for line in _meaning(name, model.axis)]
+    lines.append('')
+    for recording in recordings:
+        lines += _entry('recording', f'{recording.name}: {recording.duration:.1f} s, '
+                        f'{1.0 / recording.dt:.0f} samples/s')
+    sigma = data['sigma']
+    unit = on_axis('rad', model.axis)
+    first = 'torque' if model.driven_by == 'position' else 'motor'
+    lines += _entry('noise', ', '.join(f'{name} {value:.3g} {unit_of(name, unit)}' for name, value
+                                       in zip((first, 'arm'), sigma) if value is not None))
+    lines += [*_gap(data), *_parameters(data, model), *_ranking(data),
+              *_where(data, recordings, model)]
+    lines += _nominal(data, model)
+    slow = [name for name, reason in data.get('not_tried', {}).items() if 'samples/s' in reason]
+    if slow:
+        lines += _entry('not tried', f'{", ".join(slow)}: {data["not_tried"][slow[0]]}')
+    lines += _simulator_lines(data)
+    lines += _validation(data, files.validated, unit)
+    lines += [line for warning in data.get('warnings', ()) for line in _entry('note', warning)]
+    for change in changes:
+        lines += _entry('change', change)
+    for advice in next_steps(data, files, model.axis):
+        lines += _entry('next', advice)
+    if command:
+        lines += _entry('next', f'{SUGGESTED}:')
+        lines.append(' \\\n'.join(
+            ' ' * (LABEL + 2 * (k > 0)) + part for k, part in enumerate(command)))
+    lines += [line for path in written for line in _entry('written', str(path))]
+    return '\n'.join(lines)
+
+
+def _entry(label: str, words: str) -> list[str]:
+    """Return `words` as lines beside `label`."""
+    return wrapped(words, f'{label:<{LABEL}s}', ' ' * LABEL) or [label]
+
+
+def _meaning(name: str, axis: str) -> list[str]:
+    effect = library().get(name)
+    if effect is None:
+        return []
+    return wrapped(f'{name} ({PLACES.get(effect.location, "")}): {meaning(name, axis)}: '
+                   f'{effect.equation}', '  ', '    ')
+
+
+def _gap(data: VerdictData) -> list[str]:
+    lines = _entry('gap', f'{number(data["gap_before"])} before, {number(data["gap_after"])} '
+                   'after, in standard deviations of the noise; 1 is the floor')
+    closed, interval = data.get('closed_fraction'), data.get('closed_fraction_ci')
+    if data['verdict'] == 'none':
+        return lines
+    words = percent(closed)
+    if closed is not None and interval:
+        words += f' (90 % interval {percent(interval[0])} to {percent(interval[1])})'
+    if closed is None:
+        words += f': {undefined(data)}'
+    lines += _entry('closed', words)
+    for channel, part in (data.get('channels') or {}).items():
+        lines.append(f'  {channel:<{LABEL - 2}s}{number(part["before"])} before, '
+                     f'{number(part["after"])} after')
+    return lines
+
+
+def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
+    lines = [f'{"" if k else "values":<{LABEL}s}{row.effect} {value_text(row, "+-")}'
+             for k, row in enumerate(value_rows(data, model.axis))]
+    for name, ranges in (data.get('between_recordings') or {}).items():
+        for parameter, part in ranges.items():
+            lines += _entry('', f'{name} {parameter} in {len(part["recordings"])} recordings: '
+                            f'{number(part["mean"])}, 90 % range {number(part["low"])} to '
+                            f'{number(part["high"])}; it differs between them by '
+                            f'{part["between"]:.2g}')
+    for burst in data.get('bursts') or ():
+        lines += _entry('' if burst is not data['bursts'][0] else 'bursts',
+                        f'{burst["t0"]:.2f} to {burst["t0"] + burst["duration"]:.2f} s: '
+                        f'{number(burst["amplitude"])} {on_axis("N m", model.axis)}')
+    for sentence in data.get('equivalent') or ():
+        lines += _entry('the same as', sentence)
+    torque_map = torque_map_of(data)
+    if torque_map is not None:
+        words, rows = torque_map
+        lines += _entry('torque map', f'{words}, for what no effect explains: '
+                        + ', '.join(f'{x}: {torque} +- {error}' for x, torque, error in rows)
+                        + f' {on_axis("N m", model.axis)}')
+    return lines
+
+
+def _ranking(data: VerdictData) -> list[str]:
+    gains: Mapping[str, float] = data.get('gains') or {}
+    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
+    lines = [f'{"" if k else "ranking":<{LABEL}s}{k + 1}. {name:<44s}{gains[name]:12.1f}'
+             for k, name in enumerate(ranking)]
+    if lines:
+        lines += _entry('', 'gain over the nominal model: 2 log likelihood less a penalty per '
+                        'parameter')
+    if data.get('confusable') and data['verdict'] in NAMING:
+        lines += _entry('not separable', ', '.join(data['confusable'])
+                        + ': this recording does not distinguish it from the effect')
+    return lines
+
+
+def _where(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel
+           ) -> list[str]:
+    if data['verdict'] == 'none':
+        return []
+    lines: list[str] = []
+    placed = any(shows_place(recording, model) for recording in recordings)
+    if not placed:
+        lines = _entry('where', 'one encoder does not show it: record both')
+    for place, part in data['where']['places'].items() if placed else ():
+        lines.append(f'{"" if lines else "where":<{LABEL}s}{place_text(place):<18s}a free signal '
+                     f'there explains {100 * part["explained"]:5.1f} %')
+    words = dense_regions(data['where'].get('region') or {}, any(
+        measures_twist(recording, model) for recording in recordings))
+    return lines + (_entry('largest at', ', '.join(words)) if words else [])
+
+
+def _nominal(data: VerdictData, model: DriveModel) -> list[str]:
+    shifts = data.get('nominal_shift')
+    if not shifts:
+        return []
+    words = [f'{name} {number(data["nominal"][name])} ({shift:+.1f})'
+             for name, shift in shifts.items()]
+    lines = _entry('model values', ', '.join(words) + '; in brackets: deviation in tolerances')
+    if model.tolerance and data['process_torque'] is not None:
+        lines += _entry(on_axis('torque noise', model.axis), f'{number(data["process_torque"])} '
+                        f'{on_axis("N m", model.axis)} rms per sample')
+    return lines
+
+
+def _simulator_lines(data: VerdictData) -> list[str]:
+    theirs = data.get('simulator')
+    if not theirs:
+        return []
+    lines: list[str] = []
+    for words, part in ((theirs['name'], theirs), ('this package', theirs['here'])):
+        closed = percent(part['closed_fraction'])
+        lines += _entry('' if lines else 'simulator', f'{words}: gap '
+                        f'{number(part["gap_before"])} before, {number(part["gap_after"])} after, '
+                        f'closed {closed}')
+    ways = ', '.join(f'{name} as {way}' for name, way in theirs['passed'].items())
+    fitted = ', '.join(f'{name} {key} = {with_deviation(value, deviation, "+-")}'
+                       for name, values in theirs['values'].items()
+                       for key, (value, deviation) in values.items())
+    for words, row in (('passed to it', ways), ('values in it', fitted)):
+        lines += _entry('', f'{words}: {row}') if row else []
+    return lines
+
+
+def _validation(data: VerdictData, validated: str | None, unit: str) -> list[str]:
+    result = data.get('validation')
+    if not result:
+        return []
+    lines = _entry('validation', f'{validated}: gap {number(result.get("gap_before"))} before, '
+                   f'{number(result.get("gap_after"))} after, closed '
+                   f'{percent(result.get("closed_fraction"))}')
+    run = result.get('free_run')
+    if run:
+        nominal, closed = (', '.join(
+            f'{name} {number(value)}' for name, value in run[when].items())
+            for when in ('before', 'after'))
+        units = ', '.join(dict.fromkeys(unit_of(name, unit) for name in run['before']))
+        lines += _entry('', f'one free run of {run["seconds"]:.0f} s, rms in {units}: {nominal} '
+                        f'before; {closed} after')
+    return lines
+
+
+# Options of one joint: why a whole robot has no use for each.
+OF_ONE_JOINT = {
+    'model_arm_joint': 'a robot has one encoder per joint',
+    'keyframe': 'the log says where all joints are',
+    'actuator': 'the position actuators of all joints are read',
+    'motor_joint': 'map a name with --recorded NAME=LOGNAME',
+    'arm_joint': 'map a name with --recorded NAME=LOGNAME',
+    'setpoint_joint': 'setpoints are those of all joints: setpoint_NAME or joint_setpoints',
+    'repeated': 'of samples with one stamp the first is used',
+    'validate': 'give a second log to a command of its own',
+    'simulator': 'with an MJCF, MuJoCo runs it'}
+
+
+def is_robot(args: Namespace) -> bool:
+    """Return whether the options `args` of diagnose are about a whole robot."""
+    if args.joint is None and Path(args.model).suffix.lower() in SUFFIXES:
+        return True
+    refuse(args, ('reference', 'recorded'), 'of a whole robot, expected an MJCF or URDF file as '
+           '--model, and no --joint')
+    return False
+
+
+def run_robot(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    for attribute, reason in OF_ONE_JOINT.items():
+        refuse(args, [attribute], f'of one joint, expected --joint with it ({reason})')
+    effects = _effects(args)
+    expect_new_file(args.json, args.out)
+    began = time.process_time()
+    with progress_bar('diagnose') as progress:
+        diagnosis = diagnose_robot(
+            args.bag, robot_of(args), reference=args.reference or None, effects=effects,
+            recorded=recorded_names(args.recorded), topic=args.topic, progress=progress)
+    data = {**diagnosis.data, 'options': robot_options(args),
+            'cpu_s': round(time.process_time() - began, 2)}
+    if args.out:
+        _write(args, diagnosis, data)
+    show(args, data, lambda: robot_text(data))
+    return 0 if data['verdict'] == 'none' else 1
+
+
+def _effects(args: Namespace) -> list[str] | None:
+    """Return the ids of --only without those of --exclude, None for all. Raises InputError."""
+    ids = robot_effects()
+    words = {option: ids_in(getattr(args, option) or ()) for option in ('only', 'exclude')}
+    for option, listed in words.items():
+        for word in listed:
+            if word not in ids:
+                raise InputError(f'--{option}: {unknown(word, ids)}')
+    if not words['only'] and not words['exclude']:
+        return None
+    return [i for i in sorted(words['only'] or ids) if i not in words['exclude']]
+
+
+def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> None:
+    """Write verdict, page and the model with the findings into the new folder --out."""
+    folder, path = Path(args.out), diagnosis.robot.file.path
+    if diagnosis.closed is not None:
+        data['closed'] = f'{args.out}/{path.stem}.closed{path.suffix}'
+    if diagnosis.lacking:
+        data['warnings'].append('not in the file that closes the gap: '
+                                + ', '.join(diagnosis.lacking))
+    page = robot_gap_page(data, diagnosis.robot.file.chain, diagnosis.posture)
+    contents = {folder / 'verdict.json': dump(data) + '\n', folder / 'report.html': page}
+    if diagnosis.closed is not None:
+        contents[Path(data['closed'])] = diagnosis.closed
+    write_files(contents, args.out)

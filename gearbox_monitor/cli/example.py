@@ -28,14 +28,13 @@ from datetime import datetime, timezone
 import math
 from pathlib import Path
 
-from gearbox_monitor.bag.example_bag import (
-    ENCODERS, ExampleMotion, MOTIONS, NOISE, process_torque, write_example_bag)
-from gearbox_monitor.bag.robot_example import write_robot_pair
 from gearbox_monitor.cli.options import show
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model, save_model
 from gearbox_monitor.plant.simulate import Noise
+from gearbox_monitor.recordings.examples import (
+    ENCODERS, ExampleMotion, MOTIONS, NOISE, process_torque, write_example_bag, write_robot_pair)
 
 ARM_JOINT = {'both': '', 'motor': " --recorded-arm ''", 'arm': ''}  # options of who reads the bag
 

@@ -11,7 +11,6 @@ BAD_INPUT, UNDECIDED, INTERRUPTED = 2, 3, 130
 EXIT_CODES = {
     'demo': {0: 'done', 1: 'a node failed, the replay differed, or the fault was not detected '
              '(with --no-fault: there was an alarm)'},
-    'compile': {0: 'done'},
     'example': {0: 'done'},
     'live': {0: 'ended by Ctrl-C'},
     'replay': {0: 'done', 1: 'replayed and recorded estimates differ'},

@@ -18,10 +18,10 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 
-from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.cli.options import show, wrapped
+from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.errors import InputError, most_similar
-from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.plant.effects import EFFECTS, library, LOCATIONS
 from gearbox_monitor.report.explanation import ALL_CONDITIONS, Explanation, explanations
 

@@ -7,23 +7,21 @@ Write a model, such as the closed one of diagnose, into the file of your simulat
 Edits the values of one joint in an MJCF file and nothing else: comments and formatting stay. One
 joint takes a model with transmission.kind: rigid; for one with backlash and stiffness it becomes
 the joint of the arm, and the motor's joint with the actuator is added beside it. --model-arm-joint
-names the arm's joint where the file has both. Without --into it writes a file of its own, with
-this drive alone. What MuJoCo cannot express is listed with the reason. Needs MuJoCo 4.0 (pip
-install '.[mujoco]' in a checkout).
+names the arm's joint where the file has both. What MuJoCo cannot express is listed with the
+reason. Needs MuJoCo 4.0 (pip install '.[mujoco]' in a checkout).
 
 The verdict on a whole robot (verdict.json of diagnose) goes into its MJCF or URDF: joints and
 bodies that have a finding.
 
-With --to urdf or sdf it edits friction, effort limit and inertia of the joint in such a file.
-Without --into, and with isaac (Isaac Sim 5 and Isaac Lab), drake or bam, it prints the parameters
-of the joint in the names and units of the target. Either lists what the target lacks.
+With --to urdf it edits friction, effort limit and inertia of the joint in a URDF file, and lists
+what URDF lacks.
 
 With --to c it writes the estimator's filter with the model as C99 for the firmware of the drive:
 FILE.c of --out, and FILE.h beside it. --params states the parameters of the estimator. See
 docs/firmware.md.
 
 --ranges turns several estimates into the domain randomisation of a simulator: 90 % ranges of a new
-drive with their correlation, as YAML, or as event terms of Isaac Lab or mjlab (docs/ranges.md).
+drive with their correlation, as YAML, or as event terms of Isaac Lab or mjlab (docs/actuators.md).
 The estimates are JSON files of fit-nominal or diagnose, one of each drive or recording. MODEL may
 also be the name of an actuator of the catalogue (docs/actuators.md); a file of that name wins.
 
@@ -35,42 +33,41 @@ usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --out fits.xml
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint m --model-arm-joint e
-  gearbox_monitor export drive.closed.yaml --to mjcf --out drive.xml
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --check BAG2
   gearbox_monitor export drive.closed.yaml --to urdf --into robot.urdf --joint elbow --out new.urdf
-  gearbox_monitor export drive.closed.yaml --to isaac
   gearbox_monitor export drive.yaml --params estimator.yaml --to c --out elbow.c --prefix elbow
   gearbox_monitor export verdict.json --to mjcf --into robot.xml --out closed.xml
   gearbox_monitor export unit1.json unit2.json unit3.json --to isaac --ranges --out events.py
 """
 from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping
+import math
 from pathlib import Path
 import sys
+from typing import Any
 
-from gearbox_monitor.cli import export_robot
-from gearbox_monitor.cli.drive_recordings import (
-    add_bag_arguments, add_joint_arguments, add_renamed, load_recording)
-from gearbox_monitor.cli.options import (
-    estimator_options, expect_new, expect_new_file, refuse, stated, wrapped, write_new,
-    write_or_print)
+from gearbox_monitor import __version__
+from gearbox_monitor.cli.inputs import add_bag_arguments, add_joint_arguments, load_recording
+from gearbox_monitor.cli.options import estimator_options, refuse, wrapped, write_or_print
 from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.diagnosis.joint.closed_model import overlay
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.c99 import firmware
-from gearbox_monitor.export.mjcf_file import drive_of, MjcfDrive
-from gearbox_monitor.export.mjcf_patch import Patch
-from gearbox_monitor.export.mujoco_run import misfit, rig_of
-from gearbox_monitor.export.parameter_list import TARGETS as LISTS
-from gearbox_monitor.export.randomisation import ALIASES, randomisation, WRITERS
-from gearbox_monitor.export.robot_patch import ROOTS
-from gearbox_monitor.export.xml_edit import difference
-from gearbox_monitor.identification.model_overlay import overlay
-from gearbox_monitor.library.actuators import (
-    CatalogueActuator, is_actuator, load_actuator, NAMES)
-from gearbox_monitor.library.drive_file import load_model, SIMULATORS
+from gearbox_monitor.files.opening import read_json, write_new
+from gearbox_monitor.files.yaml_files import expect_new, expect_new_file
+from gearbox_monitor.library.drive_file import (
+    CatalogueActuator, is_actuator, load_actuator, load_model, NAMES, SIMULATORS)
 from gearbox_monitor.library.ranges import ranges
-from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
+from gearbox_monitor.library.simulator_file import export_model, SimulatorFile, TARGETS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.words import number
+from gearbox_monitor.simulators.c99 import firmware
+from gearbox_monitor.simulators.mjcf_file import drive_of, MjcfDrive, read_file
+from gearbox_monitor.simulators.mjcf_patch import Patch
+from gearbox_monitor.simulators.mujoco_run import misfit, rig_of
+from gearbox_monitor.simulators.randomisation import randomisation, WRITERS
+from gearbox_monitor.simulators.robot_model import read_robot
+from gearbox_monitor.simulators.robot_patch import closed_file, title_of
+from gearbox_monitor.simulators.xml_edit import difference, parse_xml
 
 OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check')
 
@@ -81,17 +78,16 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='model file, such as drive.closed.yaml, or verdict.json on a whole '
                         'robot; with --ranges JSON files of fit-nominal or diagnose')
     parser.add_argument('--to', required=True,
-                        choices=dict.fromkeys(('mjcf', *LISTS, 'c', *WRITERS, *ALIASES)),
-                        help='simulator; yaml, mjlab: with --ranges; c: filter for firmware')
+                        choices=(*TARGETS, 'c', *WRITERS),
+                        help='simulator; yaml, isaac, mjlab: with --ranges; c: filter for '
+                        'firmware')
     parser.add_argument('--ranges', action='store_true',
                         help='domain randomisation: ranges of a new drive')
     parser.add_argument('--into', metavar='FILE',
-                        help='MJCF, URDF or SDF file that is patched; it stays as it is')
+                        help='MJCF or URDF file that is patched; it stays as it is')
     add_joint_arguments(parser)
-    add_renamed(parser, '--arm-joint', '--model-arm-joint', 'model_arm_joint')
     parser.add_argument('--out', metavar='FILE',
-                        help='write the patched file (default: print the difference, or the '
-                        'file of its own)')
+                        help='write the patched file (default: print the difference)')
     parser.add_argument('--check', metavar='BAG',
                         help='recording on which MuJoCo runs the file before and after')
     add_bag_arguments(parser)
@@ -105,40 +101,29 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     expect_new_file(args.out)
-    args.to = ALIASES.get(args.to, args.to)
     if args.to != 'c' or args.ranges:
         refuse(args, ('params', 'prefix'), f'with --to {args.to}, expected it with --to c')
     if args.ranges:
         return _export_ranges(args)
-    if args.to in WRITERS and args.to not in LISTS:
+    if args.to in WRITERS:
         raise InputError(f'--to {args.to}: without --ranges, expected it with --ranges')
     if len(args.models) > 1:
         raise InputError(f'{len(args.models)} models: without --ranges, expected one')
     args.model = args.models[0]
     if args.to == 'c':
         return _write_c(args)
-    if export_robot.is_verdict(args):
-        return export_robot.run(args)
+    if is_verdict(args):
+        return run_robot(args)
     model = _model(args.model)
-    if args.to in LISTS:
-        for option in stated(args, ('into', 'joint', 'out', 'check')):
-            never = args.to not in ROOTS or option == '--check'
-            if never or args.into is None:
-                raise InputError(f'{option}: with --to {args.to}'
-                                 + ('' if never else ' and without --into')
-                                 + ', expected it with --to mjcf')
-    elif not args.into:
-        refuse(args, ('keyframe', 'actuator', 'check', 'root'),
-               'without --into, expected it with --into FILE')
-    if args.into and not args.joint:
-        raise InputError('--joint: missing, --into needs it')
+    if args.to == 'urdf':
+        refuse(args, ('check',), 'with --to urdf, expected it with --to mjcf')
+    for option in ('into', 'joint'):
+        if getattr(args, option) is None:
+            raise InputError(f'--{option}: missing, --to {args.to} needs it')
     file = export_model(model, args.to, args.into, joint=args.joint,
                         arm_joint=args.model_arm_joint, keyframe=args.keyframe,
                         actuator=args.actuator, root=args.root)
-    if args.into:
-        print('\n'.join(_patched(args, file, model)))
-    else:
-        _print_alone(args, file)
+    print('\n'.join(_patched(args, file, model)))
     return 1 if file.lacking else 0
 
 
@@ -189,8 +174,6 @@ def _export_ranges(args: Namespace) -> int:
 def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[str]:
     """Write or show a patched file; return the lines of output."""
     patch, notes = file.patch, [line for note in file.notes for line in wrapped(note, '', '  ')]
-    if patch is None:
-        return []
     if args.out:
         write_new(args.out, patch.data.decode('utf-8'))
         ending = [f'written {args.out}']
@@ -199,21 +182,6 @@ def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[st
     if args.check and file.drive is not None:
         ending += ['', *checked(file.drive, patch, model, args)]
     return [*described(patch, args.into), *notes, *ending]
-
-
-def _print_alone(args: Namespace, file: SimulatorFile) -> None:
-    """Write or print a file with the drive alone, or a list of its parameters."""
-    lines = [line for row in file.exported
-             for line in wrapped(f'{row.id}: {row.kind}: {row.words}', '', '  ')]
-    lines += [line for note in file.notes for line in wrapped(note, '', '  ')]
-    if args.out:
-        file.save(args.out)
-        print('\n'.join([*lines, f'written {args.out}']))
-    elif file.patch is None:
-        print('\n'.join([*file.text.splitlines(), *lines]))
-    else:
-        print(file.text, end='')
-        print('\n'.join(lines), file=sys.stderr)
 
 
 def described(patch: Patch, path: str) -> list[str]:
@@ -252,3 +220,84 @@ def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) 
     lines.append(f'  {Path(args.model).name + " in gearbox_monitor":<40s}'
                  f'{number(laid.runs[0].gap):>10s}')
     return [*lines, *(f'note: {note}' for note in notes)]
+
+
+ROBOT_ROOTS = {'mjcf': 'mujoco', 'urdf': 'robot'}
+OF_ONE_JOINT = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'check', 'topic',
+                'motor_joint', 'arm_joint')
+
+
+def is_verdict(args: Namespace) -> bool:
+    """Return whether the options `args` of export name a verdict."""
+    return Path(args.model).suffix.lower() == '.json'
+
+
+def run_robot(args: Namespace) -> int:
+    """Write the findings of the verdict that `args` name into a file; return the exit code."""
+    refuse(args, OF_ONE_JOINT, f'of one joint, expected a model file of a drive, not {args.model}')
+    if not args.into:
+        raise InputError(f'--into: missing, expected the {args.to.upper()} file of the robot')
+    data = load_verdict(args.model)
+    path = Path(args.into)
+    original = read_file(path)
+    tag = parse_xml(original, str(path)).root.tag
+    if tag != ROBOT_ROOTS[args.to]:
+        raise InputError(f'{path}: <{tag}>, expected <{ROBOT_ROOTS[args.to]}> with --to {args.to}')
+    file = read_robot(path, args.root, data.get('locked'))
+    text, unwritten = closed_file(file, data['findings'], f'gearbox_monitor {__version__} export')
+    count = len(data['findings'])
+    lines = [f'{path}: {count} finding{"" if count == 1 else "s"}']
+    lines += [f'  {title_of(finding)}: ' + ', '.join(
+        f'{name} {value:.6g}' for name, value in finding['values'].items())
+        for finding in data['findings']]
+    lines += [f'not in the file: {words}' for words in unwritten]
+    if data.get('model_digest') not in (None, file.digest):
+        lines.append(f'note: {path} is not the file of the diagnosis ({data.get("model")}): the '
+                     'changes are added to what stands in it')
+    if data['remainders']:
+        lines.append('note: the verdict has remainders without a law, which no file holds')
+    if text is not None and args.out:
+        write_new(args.out, text)
+        lines.append(f'written {args.out}')
+    elif text is not None:
+        lines += ['', *difference(args.into, original, text.encode())]
+    else:
+        lines.append('nothing to write')
+    print('\n'.join(lines))
+    return 1 if unwritten or data['remainders'] else 0
+
+
+def load_verdict(path: str) -> dict[str, Any]:
+    """Return the verdict on a whole robot in the JSON file `path`. Raises InputError."""
+    data = read_json(path, 'verdict.json of diagnose')
+    if not isinstance(data, dict) or not isinstance(data.get('findings'), list):
+        raise InputError(f'{path}: no findings, expected verdict.json of diagnose')
+    if not isinstance(data.get('ranked'), list) or not isinstance(data.get('remainders'), list):
+        raise InputError(f'{path}: the verdict on one joint, expected one on a whole robot; the '
+                         'model of one joint is drive.closed.yaml of diagnose --out')
+    locked = data.get('locked', {})
+    if not isinstance(locked, dict) or not all(
+            isinstance(x, (int, float)) for x in locked.values()):
+        raise InputError(f'{path}: locked: {str(locked)[:40]!r}, expected NAME: position')
+    for i, finding in enumerate(data['findings']):
+        _check(finding, f'{path}: findings[{i}]')
+    return data
+
+
+def _check(finding: Any, where: str) -> None:
+    """Raise InputError unless a finding has an effect, a place and numbers."""
+    if not isinstance(finding, dict) or not isinstance(finding.get('effect'), str):
+        raise InputError(f'{where}: effect: missing, expected an id')
+    if not isinstance(finding.get('joint') or finding.get('link'), str):
+        raise InputError(f'{where}: joint: missing, expected the name of a joint or a link')
+    for key in ('values', 'deviations'):
+        if not isinstance(finding.get(key), Mapping):
+            raise InputError(f'{where}: {key}: missing, expected numbers by name')
+        for name, value in finding[key].items():
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if not (number and math.isfinite(value)) and (key == 'values' or value is not None):
+                raise InputError(f'{where}: {key}: {name}: {str(value)[:40]!r}, expected a number')
+    if set(finding['values']) - set(finding['deviations']):
+        raise InputError(f'{where}: deviations: none of '
+                         f'{", ".join(set(finding["values"]) - set(finding["deviations"]))}, '
+                         'expected one of each value, or null')

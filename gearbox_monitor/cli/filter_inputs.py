@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from gearbox_monitor.bag.joint_input import find_input, JointInput
-from gearbox_monitor.bag.read import BagReader
-from gearbox_monitor.bag.recorded_samples import read_samples, RecordedSamples
-from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, read_snapshots
 from gearbox_monitor.cli.options import check_filter, estimator_options
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.parameters import EstimatorParameters, MODEL, resolve
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.joint_input import find_input, JointInput
+from gearbox_monitor.recordings.read import BagReader
+from gearbox_monitor.recordings.recorded_samples import (
+    NO_MODEL, read_samples, read_snapshots, RecordedSamples)
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def settings_of(args: Namespace, reader: BagReader, source: JointInput, stated: 
 
     """
     model, recorded = None, dict[str, Any]()
-    snapshots = read_snapshots(reader, source)
+    snapshots = read_snapshots(reader, source, not model_file)
     if snapshots:
         model, recorded = snapshots[0].settings(str(reader.path))
     if model_file:

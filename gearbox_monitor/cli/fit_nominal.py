@@ -32,16 +32,15 @@ import math
 from pathlib import Path
 from typing import Any
 
-from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_recordings, time_limit)
-from gearbox_monitor.cli.options import expect_new_file, plain, show, wrapped
+from gearbox_monitor.cli.inputs import add_recording_arguments, load_recordings, time_limit
+from gearbox_monitor.cli.options import show, wrapped
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.errors import expect_whole, InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of, save_model
-from gearbox_monitor.identification.nominal import fit_nominal
+from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import plain
+from gearbox_monitor.files.yaml_files import expect_folder_of, expect_new_file, save_model
 from gearbox_monitor.report.summary import change, in_unit, sized
 from gearbox_monitor.report.words import number
-from gearbox_monitor.ros.child_processes import cores
 
 SECONDS = 1.0
 CERTAIN = 3.0  # errors by which a value differs from the model file
@@ -61,13 +60,10 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='give up after this many seconds (default: none)')
     parser.add_argument('--out', metavar='FILE', help='write the model file, a new one')
     parser.add_argument('--json', metavar='FILE', help='write all figures as JSON; - prints them')
-    parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
-                        help='threads (default: one per core)')
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    expect_whole(args.jobs, '--jobs', 1)
     if not args.windows >= SECONDS:
         raise InputError(f'--windows: {args.windows:g}, expected at least {SECONDS:g} s')
     if not args.time_limit > 0.0:
@@ -77,7 +73,7 @@ def run(args: Namespace) -> int:
     model, recordings, validate, notes = load_recordings(args)
     with progress_bar('fit') as progress, time_limit(args.time_limit, '--time-limit'):
         result = fit_nominal(
-            recordings, model, args.free, validate=validate, jobs=args.jobs,
+            recordings, model, args.free, validate=validate,
             seconds=args.windows if args.windows > SECONDS else None, progress=progress)
     if args.out:
         save_model(args.out, result.model, ['Fitted with gearbox_monitor fit-nominal to '

@@ -4,39 +4,39 @@
 """
 Replay many bags, measure the backlash in each, and report which gearboxes wear.
 
-BAGS are bags, .mcap files, folders of them, patterns, or URLs that fsspec can open (zip://, s3://
-with s3fs, ...). Each is run through the estimator as "replay" does, with the model and parameters
-recorded in it, and the backlash fitted on windows of drift_window seconds. DIR then holds
-  features/     a Parquet dataset (by gearbox and date), a row per window
+BAGS are bags, .mcap files, folders of them or patterns. Each is run through the estimator as
+"replay" does, with the model and parameters recorded in it, and the backlash fitted on windows of
+drift_window seconds. DIR then holds
   bags.parquet  a row per bag: done, failed and why, duplicate of which; features; versions
   fleet.html    the page: backlash of each gearbox over time, the most worn first
+  parts/        the row of each bag that is done
 
-Bags run in a pool of processes, or on a Dask cluster. A bag whose worker dies is tried again; one
-that exceeds --max-seconds or --max-memory gets a row that says so (of a Dask worker the limits of
-the cluster hold). The same command continues where an earlier one ended, for whatever reason: bags
-that are done are skipped until their content, the model, the parameters or the version change.
+Each bag runs in a process of its own, or on a Dask cluster. A bag that kills its worker, or
+exceeds --max-seconds or --max-memory, gets a row that says so (a Dask cluster limits the memory
+itself). The same command continues where an earlier one ended, for whatever reason: bags that are
+done are skipped until their files, the model, the parameters or the version change.
 
 usage examples:
   gearbox_monitor fleet archive/ --out fleet
   gearbox_monitor fleet '2026-*/joint3_*' --out fleet --model joint3.yaml --workers 8
   gearbox_monitor fleet archive/ --out fleet --gearbox 'archive/([^/]+)/' --diagnose
   gearbox_monitor fleet archive/ --out fleet --scheduler tcp://head:8786
-  gearbox_monitor fleet 'zip://**/*.mcap::2025.zip' --out fleet --json | jq .gearboxes[0]
+  gearbox_monitor fleet archive/ --out fleet --json | jq .gearboxes[0]
 """
 from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Mapping
-from contextlib import suppress
 import re
 import sys
 from typing import Any
 
-from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
+from gearbox_monitor.cli.exit_codes import INTERRUPTED
 from gearbox_monitor.cli.options import estimator_options, show
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_whole, InputError, installed_by
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model
-from gearbox_monitor.ros.child_processes import cores, Interrupt
+from gearbox_monitor.recordings.recorded_samples import NO_MODEL, NO_SERIAL
+from gearbox_monitor.ros.middleware import cores, Interrupt
 
 PRINTED = 10  # gearboxes, and bags that failed, on the terminal
 
@@ -44,15 +44,15 @@ PRINTED = 10  # gearboxes, and bags that failed, on the terminal
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('bags', nargs='+', metavar='BAGS',
-                        help='bag, .mcap file, folder of bags, pattern or URL')
+                        help='bag, .mcap file, folder of bags or pattern')
     parser.add_argument('--out', metavar='DIR', required=True,
                         help='new folder, or that of an earlier run, which is continued')
     parser.add_argument('--scheduler', metavar='ADDRESS',
                         help='Dask scheduler to run on, as tcp://host:8786')
     parser.add_argument('--workers', metavar='N', type=int,
-                        help='processes (default: one per core); 0: in this one')
+                        help='processes at a time (default: one per core)')
     parser.add_argument('--max-seconds', metavar='S', type=float, default=3600.0,
-                        help='longest time for one bag in a process (default: %(default)g)')
+                        help='longest time for one bag (default: %(default)g)')
     parser.add_argument('--max-memory', metavar='MB', type=int, default=4096,
                         help='largest memory for one bag in a process; 0: any (default: '
                         '%(default)d)')
@@ -74,34 +74,34 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     _check(args)
     try:
-        from gearbox_monitor.fleet.fleet_run import FleetRun
-        from gearbox_monitor.fleet.fleet_table import FleetTable
+        from gearbox_monitor.fleet.fleet_run import at_home, on_cluster, run as run_fleet
+        from gearbox_monitor.fleet.fleet_table import FleetFolder
         from gearbox_monitor.fleet.paths import find_bags
     except ModuleNotFoundError as error:
         raise InputError(f'{error.name} is not installed, expected '
                          f'{installed_by("tables")}') from None
     settings = _settings(args)
-    bags = find_bags(args.bags)
-    with FleetTable(args.out) as table:
-        job = FleetRun(bags, settings, table)
-        engine = _engine(args, job.pending)
-        with Interrupt() as interrupt:
-            try:
-                with count_bar('fleet', len(bags), job.counts['skipped']) as bar:
-                    whole = job.run(engine, lambda: interrupt.requested, bar.update)
-            except InputError:
-                with suppress(InputError):  # of what is done
-                    finish(table, settings.key, job.counts)
-                raise
-            finally:
-                engine.close()
-            data = finish(table, settings.key, job.counts)
-    data['interrupted'] = not whole
+    bags, folder = find_bags(args.bags), FleetFolder(args.out)
+    pending = [bag for bag in bags if not folder.has(bag, settings.key)]
+
+    def executor(workers: int) -> Any:
+        return on_cluster(args.scheduler) if args.scheduler else at_home(
+            workers, args.max_memory << 20)
+    rows: dict[str, Any] = {}  # of this run, by path; of bags to be tried again
+    with Interrupt() as interrupt, count_bar('fleet', len(bags), len(bags) - len(pending)) as bar:
+        for bag, row in run_fleet(pending, settings, executor, args.workers or cores(),
+                                  lambda: interrupt.requested):
+            rows[bag.path] = row if row['retry'] else None
+            if not row['retry']:
+                folder.put(bag, row)
+            bar.update()
+        data = finish(folder, settings.key, rows, len(bags) - len(pending))
+    data['interrupted'] = len(rows) < len(pending)
     show(args, data, lambda: text(data))
-    if not whole:
+    if data['interrupted']:
         print('interrupted: what is done is kept, run the same command again to continue',
               file=sys.stderr)
-        return 130
+        return INTERRUPTED
     return 1 if data['to_be_tried_again'] else 0
 
 
@@ -110,7 +110,7 @@ def _check(args: Namespace) -> None:
     if args.scheduler and args.workers is not None:
         raise InputError('--workers and --scheduler exclude each other, expected one of them')
     if args.workers is not None:
-        expect_whole(args.workers, '--workers')
+        expect_whole(args.workers, '--workers', 1)
     if not args.max_seconds > 0.0:
         raise InputError(f'--max-seconds: {args.max_seconds:g}, expected a number > 0 (s)')
     if args.max_memory < 0:
@@ -125,43 +125,29 @@ def _check(args: Namespace) -> None:
     if args.gearbox and not groups:
         raise InputError(f'--gearbox: {args.gearbox!r} has no group, expected one around the name '
                          "of the gearbox: 'archive/([^/]+)/'")
-    if '://' not in args.out:
-        expect_outside_of_bag(args.out)
-
-
-def _engine(args: Namespace, bags: int) -> Any:
-    """Return the engine of the options for so many `bags`."""
-    from gearbox_monitor.fleet.executors import (
-        DaskExecutor, PoolExecutor, SerialExecutor, TaskLimits)
-    if args.scheduler:
-        engine = DaskExecutor(args.scheduler)
-        if not engine.threads():
-            print('fleet: the cluster has no workers yet', file=sys.stderr)
-        return engine
-    workers = min(cores() if args.workers is None else args.workers, bags)
-    limits = TaskLimits(args.max_seconds, args.max_memory << 20)
-    return PoolExecutor(workers, limits) if workers else SerialExecutor()
+    expect_outside_of_bag(args.out)
 
 
 def _settings(args: Namespace) -> Any:
     """Return the JobSettings of the options."""
     from gearbox_monitor.fleet.job import JobSettings
-    from gearbox_monitor.identification.diagnose import chosen_ids
+    from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
     parameters, model_file = estimator_options(args)
     only = tuple(filter(None, args.only.split(',')))
     chosen_ids(only or None, ())
     return JobSettings(load_model(model_file) if model_file else None, model_file, parameters,
-                       args.topic, args.gearbox, args.diagnose, only)
+                       args.topic, args.gearbox, args.diagnose, only, args.max_seconds)
 
 
-def finish(table: Any, key: str, counts: Mapping[str, int]) -> dict[str, Any]:
+def finish(folder: Any, key: str, results: Mapping[str, Any], skipped: int) -> dict[str, Any]:
     """
     Write the table of bags and the page.
 
     Args:
-        table: of the fleet.
+        folder: the FleetFolder.
         key: of the settings of this run.
-        counts: {result: bags} of this run.
+        results: {path: row to be tried again, or None} of this run.
+        skipped: bags that were done before.
 
     Returns:
         The summary as plain data.
@@ -169,17 +155,17 @@ def finish(table: Any, key: str, counts: Mapping[str, int]) -> dict[str, Any]:
     """
     from gearbox_monitor.fleet.trend import gearboxes
     from gearbox_monitor.report.fleet_page import fleet_page, headline
-    table.finish()
-    rows = sorted(table.rows.values(), key=lambda row: row['path'])
+    rows = folder.finish([row for row in results.values() if row])
     boxes = gearboxes(rows)
     status = Counter(row['status'] for row in rows)
     other_settings = sum(row['status'] == 'done' and row['settings'] != key for row in rows)
-    written = table.write_page(fleet_page(boxes, rows, status, other_settings))
+    written = folder.write_page(fleet_page(boxes, rows, status, other_settings))
     failed = [row for row in rows if row['status'] == 'failed']
     answer = headline(boxes)
     return {
-        'summary': answer, 'out': str(table.folder), 'page': str(written), 'bags': len(rows),
-        **dict(counts),
+        'summary': answer, 'out': str(folder.path), 'page': str(written), 'bags': len(rows),
+        **{name: sum(row['path'] in results and row['status'] == name for row in rows)
+           for name in ('done', 'failed', 'duplicate')}, 'skipped': skipped,
         'to_be_tried_again': sum(bool(row['retry']) for row in failed),
         'without_model': sum(NO_MODEL in (row.get('notes') or '') for row in rows
                              if row['status'] == 'done'),

@@ -42,7 +42,7 @@ from gearbox_monitor.parameters import resolve, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
 
 if TYPE_CHECKING:
-    from gearbox_monitor.bag.importer.guess import Answers, Guess
+    from gearbox_monitor.recordings.importer.guess import Answers, Guess
 
 
 # Options that not all ways of importing use.
@@ -106,8 +106,8 @@ def add_answer_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    from gearbox_monitor.bag.importer import load_mapping, read_any, write_imported_bag
-    from gearbox_monitor.bag.importer.message_bag import import_bag, is_bag
+    from gearbox_monitor.recordings.importer import load_mapping, read_any, write_imported_bag
+    from gearbox_monitor.recordings.importer.message_bag import import_bag, is_bag
     if args.bag is not None and Path(args.bag).exists():
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
     if args.bag is not None:
@@ -134,7 +134,7 @@ def run(args: Namespace) -> int:
     path = _file_in(path)
     guess: Guess | None = None
     if args.guess:
-        from gearbox_monitor.bag.importer.guess import guessed_mapping
+        from gearbox_monitor.recordings.importer.guess import guessed_mapping
         guess = guessed_mapping(path, args.set, answers_of(args))
         print(table_text(guess), file=sys.stderr)
         if args.bag is None:
@@ -168,7 +168,7 @@ def _file_in(path: Path) -> Path:
     """Return the file of a recording: `path`, or the only one in the folder `path`."""
     if not path.is_dir():
         return path
-    from gearbox_monitor.bag.importer.sibling_file import state_files
+    from gearbox_monitor.recordings.importer.sibling_file import state_files
     files = state_files(path)
     if len(files) != 1:
         names = ', '.join(file.name for file in files[:12]) or 'none'
@@ -179,7 +179,7 @@ def _file_in(path: Path) -> Path:
 
 def answers_of(args: Namespace) -> 'Answers':
     """Return the Answers in the options `args`. Raises InputError."""
-    from gearbox_monitor.bag.importer.guess import Answers
+    from gearbox_monitor.recordings.importer.guess import Answers
 
     def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
         pairs = {}
@@ -233,8 +233,8 @@ def _say(args: Namespace, data: dict[str, Any], joints: Sequence[str]) -> int:
 
 def _pair(args: Namespace) -> int:
     """Join motor and arm of a bag; return the exit code."""
-    from gearbox_monitor.bag.paired_bag import write_paired
-    from gearbox_monitor.bag.read import open_bag
+    from gearbox_monitor.recordings.joint_input import write_paired
+    from gearbox_monitor.recordings.read import open_bag
     motor = args.topic or 'joint_states'
     options = load_parameters(args.params, 'estimator', SETTINGS, motor) if args.params else \
         {'arm_topic': args.arm_topic}

@@ -14,11 +14,12 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 
-from gearbox_monitor.cli.options import expect_new_file, show
+from gearbox_monitor.cli.inputs import add_robot_arguments, robot_of
+from gearbox_monitor.cli.options import show
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.cli.robot_inputs import add_robot_arguments, robot_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
+from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.library.robot import learn_robot, recorded_names
 from gearbox_monitor.report.words import counted
 

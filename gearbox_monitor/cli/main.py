@@ -16,6 +16,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.cli.exit_codes import (
     BAD_INPUT, exit_code_text, EXIT_CODES, INTERRUPTED, UNDECIDED)
 from gearbox_monitor.errors import InputError, Undecided, unknown
+from gearbox_monitor.removed import refusal
 
 # name -> (module, one line of help). Only the module of the requested command is imported.
 COMMANDS = {
@@ -66,11 +67,16 @@ class OneLineParser(argparse.ArgumentParser):
     def refuse(self, option: str) -> NoReturn:
         """Refuse an `option` that the command does not have."""
         self.error(f'{option}: no option of this command, '
-                   + unknown(option, self._option_string_actions))
+                   + unknown(option, self._option_string_actions, self._command))
+
+    @property
+    def _command(self) -> str:
+        return self.prog.removeprefix('gearbox_monitor ')
 
     def error(self, message: str) -> NoReturn:
         """Print `message` in the words of other bad input, and end with exit code 2."""
-        self.exit(BAD_INPUT, f'{self.prog}: {in_own_words(message)}; see {self.prog} --help\n')
+        words = in_own_words(message, self._command)
+        self.exit(BAD_INPUT, f'{self.prog}: {words}; see {self.prog} --help\n')
 
 
 # What argparse says, and how all other errors say it.
@@ -86,13 +92,14 @@ SAYINGS = (
     (r'argument ([^:]+): (.*)', r'\1: \2'))
 
 
-def in_own_words(message: str) -> str:
-    """Return a `message` of argparse as other errors are worded: option, value, expected."""
+def in_own_words(message: str, command: str) -> str:
+    """Return a `message` of argparse on a `command` as other errors are worded."""
     choice = re.fullmatch(r"argument ([^:]+): invalid choice: '?(.*?)'? \(choose from (.*)\)",
                           message)
     if choice:
         names = re.findall(r"[^', ]+", choice[3])
-        return f'{choice[1]}: {choice[2]!r}, {unknown(choice[2], names)}'
+        place = f'{command} {choice[1]}'
+        return f'{choice[1]}: {choice[2]!r}, {unknown(choice[2], names, place)}'
     for pattern, words in SAYINGS:
         if match := re.fullmatch(pattern, message):
             return match.expand(words)
@@ -129,10 +136,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv = sys.argv[1:] if argv is None else argv
     words = [word for word in argv if not word.startswith('-')]
     command = words[0] if words else None
-    if command == 'benchmark':
-        benchmark = ' '.join(words[1:2]) or 'NAME'
-        print('gearbox_monitor benchmark: benchmarks are no part of the package, run them from a '
-              f'checkout: python -m benchmarks {benchmark}', file=sys.stderr)
+    if gone := refusal(command):
+        print(f'gearbox_monitor: {command}: {gone}', file=sys.stderr)
         return BAD_INPUT
     return run_parsed(f'gearbox_monitor {command}', lambda: _parse(argv, command),
                       '' if command in LIVE else str(command))

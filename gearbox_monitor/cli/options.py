@@ -1,25 +1,23 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Options, files and progress bars that several commands share."""
+"""The exit codes of all commands: --help shows them, docs/README.md and a test agree with them."""
+import argparse
 from argparse import Action, ArgumentParser, Namespace
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 import os
 from pathlib import Path
 import sys
 import textwrap
 from typing import Any, TYPE_CHECKING
 
-from gearbox_monitor.bag.joint_input import bag_arguments as bag_arguments
-from gearbox_monitor.bag.recorded_snapshots import NO_MODEL
-from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import write_new as write_new
-from gearbox_monitor.files.plain_data import dump as dump, plain as plain
-from gearbox_monitor.files.yaml_files import (
-    expect_folder_of, expect_new as expect_new, expect_new_file as expect_new_file,
-    load_parameters)
-from gearbox_monitor.interfaces.signals import JOINT_STATES
+from gearbox_monitor.errors import InputError, installed_by
+from gearbox_monitor.files.opening import dump, plain, write_new
+from gearbox_monitor.files.yaml_files import expect_folder_of, expect_new, load_parameters
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+from gearbox_monitor.recordings.recorded_samples import NO_MODEL
+from gearbox_monitor.recordings.topics import JOINT_STATES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -173,3 +171,24 @@ def write_or_print(path: str | Path | None, text: str) -> None:
     else:
         write_new(path, text)
         print(f'written {path}')
+
+
+def add_ros_option(parser: argparse.ArgumentParser) -> None:
+    """Declare --ros-args in `parser`; it takes the rest of the command line."""
+    parser.add_argument('--ros-args', nargs=argparse.REMAINDER, default=[],
+                        help='arguments for ROS, such as remappings')
+
+
+def ros_words(args: argparse.Namespace) -> list[str]:
+    """Return the words of --ros-args as rclpy.init takes them."""
+    return ['--ros-args', *args.ros_args] if args.ros_args else []
+
+
+@contextmanager
+def rclpy_required() -> Iterator[None]:
+    """Raise InputError if an import in the block fails."""
+    try:
+        yield
+    except ImportError as error:
+        raise InputError(f'rclpy: not installed here ({error}), expected a sourced ROS 2 or '
+                         f'{installed_by("ros")}') from None

@@ -17,7 +17,7 @@ import argparse
 from argparse import ArgumentParser, Namespace
 import math
 
-from gearbox_monitor.cli.ros_option import add_ros_option, rclpy_required, ros_words
+from gearbox_monitor.cli.options import add_ros_option, rclpy_required, ros_words
 
 
 def add_arguments(parser: ArgumentParser) -> None:

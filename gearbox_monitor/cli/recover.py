@@ -23,9 +23,9 @@ from typing import Any
 
 from tqdm import tqdm
 
-from gearbox_monitor.bag.recovery import recover, Recovery
 from gearbox_monitor.cli.options import show
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.recordings.recovery import recover, Recovery
 
 UNWRITTEN = ('Messages that the recorder had not written when it ended are not counted; this '
              "package's recorder writes every 0.25 s.")

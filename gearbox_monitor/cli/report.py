@@ -25,8 +25,9 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, JSON_FILE_HELP, show, warn)
+    add_estimator_arguments, check_filter, JSON_FILE_HELP, show, warn)
 from gearbox_monitor.cli.progress import count_bar
+from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.library.recording_report import write_report
 from gearbox_monitor.parameters import FILTER_NAMES
 

@@ -23,18 +23,16 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.cli.drive_recordings import (
-    add_drive_arguments, load_drive, load_recording)
-from gearbox_monitor.cli.options import (
-    dump, expect_new_files, JSON_FILE_HELP, plain, wrapped, write_files)
+from gearbox_monitor.cli.inputs import add_drive_arguments, load_drive, load_recording
+from gearbox_monitor.cli.options import expect_new_files, JSON_FILE_HELP, wrapped, write_files
+from gearbox_monitor.diagnosis.joint.closed_model import closed_of, Overlay, overlay, rms
 from gearbox_monitor.errors import expect_matplotlib
+from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification.closed_model import closed_of, rms
-from gearbox_monitor.identification.model_overlay import Overlay, overlay
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import UniformRecording
 from gearbox_monitor.report.diagnosis_evidence import notable_windows
 from gearbox_monitor.report.words import number, percent, unit_of
+from gearbox_monitor.signals.recording import UniformRecording
 
 PICTURES = ('windows.png', 'free_run.png')
 
@@ -173,9 +171,9 @@ def write(laid: Overlay, data: Mapping[str, Any], args: Namespace,
         title = f'{Path(laid.recording.name).name}: gap {number(data["gap_before"])}'
         if data['gap_after'] is not None:
             title += f', closed {number(data["gap_after"])}'
-        from gearbox_monitor.report import overlay_plot
-        drawn = (overlay_plot.windows_figure(laid, notable_windows(laid, False), title, unit),
-                 overlay_plot.free_figure(laid, title, unit))
+        from gearbox_monitor.report import plots
+        drawn = (plots.windows_figure(laid, notable_windows(laid, False), title, unit),
+                 plots.free_figure(laid, title, unit))
         contents |= {Path(args.out, name): figure for name, figure in zip(PICTURES, drawn)}
     if args.json and args.json != '-':
         contents[Path(args.json)] = dump(data) + '\n'

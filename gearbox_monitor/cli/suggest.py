@@ -10,16 +10,10 @@ library, at a usual size. Some sixty torque signals that the plant node knows ar
 the limits; d s2 is the evidence for the effect that the other one cannot imitate, above 20 is
 enough. Limits are on the arm side; the simulation starts at rest and has no end stops.
 
-With --robot the motion is one of all joints, within the limits of position, speed and torque that
-its file states, at rest at both ends, and clear of contacts where the file is an MJCF. Run it on
-the healthy robot as a reference of diagnose, and again later. --out writes a JointTrajectory.
-
 usage examples:
   gearbox_monitor suggest found --model drive.yaml --max-torque 5 --max-speed 20 --max-travel 3
   gearbox_monitor suggest --pair actuator_lag actuator_delay --model drive.yaml --max-torque 5
   gearbox_monitor suggest found --model robot.xml --joint elbow --max-torque 5
-  gearbox_monitor suggest --robot robot.xml --max-speed 1.5 --out motion.yaml --csv motion.csv
-  gearbox_monitor suggest --robot robot.urdf --effects motor_coulomb,stribeck --seconds 30
   gearbox_monitor suggest found --model drive.yaml --max-torque 5 --out motion.yaml
   ros2 run gearbox_monitor plant_node --ros-args --params-file motion.yaml
 """
@@ -32,15 +26,14 @@ from typing import Any
 import numpy as np
 import yaml
 
-from gearbox_monitor.cli import suggest_robot
-from gearbox_monitor.cli.drive_recordings import add_model_arguments, load_drive
-from gearbox_monitor.cli.options import refuse, show
+from gearbox_monitor.cli.inputs import add_model_arguments, load_drive
+from gearbox_monitor.cli.options import show
 from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.diagnosis.joint.isolability import Limits, suggest
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.files.plain_data import read_json
+from gearbox_monitor.files.opening import read_json
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.identification.experiment_design import Limits, suggest
-from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import expect_torque_input
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
@@ -55,24 +48,19 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='verdict.json of diagnose, or its directory')
     parser.add_argument('--pair', nargs=2, metavar='ID',
                         help='distinguish the first from the second')
-    add_model_arguments(parser, False)
-    suggest_robot.add_arguments(parser)
-    parser.add_argument('--max-torque', type=float, metavar='NM',
-                        help='largest torque; of a robot: of each joint, beside the limits of its '
-                        'file')
+    add_model_arguments(parser)
+    parser.add_argument('--max-torque', type=float, required=True, metavar='NM',
+                        help='largest torque')
     parser.add_argument('--max-speed', type=float, default=math.inf, metavar='RAD_S',
-                        help='largest speed; of a robot: of each joint (default: no limit)')
+                        help='largest speed (default: no limit)')
     parser.add_argument('--max-travel', type=float, default=math.inf, metavar='RAD',
-                        help='largest travel to either side of the start; of a robot: of 0 '
-                        '(default: no limit)')
+                        help='largest travel to either side of the start (default: no limit)')
     parser.add_argument('--seconds', type=float, default=12.0, metavar='S',
                         help='length of the recording (default: %(default)g)')
     parser.add_argument('--noise', type=float, metavar='RAD',
                         help=f'of the encoders (default: that of the verdict, else {NOISE:g})')
-    parser.add_argument('--out', metavar='FILE', help='write parameters of the plant node; of a '
-                        'robot a JointTrajectory, YAML')
-    parser.add_argument('--csv', metavar='FILE', help='write t (s), u (N m); of a robot t and '
-                        'q, v, tau of each joint')
+    parser.add_argument('--out', metavar='FILE', help='write parameters of the plant node')
+    parser.add_argument('--csv', metavar='FILE', help='write t (s), u (N m)')
     parser.add_argument('--json', metavar='FILE', help='write the motions as JSON; - prints them')
 
 
@@ -91,12 +79,6 @@ def run(args: Namespace) -> int:
             raise InputError(f'{name}: named twice, expected a file for each output')
         if Path(name).is_dir():
             raise InputError(f'{name}: a folder, expected the name of a file')
-    if args.robot is not None:
-        return suggest_robot.run(args)
-    refuse(args, suggest_robot.OF_A_ROBOT, 'of a whole robot, expected --robot FILE')
-    for option in ('model', 'max_torque'):
-        if getattr(args, option) is None:
-            raise InputError(f'--{option.replace("_", "-")}: missing, one drive needs it')
     effects, pairs, sigma = _question(args)
     model = load_drive(args)
     expect_torque_input(model, args.model)

@@ -35,20 +35,19 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.bag.read import BagReader, JOINT_STATE, open_bag
 from gearbox_monitor.cli.filter_inputs import load_filter_inputs
-from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, expect_new_file, show, warn, wrapped)
+from gearbox_monitor.cli.options import add_estimator_arguments, check_filter, show, warn, wrapped
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search
 from gearbox_monitor.estimation.tune import expected_seconds, tune
-from gearbox_monitor.files.parameter_file import error_words, write_parameters
+from gearbox_monitor.files.yaml_files import error_words, expect_new_file, write_parameters
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, MIXED
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.admission import measured_samples
+from gearbox_monitor.recordings.read import BagReader, JOINT_STATE, open_bag
 from gearbox_monitor.report.summary import change, in_unit, sized
+from gearbox_monitor.signals.admission import measured_samples
 
 SAME = 1.0  # of log-likelihood: parameters as good as tuned ones
 

@@ -26,12 +26,12 @@ from gearbox_monitor.estimation.filter_setup import (
     arm_load_of, COMPENSATED, described, drive_of, expect_effort, loop_arrays, model_warnings,
     settings_of)
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, learned_length, layout_of, pack, Q0, state_names, TAU_ARM, TAU_K)
+    EIGENVALUE, layout_of, learned_length, pack, Q0, state_names, TAU_ARM, TAU_K)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
-from gearbox_monitor.estimation.sample_loop import (
-    DescribedLoad, Output, part_of, SECOND, Stream)
+from gearbox_monitor.estimation.sample_loop import DescribedLoad, Output, part_of, SECOND, Stream
 from gearbox_monitor.estimation.snapshot import (
-    integers_text, numbers_text, read_integers, read_numbers, snapshot_errors)
+    expect_format, FORMAT, integers_text, numbers_text, read_integers, read_numbers,
+    snapshot_errors)
 from gearbox_monitor.estimation.step_record import predicted, sensitivities
 from gearbox_monitor.estimation.torque_model import LEARNT
 from gearbox_monitor.kernels.kernel import Repeated
@@ -221,9 +221,10 @@ class Estimator:
         """
         members = [member.snapshot() for member in self.members]
         for member in members:  # they follow from those of the bank
-            for name in ('model', 'parameters', 'robot'):
+            for name in ('format', 'model', 'parameters', 'robot'):
                 member.pop(name, None)
         return {
+            'format': FORMAT,
             **({} if self.robot is None else {'robot': json.dumps(self.robot.to_dict())}),
             'model': json.dumps(self.model.to_dict()),
             'parameters': json.dumps(self.parameters.to_dict()),
@@ -265,11 +266,11 @@ class Estimator:
                 model or parameters that are invalid.
 
         """
+        expect_format(snapshot, source)
         with snapshot_errors(source):
             robot = json.loads(snapshot.get('robot', 'null'))
             restored = cls(model_from_dict(json.loads(snapshot['model']), source),
-                           {'narrow_std': False, **json.loads(snapshot['parameters']),
-                            **(changes or {})},  # 0.2 has none
+                           {**json.loads(snapshot['parameters']), **(changes or {})},
                            robot and RobotDescription.from_dict(robot))
             restored._recall(snapshot)
         return restored
@@ -279,8 +280,6 @@ class Estimator:
         read_integers(snapshot, self._integers())
         self._gate[sample_loop.INPUTS] = int(snapshot['input_count'])
         arrays = self._numbers()
-        if len(json.loads(snapshot['clock'])) == sample_loop.MOVED:  # up to 0.2
-            arrays['clock'] = arrays['clock'][:sample_loop.MOVED]
         if self.members:
             arrays |= {'weights': self._mixture.weights, 'alone': self._mixture.alone}
         read_numbers(snapshot, arrays)

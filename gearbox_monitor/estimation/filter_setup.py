@@ -13,9 +13,8 @@ from gearbox_monitor.estimation.step_record import record_size
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, expect_integrable, loads_arm
 from gearbox_monitor.plant.effects import not_in_filters
-from gearbox_monitor.robot.arm_load import ArmLoad, MotionState
 from gearbox_monitor.robot.description import RobotDescription
-from gearbox_monitor.robot.dynamics import arrays_of, Payload
+from gearbox_monitor.robot.dynamics import ArmLoad, arrays_of, MotionState, Payload
 
 COMPENSATED = 'gravity_compensated'  # of effort_is
 DESCRIBED_FILTERS = ('ekf', 'ukf')  # that take a load by a robot's description

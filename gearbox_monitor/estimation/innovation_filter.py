@@ -25,8 +25,7 @@ from gearbox_monitor.kernels.types import (
 from gearbox_monitor.plant.batch import (
     LANES, ON_MOTOR, step_form, step_lanes, steps_with_plugin, T, U)
 from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2, KIND
-from gearbox_monitor.plant.effects.composition import (
-    arm_error, DELAY1, DELAY2, motor_error)
+from gearbox_monitor.plant.effects.composition import arm_error, DELAY1, DELAY2, motor_error
 from gearbox_monitor.plant.effects.effect import Torques
 from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, rebuilt
 from gearbox_monitor.plant.transmission import RIGID

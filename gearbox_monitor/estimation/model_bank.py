@@ -26,10 +26,9 @@ from gearbox_monitor.estimation.rts_smoother import (
 from gearbox_monitor.estimation.sample_loop import (
     E_DOF, E_DT, E_ELASTIC_WEIGHT, E_HYSTERESIS_STD, E_INNOVATION_ARM, E_INNOVATION_COVARIANCE,
     E_INNOVATION_MOTOR, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_LEARNED_WEIGHT, E_LOAD,
-    E_LOGLIK, E_MOTOR_SIDE_NOISE_STD, E_NIS, E_READING_MOTOR,
-    E_STD, E_STIFFNESS, E_TAU_K, E_TAU_K_NOISE_STD, E_TWIST, E_TWIST_RATE,
-    E_TWIST_RATE_STD, E_TWIST_STD, E_U, E_WHITE_1, E_WHITE_2, ESTIMATE, N_ESTIMATE, Output,
-    SECOND, START, write_innovation)
+    E_LOGLIK, E_MOTOR_SIDE_NOISE_STD, E_NIS, E_READING_MOTOR, E_STD, E_STIFFNESS, E_TAU_K,
+    E_TAU_K_NOISE_STD, E_TWIST, E_TWIST_RATE, E_TWIST_RATE_STD, E_TWIST_STD, E_U, E_WHITE_1,
+    E_WHITE_2, ESTIMATE, N_ESTIMATE, Output, SECOND, START, write_innovation)
 from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.types import (
     Array, Cube, IntegerMatrix, Integers, Matrix, Pair, Vector)

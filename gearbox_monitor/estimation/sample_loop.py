@@ -18,10 +18,9 @@ from gearbox_monitor.estimation.consider import (
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
     begin_curve, curve_count, EIGENVALUE, FRICTION_AT, K_P, learned_length, LOAD_AT, motor_side,
-    P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, USUAL, USUAL_CURVES, X1, X2,
-    X3, X4)
-from gearbox_monitor.estimation.rts_smoother import (
-    S_TAU_K_NOISE_STD, S_TAU_K_STD, smooth, Span)
+    P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, USUAL, USUAL_CURVES, X1, X2, X3,
+    X4)
+from gearbox_monitor.estimation.rts_smoother import S_TAU_K_NOISE_STD, S_TAU_K_STD, smooth, Span
 from gearbox_monitor.estimation.step_record import places, record_size, sensitivities
 from gearbox_monitor.kernels.kernel import bound, entry, folding, inline, kernel
 from gearbox_monitor.kernels.types import Array, Integers, Layout, Matrix, Vector
@@ -99,7 +98,7 @@ class Stream(NamedTuple):
 
     Where a robot's description gives the load, inputs [N, 6]: also the load by it, its standard
     deviation (N m), the inertia of the arm (kg m^2) and the noise of the load ((N m)^2/s), see
-    robot.arm_load.
+    robot.dynamics.
     outputs [N, 2]: motor and arm position, rad. NaN = not measured.
     """
 

@@ -40,7 +40,7 @@ def warnings(n: int, parameters: EstimatorParameters) -> list[str]:
         return []
     return [f'ukf_alpha {alpha:g} gives the central sigma point the weight {centre:.3g}: the '
             'points are closer together than the belief is wide, and friction near standstill is '
-            'extrapolated; 1 is advised (docs/sigma_points.md)']
+            'extrapolated; 1 is advised (docs/filters.md)']
 
 
 @inline

@@ -27,8 +27,7 @@ from gearbox_monitor.estimation.process_model import (
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
     DIVERGED, E_INNOVATION_COVARIANCE, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_LOGLIK,
-    E_WHITE_1, E_WHITE_2, ESTIMATE, loop_of, N_ESTIMATE, NEVER, Output, part_of,
-    STOP_AT, Stream)
+    E_WHITE_1, E_WHITE_2, ESTIMATE, loop_of, N_ESTIMATE, NEVER, Output, part_of, STOP_AT, Stream)
 from gearbox_monitor.estimation.score import DIVERGENCE_COST, run_unsmoothed, score, settled
 from gearbox_monitor.kernels.kernel import apart, inline
 from gearbox_monitor.kernels.types import Array, Layout

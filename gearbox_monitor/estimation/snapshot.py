@@ -12,6 +12,9 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers, Values
 
 
+FORMAT = '3'  # of version 0.2: none
+
+
 class SnapshotError(InputError):
     """A snapshot cannot be read: damaged, or of another version."""
 
@@ -26,6 +29,13 @@ def snapshot_errors(source: str) -> Iterator[None]:
     except (KeyError, ValueError, TypeError, AttributeError, OverflowError, IndexError,
             RecursionError) as error:
         raise SnapshotError(f'{source}: not a snapshot of this version ({error})') from None
+
+
+def expect_format(snapshot: Values, source: str) -> None:
+    """Raise SnapshotError, naming `source`, for a snapshot of another version."""
+    if snapshot.get('format') != FORMAT:
+        raise SnapshotError(f'{source}: of another version, expected format {FORMAT}: state the '
+                            'model (--model), and the parameters (--params)')
 
 
 def numbers_text(a: Array) -> str:

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.balance.evidence import Prior
-from gearbox_monitor.balance.knowledge import Knowledge, VERSION
-from gearbox_monitor.balance.visits import States, Visits
+from gearbox_monitor.diagnosis.robot.evidence import Prior
+from gearbox_monitor.diagnosis.robot.knowledge import Knowledge, States, VERSION, Visits
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import read_bytes, write_new
 

@@ -1,4 +1,19 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Many bags: replayed, measured and tabulated, on a process pool or on a Dask cluster."""
+"""
+Many bags, each analysed once: which gearboxes wear.
+
+`find_bags` lists the bags behind paths, `analyse` makes a row of one bag, and `run` maps it over
+all of them, on the processes `at_home` or a Dask cluster (`on_cluster`). `FleetFolder` keeps each
+row as a Parquet file, which says that this bag is done, and writes the table of all rows.
+`gearboxes` summarises the rows of each gearbox.
+
+Public names, by module:
+
+    fleet_run: at_home, on_cluster, run
+    fleet_table: FleetFolder
+    job: JobSettings
+    paths: find_bags
+    trend: gearboxes
+"""

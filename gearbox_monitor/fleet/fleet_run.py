@@ -2,161 +2,162 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Analyse many bags, each once; analyse a bag again only if it or the settings have changed.
+Map a function over many bags, on processes of this machine or on a Dask cluster.
 
-Bags of one size may be copies of each other: their content is hashed before one of them is
-analysed. A bag of a size that no other has is read once only.
+Both are executors of concurrent.futures. At home each bag has a process of its own, so that no
+bag can spoil the memory of another one, and is named if its process dies.
 """
-from collections import Counter, deque
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import (
+    BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor)
+from contextlib import AbstractContextManager, contextmanager
+import logging
+import multiprocessing
+from multiprocessing import forkserver, resource_tracker
+import os
+from pathlib import Path
+import queue
+import resource
+import signal
+import threading
+from typing import Any, TypeAlias
 
-from gearbox_monitor import __version__
+from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.fleet import job
-from gearbox_monitor.fleet.executors import Executor, TaskResult
-from gearbox_monitor.fleet.fleet_table import FleetTable
 from gearbox_monitor.fleet.paths import FleetBag
 
 TICK = 0.2  # s between two checks whether to stop
+CONNECT_TIMEOUT = 10.0  # s to wait for a scheduler
+DIED = 'its worker died (killed, or out of memory)'
+# workers -> executor
+Workers: TypeAlias = Callable[[int], AbstractContextManager[Executor]]
+Results: TypeAlias = Iterator[tuple[FleetBag, job.Row]]
 
 
-@dataclass
-class _Task:
-    """A bag to analyse, its content once hashed, and how many workers died with it."""
-
-    bag: FleetBag
-    content: str = ''
-    deaths: int = 0
-
-
-class FleetRun:
+def run(bags: Sequence[FleetBag], settings: job.JobSettings, executor: Workers, workers: int,
+        stop: Callable[[], bool] = lambda: False) -> Results:
     """
-    One run over many bags.
+    Yield (bag, row) of each of the `bags`, as they are done.
 
     Args:
         bags: the bags.
         settings: under which all of them are analysed.
-        table: the rows of earlier runs; results are added to it.
+        executor: returns the context of an executor with so many workers, at_home or on_cluster.
+        workers: number of bags that are analysed side by side at home.
+        stop: returns whether to stop.
 
-    Attributes: `counts`, {'done', 'failed', 'duplicate', 'skipped': int}; `pending`, number of
-    bags to analyse at the start.
+    Raises:
+        InputError: the scheduler is lost.
     """
+    unfinished: Sequence[FleetBag] = [bag for bag in bags if not bag.problem]
+    yield from ((bag, job.failed(bag, settings, bag.problem)) for bag in bags if bag.problem)
+    while unfinished and not stop():
+        with executor(min(workers, len(unfinished))) as several:
+            unfinished = yield from _done(several, unfinished, settings, stop)
+        # A process died, and with it the pool. Bags begin in their order: it had one of the first,
+        # which get a pool of their own each.
+        for bag in unfinished[:workers]:
+            with executor(1) as single:
+                if not stop() and (yield from _done(single, [bag], settings, stop)):
+                    yield bag, job.failed(bag, settings, DIED)
+        unfinished = unfinished[workers:]
 
-    def __init__(self, bags: Sequence[FleetBag], settings: job.JobSettings, table: FleetTable
-                 ) -> None:
-        self.settings, self.table = settings, table
-        self.key = settings.key
-        self.counts = Counter(done=0, failed=0, duplicate=0, skipped=0)
-        self._analyse: deque[_Task] = deque()
-        self._hash: deque[_Task] = deque()
-        self._running = 0
-        tasks = [_Task(bag) for bag in bags if not table.finished(bag, self.key)]
-        self.pending = len(tasks)
-        self.counts['skipped'] = len(bags) - len(tasks)
-        self._unreadable = [task for task in tasks if task.bag.problem]
-        tasks = [task for task in tasks if not task.bag.problem]
-        sizes = Counter(task.bag.size for task in tasks)
-        self._same_size: dict[int | None, list[_Task]] = {}  # until all of a size are hashed
-        self._unhashed: Counter[int | None] = Counter()
-        for task in tasks:
-            size = task.bag.size
-            if size is None or size > 0 and (sizes[size] > 1 or table.has_size(size, self.key)):
-                self._hash.append(task)
-                self._same_size.setdefault(size, []).append(task)
-                self._unhashed[size] += 1
-            else:
-                self._analyse.append(task)
 
-    def run(self, executor: Executor, stop: Callable[[], bool] = lambda: False,
-            progress: Callable[[], object] = lambda: None) -> bool:
-        """
-        Analyse the bags.
-
-        Args:
-            executor: runs the tasks.
-            stop: returns whether to stop.
-            progress: called once for each bag.
-
-        Returns:
-            Whether all bags are done.
-
-        Raises:
-            InputError: nothing can be written any more, or the scheduler is lost.
-        """
-        for task in self._unreadable:
-            self._failed(task, task.bag.problem)
-            progress()
-        while self._analyse or self._hash or self._running:
-            while (self._analyse or self._hash) and executor.free:
-                self._start(executor)
-            for result in executor.results(TICK):
-                self._running -= 1
-                done = sum(self.counts.values())
-                self._take(result, executor.attempts)
-                for _ in range(sum(self.counts.values()) - done):
-                    progress()
-            if stop():
-                return False
-        return True
-
-    def _start(self, executor: Executor) -> None:
-        self._running += 1
-        if self._analyse:
-            task = self._analyse.popleft()
-            executor.submit((task, False), job.analyse, task.bag.url, self.settings)
+def _done(executor: Executor, bags: Sequence[FleetBag], settings: job.JobSettings,
+          stop: Callable[[], bool]) -> Generator[tuple[FleetBag, job.Row], None, list[FleetBag]]:
+    """Yield (bag, row) of those `bags` that are done; return those that a dead process left."""
+    unfinished: list[FleetBag] = []
+    bag_of: dict[Future[job.Row], FleetBag] = {}
+    ended: queue.SimpleQueue[Future[job.Row]] = queue.SimpleQueue()
+    for bag in bags:
+        try:
+            future = executor.submit(job.analyse, bag, settings)
+        except BrokenExecutor:  # so early
+            unfinished.append(bag)
         else:
-            task = self._hash.popleft()
-            executor.submit((task, True), job.digest, task.bag.url)
+            bag_of[future] = bag
+            future.add_done_callback(ended.put)
+    while bag_of and not stop():
+        try:
+            future = ended.get(timeout=TICK)
+        except queue.Empty:
+            continue
+        bag = bag_of.pop(future)
+        try:
+            yield bag, future.result()
+        except BrokenExecutor:
+            unfinished.append(bag)
+        except CancelledError:
+            raise InputError('--scheduler: the scheduler is lost; what is done is kept, run the '
+                             'same command again to continue') from None
+        except Exception as error:  # of Dask: its workers died, or cannot run this package
+            yield bag, job.failed(bag, settings, f'{type(error).__name__} '
+                                  f'{" ".join(str(error).split())}')
+    order = {bag.path: place for place, bag in enumerate(bags)}
+    return sorted(unfinished, key=lambda bag: order[bag.path])
 
-    def _take(self, result: TaskResult, attempts: int) -> None:
-        task, hashed = result.task
-        if result.died:
-            task.deaths += 1
-            if task.deaths < attempts and not result.given_up:
-                (self._hash if hashed else self._analyse).appendleft(task)
-                return
-            times = f', {task.deaths} times' if task.deaths > 1 else ''
-            self._failed(task, f'{result.died}{times}', attempts=task.deaths)
-        elif not hashed:
-            row, windows = result.value
-            self._put(task, row, windows if row['status'] == 'done' else None)
-        else:
-            task.content, reason = result.value
-            if reason:
-                self._failed(task, reason)
-        if hashed:
-            self._compare(task.bag.size)
 
-    def _failed(self, task: _Task, reason: str, **columns: Any) -> None:
-        """Write the row of a bag that is to be tried again."""
-        self._put(task, {'status': 'failed', 'retry': True,
-                         'reason': f'{task.bag.url}: {reason}', **columns})
+@contextmanager
+def at_home(workers: int, memory: int = 0) -> Iterator[Executor]:
+    """
+    Give an executor of `workers` processes of this machine, which end with the block.
 
-    def _put(self, task: _Task, row: job.Row, windows: list[job.Window] | None = None) -> None:
-        bag = task.bag
-        self.table.put({'version': __version__, 'attempts': task.deaths + 1, **row,
-                        'path': bag.url, 'bytes': bag.size, 'fingerprint': bag.fingerprint,
-                        'settings': self.key}, windows)
-        self.counts[row['status']] += 1
+    memory: bytes that one bag may take, 0: any number.
+    """
+    context: Any = multiprocessing.get_context('forkserver')
+    # Workers are forked from a process that has loaded all they need.
+    context.set_forkserver_preload(['gearbox_monitor.fleet.preload'])
+    resource_tracker.ensure_running()  # or the server starts it, and unblocks SIGINT
+    # Ctrl-C reaches every process of a terminal; this one ends the others in order.
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    others = multiprocessing.active_children()
+    executor = ProcessPoolExecutor(workers, context, _prepare, (memory,), max_tasks_per_child=1)
+    try:
+        yield executor
+    finally:
+        end = threading.Thread(target=executor.shutdown, kwargs={'cancel_futures': True})
+        end.start()
+        while end.is_alive():  # it waits for its processes, and may have just started another one
+            for child in set(multiprocessing.active_children()).difference(others):
+                child.kill()
+            end.join(0.02)
 
-    def _compare(self, size: int | None) -> None:
-        """Separate copies and originals once all bags of one size are hashed."""
-        self._unhashed[size] -= 1
-        if self._unhashed[size]:
-            return
-        originals: dict[str, str] = {}  # content: url
-        for task in self._same_size.pop(size):
-            if not task.content:  # it could not be read
-                continue
-            row = self.table.of_content(task.content, self.key)
-            if row is not None and row['path'] == task.bag.url:  # its files were touched
-                self.table.put({**row, 'fingerprint': task.bag.fingerprint})
-                self.counts['skipped'] += 1
-                continue
-            original = row['path'] if row else originals.setdefault(task.content, task.bag.url)
-            if original == task.bag.url:
-                self._analyse.append(task)
-            else:
-                self._put(task, {'status': 'duplicate', 'duplicate_of': original,
-                                 'content': task.content})
+
+def _prepare(memory: int) -> None:
+    """Prepare a worker, which may take `memory` bytes more and ends with its parent."""
+    if memory:
+        used = int(Path('/proc/self/statm').read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + memory, resource.RLIM_INFINITY))
+    parent = multiprocessing.parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def on_cluster(address: str) -> Iterator[Executor]:
+    """Give the executor of the Dask cluster with the scheduler at `address`. Raises InputError."""
+    try:
+        from distributed import Client
+        from distributed.comm import get_address_host_port
+    except ImportError:
+        raise InputError('--scheduler: dask.distributed is not installed, expected '
+                         f'{installed_by("fleet")}') from None
+    for name in list(logging.Logger.manager.loggerDict):  # our messages say the same
+        if name.startswith(('distributed', 'tornado')):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    try:
+        get_address_host_port(address)  # a Client takes long to notice
+        client: Any = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise InputError(f'--scheduler: {address}: {" ".join(str(error).split())}, expected the '
+                         'address of a running Dask scheduler, as tcp://host:8786') from None
+    with client:
+        yield client.get_executor(pure=False)

@@ -4,47 +4,43 @@
 """
 Analyse one bag: replay it, fit its features and diagnose it if required.
 
-Runs in a worker and returns plain data; only the process that started the fleet run writes files.
+`analyse` runs in a worker, on this machine or another one, and returns plain data: only the
+process that started the fleet run writes files.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timezone
-import errno
 import hashlib
 import json
+import math
 from pathlib import Path
 import re
-import tempfile
-import time
+import threading
 from typing import Any, TypeAlias
-from urllib.parse import quote
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.player import Player
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recorded_samples import joined_samples, samples_of
-from gearbox_monitor.bag.recorded_snapshots import NO_MODEL, NO_SERIAL
+from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.files.plain_data import plain
-from gearbox_monitor.fleet.paths import content_hash, fetched
-from gearbox_monitor.identification.diagnose import diagnose
-from gearbox_monitor.kernels.kernel import KERNELS
-from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
-from gearbox_monitor.monitoring.backlash.recording_windows import (
+from gearbox_monitor.files.opening import plain
+from gearbox_monitor.fleet.paths import content_hash, FleetBag
+from gearbox_monitor.health.backlash.features import Backlash, NotExcited
+from gearbox_monitor.health.backlash.recording_windows import (
     combine, reason_of, RecordingWindows, separable_of)
+from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.admission import admitted
+from gearbox_monitor.recordings.player import Player
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.recorded_samples import (
+    joined_samples, NO_MODEL, NO_SERIAL, samples_of)
+from gearbox_monitor.signals.admission import admitted
 
-FORMAT = 2  # of the tables
+FORMAT = 3  # of the rows
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
-LONGEST_NAME = 200  # of a gearbox, bytes of the name of its folder
 COMBINED = ('gap', 'lost_motion', 'stiffness', 'hysteresis')
 TRUST = ('observability', 'prediction error', 'covariance', 'input')
-DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
-Row: TypeAlias = dict[str, Any]  # plain data, some of fleet_table.COLUMNS
-Window: TypeAlias = Backlash | NotExcited
+Row: TypeAlias = dict[str, Any]  # plain data, some of fleet_table.SCHEMA
 
 
 @dataclass(frozen=True)
@@ -55,7 +51,7 @@ class JobSettings:
     model: None: the one recorded in the bag; model_name: its name in messages. parameters: of the
     estimator, by name; they replace the recorded ones. topic: of the inputs. gearbox: pattern
     whose first group, in the path, names the gearbox; '': the recorded serial. diagnose: whether
-    to diagnose. only: ids of the effects to try, () = all.
+    to diagnose. only: ids of the effects to try, () = all. max_seconds: that one bag may take.
     """
 
     model: DriveModel | None = None
@@ -65,6 +61,7 @@ class JobSettings:
     gearbox: str = ''
     diagnose: bool = False
     only: tuple[str, ...] = ()
+    max_seconds: float = math.inf
     version: str = __version__
 
     @property
@@ -76,58 +73,54 @@ class JobSettings:
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def digest(url: str) -> tuple[str, str]:
-    """Return (content hash, '') of the bag `url`, ('', reason) if it cannot be read."""
-    try:
-        return content_hash(url), ''
-    except OSError as error:
-        return '', f'cannot be read: {error.strerror or error}'
-
-
-def analyse(url: str, settings: JobSettings) -> tuple[Row, list[Window]]:
+def analyse(bag: FleetBag, settings: JobSettings) -> Row:
     """
-    Return (row, windows) of the bag `url` under `settings`.
+    Return the row of `bag` under `settings`, after settings.max_seconds at the latest.
 
-    The row of a bag that cannot be analysed states the reason; retry: whether it may pass. Raises
-    InputError if the disk for copies of bags is full.
+    The row of a bag that cannot be analysed states the reason; retry: whether it may pass.
     """
-    began = time.process_time()
-    row: Row = {'version': __version__, 'kernels': KERNELS, 'status': 'failed',
-                'retry': False}
-    windows: list[Window] = []
+    rows: list[Row] = []
+    # A thread can be left behind wherever it is; the process of a worker at home ends with it.
+    thread = threading.Thread(target=lambda: rows.append(_row(bag, settings)), daemon=True)
+    thread.start()
+    thread.join(min(settings.max_seconds, threading.TIMEOUT_MAX))
+    return rows[0] if rows else failed(
+        bag, settings, f'took more than {settings.max_seconds:g} s (--max-seconds)')
+
+
+def failed(bag: FleetBag, settings: JobSettings, reason: str) -> Row:
+    """Return the row of a `bag` that is to be tried again, for a `reason` that may pass."""
+    return {'path': bag.path, 'bytes': bag.bytes, 'settings': settings.key,
+            'version': __version__, 'status': 'failed', 'retry': True,
+            'reason': f'{bag.path}: {reason}'}
+
+
+def _row(bag: FleetBag, settings: JobSettings) -> Row:
+    if settings.version != __version__:
+        return failed(bag, settings, f'the worker has gearbox_monitor {__version__}, expected '
+                      f'{settings.version}')
+    row = {**failed(bag, settings, ''), 'kernels': KERNELS, 'retry': False}
     try:
-        if settings.version != __version__:
-            row['retry'] = True
-            raise InputError(f'the worker has gearbox_monitor {__version__}, expected '
-                             f'{settings.version}')
-        row['content'] = content_hash(url)
-        with fetched(url) as path:
-            try:
-                results, windows = _analysed(path, url, settings)
-            except InputError as error:  # it names the copy
-                raise InputError(str(error).replace(str(path), url)) from None
-        row.update(results, status='done')
+        path = Path(bag.path)
+        row['content'] = content_hash(path)
+        return {**row, **_analysed(path, settings), 'status': 'done', 'reason': None}
     except InputError as error:
-        row['reason'] = str(error)
-    except (OSError, MemoryError) as error:
-        if isinstance(error, OSError) and error.errno in DISK_FULL:
-            raise InputError(f'{tempfile.gettempdir()}: {error.strerror}, expected room for a '
-                             f'copy of {url}; what is done is kept, run the same '
-                             'command again to continue') from None
-        row.update(retry=True, reason=f'{url}: {error}' if isinstance(error, OSError) else
-                   f'{url}: out of memory (--max-memory)')
+        return {**row, 'reason': str(error)}
+    except OSError as error:
+        return {**row, 'retry': True, 'reason': f'{bag.path}: {error}'}
+    except MemoryError:
+        return {**row, 'retry': True, 'reason': f'{bag.path}: out of memory (--max-memory)'}
     except Exception as error:  # a bag must not end the run of all others
-        row['reason'] = f'{url}: {type(error).__name__} {" ".join(str(error).split())}'
-    row['cpu_s'] = round(time.process_time() - began, 3)
-    return row, windows
+        return {**row, 'reason': f'{bag.path}: {type(error).__name__} '
+                                 f'{" ".join(str(error).split())}'}
 
 
-def _analysed(path: Path, url: str, settings: JobSettings) -> tuple[Row, list[Window]]:
-    """Return (results for the row, windows) of the local bag `path`."""
+def _analysed(path: Path, settings: JobSettings) -> Row:
+    """Return the results for the row of the bag `path`."""
     with open_bag(path) as reader:
         player = Player(reader, settings.model, settings.parameters, settings.topic)
         monitor = player.monitor
-        gearbox = _gearbox(url, player.namespace, monitor.parameters.gearbox_serial,
+        gearbox = _gearbox(path, player.namespace, monitor.parameters.gearbox_serial,
                            settings.gearbox)
         fits, count = RecordingWindows(monitor.estimator), 0
         start: int | None = None
@@ -156,24 +149,23 @@ def _analysed(path: Path, url: str, settings: JobSettings) -> tuple[Row, list[Wi
         notes += [NO_MODEL] if NO_MODEL in player.notes else []
         unnamed = not settings.gearbox and gearbox == EstimatorParameters().gearbox_serial
         notes += [NO_SERIAL] if unnamed else []
-        row['notes'] = '; '.join(note.replace(str(path), url) for note in notes)
-    return row, windows
+        row['notes'] = '; '.join(notes)
+    return row
 
 
-def _gearbox(url: str, namespace: str, serial: str, pattern: str) -> str:
+def _gearbox(path: Path, namespace: str, serial: str, pattern: str) -> str:
     """Return the name of the gearbox."""
-    name, usual = serial, EstimatorParameters().gearbox_serial
+    usual = EstimatorParameters().gearbox_serial
     if pattern:
-        match = re.search(pattern, url)
+        match = re.search(pattern, str(path))
         if match is None:
-            raise InputError(f'{url}: does not match --gearbox {pattern!r}')
-        name = match[1]
-    elif name in ('', usual):  # nobody has named it
-        name = namespace.strip('/') or usual
-    if not 0 < len(quote(name, safe='')) <= LONGEST_NAME:
-        raise InputError(f'{url}: gearbox: {name!r}, expected a name of 1 to {LONGEST_NAME} '
-                         'characters')
-    return name
+            raise InputError(f'{path}: does not match --gearbox {pattern!r}')
+        serial = match[1]
+    elif serial in ('', usual):  # nobody has named it
+        serial = namespace.strip('/') or usual
+    if not serial:
+        raise InputError(f"{path}: gearbox: '', expected a name")
+    return serial
 
 
 def _features(windows: Sequence[Any]) -> Row:
@@ -192,7 +184,7 @@ def _features(windows: Sequence[Any]) -> Row:
     return row
 
 
-def _diagnosis(player: Player, windows: Sequence[Window], start: int, end: int,
+def _diagnosis(player: Player, windows: Sequence[Backlash | NotExcited], start: int, end: int,
                settings: JobSettings) -> Row:
     """Return the verdict on the part of the bag with the best coverage, or why there is none."""
     excited = [w for w in windows if isinstance(w, Backlash)]

@@ -7,7 +7,7 @@ Trend of the backlash of each gearbox from bag to bag, and the order of urgency.
 Growth compares the newest bags with the oldest ones, so that late growth counts in full. An
 excursion is a growth that has ended: bags above those before them and above those after them. Rate
 and forecast are those of a line through all bags outside of excursions
-(monitoring.backlash.forecast); without a significant slope there is no forecast.
+(health.backlash.wear); without a significant slope there is no forecast.
 """
 from collections.abc import Iterable, Sequence
 import math
@@ -17,9 +17,9 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.fleet.job import Row
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash.wear import GrowthHistory, Trend
 from gearbox_monitor.kernels.types import Array, Flags, Integers
-from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.backlash.forecast import GrowthHistory, Trend
 
 ENDS, SHARE = 5, 8  # at either end, one bag in SHARE is compared, at most ENDS
 SCATTER = 4  # bags from which on their scatter is estimated

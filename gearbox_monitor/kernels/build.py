@@ -26,11 +26,10 @@ from typing import Any
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels import library
-from gearbox_monitor.kernels.declared import declared, Declared, result_format
+from gearbox_monitor.kernels.declared import Declared, declared, result_format
 from gearbox_monitor.kernels.translate.program import Program
 from gearbox_monitor.kernels.translate.values import (
-    Array, BOOL, FLOAT, INT, Known, NATURAL, Number, Record, Refused,
-    Type)
+    Array, BOOL, FLOAT, INT, Known, NATURAL, Number, Record, Refused, Type)
 
 EVERYTHING = 'gearbox_monitor.compiled'  # imports whatever has entries
 FLAGS = ('-std=c99', '-fPIC', '-ffp-contract=off', '-fno-math-errno', '-fno-trapping-math',

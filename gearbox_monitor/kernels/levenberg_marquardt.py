@@ -6,8 +6,8 @@ Nonlinear least squares by Levenberg and Marquardt (Levenberg 1944, Marquardt 19
 
 `minimise` solves many small problems side by side, each with its own damping; `damped_step` takes
 one step of a large one, whose outer loop does more than steps (noise annealed, states eliminated).
-Two loops stand elsewhere: identification.torque_regression takes plain Gauss-Newton steps, because
-errors in variables leave no cost that a step could lower; monitoring.elastic_regression takes the
+Two loops are elsewhere: diagnosis.joint.torque_regression takes plain Gauss-Newton steps, because
+errors in variables leave no cost that a step could lower; health.elastic_regression takes the
 steps of `minimise` in machine code, because samples wait for them.
 """
 from collections.abc import Callable

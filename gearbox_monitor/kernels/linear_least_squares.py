@@ -7,9 +7,9 @@ Linear least squares by normal equations, with one rule of rank.
 Parameters differ by ten orders of magnitude: a normal matrix is taken at unit diagonal, where
 directions with less than RANK of the largest eigenvalue count as undetermined. A prior is part of
 the matrix: 1 over its variance on the diagonal. Elsewhere stand, on purpose: bounded least squares
-(quality.wiring), noise profiled per band (balance.evidence), noise in the columns
-(identification.torque_regression) and a roughness penalty with its own cutoff
-(identification.basis_functions).
+(signals.wiring), noise profiled per band (diagnosis.robot.evidence), noise in the columns
+(diagnosis.joint.torque_regression) and a roughness penalty with its own cutoff
+(diagnosis.joint.basis_functions).
 """
 import numpy as np
 

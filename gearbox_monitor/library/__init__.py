@@ -1,4 +1,21 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a user imports: from a file or arrays to results. The commands call the same functions."""
+"""
+The public API: what `import gearbox_monitor` offers.
+
+In go paths, arrays, DataFrames and models; out come results that show themselves. The commands
+call the same functions.
+
+Public names, by module:
+
+    drive_file: CatalogueActuator, is_actuator, load_actuator, load_model, NAMES, SIMULATORS
+    identify: adapt, diagnose, expect_ids, uniform, write_adapted
+    ranges: ranges
+    recording: load_recording, Recording
+    recording_report: write_report
+    robot: diagnose_robot, learn_robot, load_robot, payload_tracker, PayloadTrack,
+        recorded_names, Robot, robot_effects, RobotDiagnosis, track_payload
+    simulator_file: export_model, SimulatorFile, TARGETS
+    views: columns
+"""

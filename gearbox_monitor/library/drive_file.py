@@ -1,20 +1,27 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The model of a drive from a model file, or from one joint of a simulator's file."""
+"""Models of drives: from a model file, one joint of a simulator's file, or the catalogue."""
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.mjcf_file import MjcfDrive, model_of, read_mjcf
-from gearbox_monitor.files import yaml_files
-from gearbox_monitor.files.yaml_files import load_yaml
-from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.origin import FileLimits, ModelOrigin, NO_LIMIT
+import numpy as np
+import scipy
 
-SIMULATORS, MODEL_FILES = ('.xml', '.urdf', '.sdf'), ('.yaml', '.yml')
+from gearbox_monitor.diagnosis.joint.parameter_ranges import (
+    Combination, LEVELS, NORMAL, ParameterRanges)
+from gearbox_monitor.errors import InputError, most_similar, unknown
+from gearbox_monitor.files import yaml_files
+from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.plant.drive import DriveModel, model_from_dict
+from gearbox_monitor.plant.origin import FileLimits, ModelOrigin, NO_LIMIT
+from gearbox_monitor.removed import refusal
+from gearbox_monitor.simulators.mjcf_file import MjcfDrive, model_of, read_mjcf
+
+SIMULATORS, MODEL_FILES = ('.xml', '.urdf'), ('.yaml', '.yml')
 
 
 def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | None = None,
@@ -25,7 +32,7 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
     Return the model of a drive in a model file, or of one joint in a simulator's file.
 
     Args:
-        path: of a model file (YAML), or an MJCF, URDF or SDF file.
+        path: of a model file (YAML), or an MJCF or URDF file.
         joint: joint of the simulator's file that the motor drives; None for a model file.
         arm_joint: joint of the arm in the simulator's file, None where it is the same.
         keyframe: posture in which inertia and weight are taken, a key of an MJCF file.
@@ -41,11 +48,11 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
     Raises:
         InputError: naming file, key, value and what was expected.
 
-    >>> from gearbox_monitor.files.resources import config_path
+    >>> from gearbox_monitor.files.opening import config_path
     >>> load_model(config_path('drive.yaml')).transmission.kind
     'dead_zone'
     """
-    path = expect_path(path, 'path', 'a model file, or an MJCF, URDF or SDF file')
+    path = expect_path(path, 'path', 'a model file, or an MJCF or URDF file')
     if joint is None:
         if path.suffix.lower() in SIMULATORS:
             raise InputError(f'{path}: the file of a simulator, expected joint (--joint): '
@@ -72,8 +79,10 @@ def _limits(drive: MjcfDrive, model: DriveModel) -> FileLimits:
 
 
 def expect_path(value: object, name: str, what: str) -> Path:
-    """Return `value`, called `name`, as the Path of `what`. Raises InputError for other types."""
+    """Return `value`, called `name`, as the Path of `what`. Raises InputError for another type."""
     if isinstance(value, (str, Path)) and str(value):
+        if gone := refusal(Path(value).suffix.lower()):
+            raise InputError(f'{value}: {gone}')
         return Path(value)
     raise InputError(f'{name}: {type(value).__name__} {str(value)[:40]!r}, expected the path of '
                      f'{what}')
@@ -87,3 +96,73 @@ def _given(values: str | Path | Mapping[str, Any] | None) -> Mapping[str, Any]:
     if not isinstance(content, dict):
         raise InputError(f'{values}: {str(content)[:40]!r}, expected keys and values')
     return content
+
+
+FOLDER = 'actuators'
+NAMES = ('ak80_6', 'davinci_backend', 'sts3250', 'tx40_joint1', 'tx40_joint2', 'tx40_joint3',
+         'tx40_joint4', 'xl330')
+
+
+@dataclass(frozen=True)
+class CatalogueActuator:
+    """
+    An actuator of the catalogue.
+
+    model: with the median values, its effort as `description` says. ranges: of the next
+    recording. provenance: source, licence, citation, recorded, command. held_out: recordings that
+    were not fitted, with the error of the median values on them.
+    """
+
+    name: str
+    description: str
+    model: DriveModel
+    ranges: ParameterRanges
+    provenance: Mapping[str, str]
+    held_out: Mapping[str, Any]
+
+
+def load_actuator(name: str) -> CatalogueActuator:
+    """
+    Return an actuator of the catalogue (docs/actuators.md).
+
+    Args:
+        name: of the actuator.
+
+    Raises:
+        InputError: the catalogue has no such name; the message lists those that it has.
+
+    >>> load_actuator('davinci_backend').provenance['licence']
+    'ODbL 1.0'
+    """
+    if not isinstance(name, str) or name not in NAMES:
+        raise InputError(f'actuator: {name!r}, {unknown(str(name), NAMES)}')
+    data = load_yaml(config_path(f'{FOLDER}/{name}.yaml')).content
+    return CatalogueActuator(
+        name, data['description'], model_from_dict(data['model'], name), _ranges(data['ranges']),
+        {key: data[key] for key in ('source', 'licence', 'citation', 'recorded', 'command')},
+        data['held_out'])
+
+
+def is_actuator(path: str) -> bool:
+    """Return whether `path` names an actuator, perhaps misspelt, and not a file."""
+    return bool(most_similar(path, NAMES)) and not Path(path).exists()
+
+
+def _ranges(data: Mapping[str, Any]) -> ParameterRanges:
+    """Return the ranges in an entry; beyond low and high they go on as a normal does."""
+    rows = data['parameters']
+    logarithmic = tuple(row['distribution'] == 'lognormal' for row in rows.values())
+    low, centre, high = (np.array([row[key] for row in rows.values()], float)
+                         for key in ('low', 'median', 'high'))
+    between = np.array([row.get('between', np.nan) for row in rows.values()], float)
+    ends = [np.where(logarithmic, np.log(np.where(logarithmic, v, 1.0)), v)
+            for v in (low, centre, high)]
+    steps = scipy.special.ndtri(LEVELS)[:, None] / NORMAL
+    quantiles = ends[1] + np.where(steps < 0.0, steps * (ends[1] - ends[0]),
+                                   steps * (ends[2] - ends[1]))
+    return ParameterRanges(
+        tuple(rows), tuple(row['unit'] for row in rows.values()), logarithmic, centre, low, high,
+        between, np.array(data['correlation'], float),
+        tuple(Combination(c['exponents'], c['deviation'])
+              for c in data['known_only_in_combination']),
+        tuple(data['sources']), tuple(data['notes']), quantiles)

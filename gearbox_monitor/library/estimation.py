@@ -14,14 +14,14 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.files.yaml_files import load_parameters
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash.features import Backlash, NotExcited
+from gearbox_monitor.health.backlash.recording_windows import (
+    combine, Combined, reason_of, RecordingWindows, separable_of)
+from gearbox_monitor.health.checks.outcome import Outcome
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.recording import Recording, SECOND
-from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
-from gearbox_monitor.monitoring.backlash.recording_windows import (
-    combine, Combined, reason_of, RecordingWindows, separable_of)
-from gearbox_monitor.monitoring.checks.outcome import Outcome
-from gearbox_monitor.monitoring.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters, SETTINGS, values_of
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.presentation import Drawn

@@ -3,18 +3,28 @@
 
 """Diagnose, fit, tune and adapt: recordings of one drive and its model, in one call."""
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from gearbox_monitor.diagnosis.joint import diagnose as identification, unit_adaptation
+from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, NominalFit
+from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted, samples_of
+from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, InputError, unknown
-from gearbox_monitor.identification import diagnose as identification
-from gearbox_monitor.identification.nominal import fit_nominal, NominalFit
-from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.estimation.score import run_score
+from gearbox_monitor.estimation.tune import tune as tuned
+from gearbox_monitor.files.yaml_files import save_model, write_parameters
+from gearbox_monitor.kernels.array_input import column
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.library.estimation import estimator_values, expect_recording, Parameters
 from gearbox_monitor.library.recording import all_of, Recording
+from gearbox_monitor.parameters import EstimatorParameters, MIXED, resolve
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.quality.recording import at_one_rate, UniformRecording
+from gearbox_monitor.presentation import Saved, Shown
+from gearbox_monitor.signals.admission import measured_samples
+from gearbox_monitor.signals.recording import at_one_rate, UniformRecording
 
 Recorded = Recording | UniformRecording
 Progress = Callable[..., object]
@@ -28,7 +38,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     Return the verdict on recordings of one drive: the effects that its model lacks.
 
     Every effect of the library is fitted; the likelihood of the recordings decides which of them
-    count (docs/diagnosis_method.md).
+    count (docs/science.md).
 
     Args:
         recordings: of `load_recording`, one or several of one drive; each is evaluated with the
@@ -62,8 +72,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
 
 def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
         free: Sequence[str] | None = None, *, validate: Recorded | None = None,
-        seconds: float | None = None, jobs: int = 1, progress: Progress | None = None
-        ) -> NominalFit:
+        seconds: float | None = None, progress: Progress | None = None) -> NominalFit:
     """
     Return the values of a model fitted to recordings, and which of them these determine.
 
@@ -76,7 +85,6 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
             effects of the model), None for all of this drive but kt.
         validate: recording that is used for validation only.
         seconds: length of the runs that are fitted, s; None: 1 s.
-        jobs: number of threads.
         progress: called with (done, total, text).
 
     Returns:
@@ -90,9 +98,8 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
     _expect_list('free', free, 'names')
     if seconds is not None and not (isinstance(seconds, (int, float)) and seconds >= 1.0):
         raise InputError(f'seconds: {seconds!r}, expected at least 1 s')
-    expect_whole(jobs, 'jobs', 1)
     parts, validation, _ = uniform(recordings, model, validate)
-    return fit_nominal(parts, model, free, validate=validation, seconds=seconds, jobs=jobs,
+    return fit_nominal(parts, model, free, validate=validation, seconds=seconds,
                        progress=progress)
 
 
@@ -141,3 +148,151 @@ def _expect_list(option: str, names: Any, what: str) -> Iterable[object]:
     if isinstance(names, str) or not isinstance(names, (Sequence, Mapping, Set, type(None))):
         raise InputError(f'{option}: {names!r}, expected a list of {what}')
     return names or ()
+
+
+@dataclass(frozen=True, repr=False)
+class TunedParameters(Shown, Saved):
+    """
+    Parameters of a filter as a recording has them.
+
+    parameters: all of them, with what was tuned; before: those in force; model: of the drive;
+    figures {name: value}: of the search, as `tune --json` prints them.
+    """
+
+    parameters: EstimatorParameters
+    before: EstimatorParameters
+    model: DriveModel
+    figures: Mapping[str, Any]
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The tuned values by name."""
+        return dict(self.figures['parameters'])
+
+    @property
+    def errors(self) -> dict[str, float | None]:
+        """The relative standard error of each tuned value, None where the search gives none."""
+        return {name: self.figures['relative_error'].get(name) for name in self.values}
+
+    @property
+    def kept(self) -> bool:
+        """Whether nothing is more likely than the parameters before, which are kept."""
+        return bool(self.figures['kept'])
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences about the search."""
+        return tuple(self.figures['notes'])
+
+
+def tune(recording: Recording, model: DriveModel | None = None, *,
+         parameters: Parameters = None, reference: Array | None = None, smoother: bool = False,
+         speeds: bool = True, progress: Callable[[float], None] | None = None, **changes: object
+         ) -> TunedParameters:
+    """
+    Return R and Q of a filter for a recording, by maximum likelihood of the innovations.
+
+    Args:
+        recording: of `load_recording`; with half a second of standstill R comes from there.
+        model: of the drive, None for the one of the recording.
+        parameters: before, as `estimate` takes them; the result depends on what is not tuned.
+        reference: measured torque of the transmission [N], N m: then its error counts instead.
+        smoother: tune for the smoothed torque.
+        speeds: tune the process noise of the speeds, too.
+        progress: called with the share that is done, 0 to 1.
+        changes: single parameters by name, such as filter='ukf'. tau_k_model is mixed unless one
+            is named, or a reference given.
+
+    Returns:
+        The parameters, for `estimate(..., parameters=tuned.parameters)`; `save` writes the file.
+
+    Raises:
+        InputError: the recording is too short or does not move, or the filter diverges.
+    """
+    recording = expect_recording(recording)
+    drive = recording.model if model is None else expect_model(model)
+    usual = {} if smoother or reference is not None else {'tau_k_model': MIXED}
+    drive, base = resolve(drive, {**usual, **estimator_values(parameters, changes)})
+    recording = recording.with_model(drive)
+    samples, notes = measured_samples(recording.samples(), recording.name)
+    measured = None if reference is None else (samples.stamp_ns, column(
+        reference, 'reference', 'torque of the transmission in N m', len(recording)))
+    try:
+        figures = tuned(drive, base, [samples], measured, speeds, smoother, progress)
+    except InputError as error:
+        raise InputError(f'{recording.name}: {error}') from None
+    figures.update(bag=recording.name, notes=[*figures['notes'], *recording.notes, *notes])
+    return TunedParameters(base.replace(**figures['parameters']), base, drive, figures)
+
+
+def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
+          parameters: Parameters = None, progress: Callable[..., object] | None = None,
+          **changes: object) -> Adapted:
+    """
+    Return model and parameters of one unit, from its motion alone, without a torque sensor.
+
+    `fit` and `tune` in one; the tolerances state what stays open (docs/tuning.md).
+
+    Args:
+        recordings: of `load_recording`, of this unit, with both encoders.
+        model: of the drive.
+        parameters: of the estimator, as `estimate` takes them.
+        progress: called with (done, total, text).
+        changes: single parameters by name; tau_k_model is mixed unless one is named.
+
+    Returns:
+        The adapted model and parameters; where nothing is more likely than those before, these,
+        and `kept` says so. `save` writes drive.yaml and params.yaml into a new folder.
+
+    Raises:
+        InputError: the recordings do not suit it.
+    """
+    base = parameters if isinstance(parameters, EstimatorParameters) and not changes else (
+        EstimatorParameters.of({'tau_k_model': MIXED, **estimator_values(parameters, changes)}))
+    parts, _, _ = uniform(recordings, expect_model(model))
+    result = replace(unit_adaptation.adapt(parts, model, base, progress), estimator=base)
+    refusal = _kept_before(result, model, base, parts)
+    if not refusal:
+        return result
+    return replace(result, model=model.with_(**{
+        name: max(sides) for name, sides in result.tolerances.items()}), parameters={},
+        open=[refusal, *result.open], kept=refusal)
+
+
+def write_adapted(folder: str | Path, result: Adapted, names: str) -> Path:
+    """
+    Write drive.yaml and params.yaml into a new folder, and return that. Raises InputError.
+
+    Args:
+        folder: that does not exist.
+        result: of `adapt`.
+        names: of the recordings.
+    """
+    folder = Path(folder)
+    if folder.exists() or not folder.parent.is_dir():
+        raise InputError(f'{folder}: expected a new folder in one that exists')
+    folder.mkdir()
+    save_model(folder / 'drive.yaml', result.model,
+               [f'Adapted with gearbox_monitor adapt to {names}', *result.open])
+    figures = {'smoother': False, 'after': None, 'relative_error': {},
+               'filter': result.estimator.filter, **result.tuning,
+               'parameters': result.parameters, 'bag': names, 'command': 'adapt'}
+    write_parameters(folder / 'params.yaml', result.estimator, (str(folder / 'drive.yaml'), {}),
+                     figures)
+    return folder
+
+
+def _kept_before(result: Adapted, model: DriveModel, parameters: EstimatorParameters,
+          recordings: Sequence[UniformRecording]) -> str:
+    """Return why model and parameters stay as they were, '' if those of `result` are as likely."""
+    if result.fit is None:
+        return ''
+    samples = [samples_of(recording) for recording in recordings]
+    old_score, new_score = (sum(run_score(drive, values, part).criterion for part in samples)
+                            for drive, values in ((model, parameters), (
+                         result.model, parameters.replace(**result.parameters))))
+    if new_score >= old_score:
+        return ''
+    return ('the adapted values are less likely than model file and parameters before '
+            f'(log-likelihood {new_score:.1f}, {old_score:.1f} before): these are kept, with '
+            'wider tolerances')

@@ -9,18 +9,17 @@ from typing import Any
 from matplotlib.figure import Figure
 import numpy as np
 
+from gearbox_monitor.diagnosis.joint.nominal import NominalFit
+from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.estimation.estimates import Estimates
-from gearbox_monitor.identification.nominal import NominalFit
-from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
-from gearbox_monitor.library.payload_track import PayloadTrack
 from gearbox_monitor.library.recording import Recording, SECOND
-from gearbox_monitor.library.robot import RobotDiagnosis
-from gearbox_monitor.monitoring.backlash.features import Backlash
+from gearbox_monitor.library.robot import PayloadTrack, RobotDiagnosis
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import plots
 from gearbox_monitor.report.diagnosis_evidence import gather
-from gearbox_monitor.report.overlay_plot import windows_figure
+from gearbox_monitor.report.plots import windows_figure
 from gearbox_monitor.report.summary import summary
 
 SETTLED = 1.0  # s at the start that a loop leaves out

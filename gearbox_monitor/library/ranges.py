@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.balance.robot_effects import PAYLOAD
-from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.plain_data import read_json
-from gearbox_monitor.identification.candidates import NUISANCES
-from gearbox_monitor.identification.nominal import FittedValue, NominalFit
-from gearbox_monitor.identification.parameter_ranges import (
+from gearbox_monitor.diagnosis.joint.candidates import NUISANCES
+from gearbox_monitor.diagnosis.joint.nominal import FittedValue, NominalFit
+from gearbox_monitor.diagnosis.joint.parameter_ranges import (
     ParameterRanges, ranges_of, UnitEstimate)
-from gearbox_monitor.identification.unit_adaptation import Adapted
-from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
+from gearbox_monitor.diagnosis.joint.verdict import Verdict
+from gearbox_monitor.diagnosis.robot.robot_effects import PAYLOAD
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import read_json
 from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis

@@ -10,16 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.bag.cdr import JointStates
-from gearbox_monitor.bag.csv import COLUMNS, CsvColumns, ENCODERS, read_csv, TEXTS
-from gearbox_monitor.bag.importer.containers import opened_table
-from gearbox_monitor.bag.joint_input import find_input
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recorded_samples import samples_of
-from gearbox_monitor.bag.robot_input import TABLES
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.kernels.array_input import column
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.library.drive_file import expect_path
@@ -27,8 +19,16 @@ from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.origin import FileLimits, NO_LIMITS
 from gearbox_monitor.plant.simulate import Trajectory
 from gearbox_monitor.presentation import Drawn
-from gearbox_monitor.quality.admission import admitted, prepared, require_samples, weighed
-from gearbox_monitor.quality.recording import merged, REPEATED, UniformRecording
+from gearbox_monitor.recordings.cdr import JointStates
+from gearbox_monitor.recordings.csv import COLUMNS, CsvColumns, ENCODERS, read_csv, TEXTS
+from gearbox_monitor.recordings.importer.containers import opened_table
+from gearbox_monitor.recordings.joint_input import find_input
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.recorded_samples import samples_of
+from gearbox_monitor.recordings.robot_input import TABLES
+from gearbox_monitor.recordings.topics import JOINT_STATES
+from gearbox_monitor.signals.admission import admitted, prepared, require_samples, weighed
+from gearbox_monitor.signals.recording import merged, REPEATED, UniformRecording
 
 FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'setpoint': 'position of the setpoint',
           'motor': 'position of the motor',

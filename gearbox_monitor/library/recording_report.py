@@ -7,21 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gearbox_monitor.bag.joint_input import bag_arguments, recorded_inputs, topics_called
-from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import write_new
-from gearbox_monitor.files.plain_data import plain
+from gearbox_monitor.files.opening import plain, write_new
 from gearbox_monitor.files.yaml_files import expect_new_file, gearboxes_of, load_parameters
-from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.library.drive_file import expect_path, load_model
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.presentation import Shown
-from gearbox_monitor.report.recording_page import figures, headline, recording_page
-from gearbox_monitor.report.robot_page import robot_page
-from gearbox_monitor.report.timeline import Timeline
-from gearbox_monitor.report.timeline_source import (
-    EstimatorChoice, RecordingFacts, TimelineSource)
+from gearbox_monitor.recordings.joint_input import bag_arguments, recorded_inputs, topics_called
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.topics import JOINT_STATES
+from gearbox_monitor.report.recording_page import figures, headline, recording_page, robot_page
+from gearbox_monitor.report.timeline import (
+    EstimatorChoice, RecordingFacts, Timeline, TimelineSource)
 
 Progress = Callable[[str, float], object]  # (task, share that is done)
 

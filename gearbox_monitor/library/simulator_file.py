@@ -1,26 +1,24 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Write a model into the file of a simulator: MJCF, URDF, SDF, or a list of parameters."""
+"""Write a model into the file of a simulator: MJCF or URDF."""
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 from pathlib import Path
 
-from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.mjcf import Exported, refused, values_of
-from gearbox_monitor.export.mjcf_file import MjcfDrive, read_file, read_mjcf
-from gearbox_monitor.export.mjcf_patch import Patch, patched
-from gearbox_monitor.export.mjcf_standalone import standalone
-from gearbox_monitor.export.parameter_list import Entry, parameter_list, TARGETS as LISTS
-from gearbox_monitor.export.robot_patch import patched_robot, ROOTS
-from gearbox_monitor.export.xml_edit import difference
+from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.presentation import Saved, Shown
+from gearbox_monitor.simulators.mjcf import Exported, refused, values_of
+from gearbox_monitor.simulators.mjcf_file import MjcfDrive, read_file, read_mjcf
+from gearbox_monitor.simulators.mjcf_patch import Patch, patched
+from gearbox_monitor.simulators.robot_patch import patched_robot
+from gearbox_monitor.simulators.xml_edit import difference
 
-TARGETS = ('mjcf', *LISTS)
+TARGETS = ('mjcf', 'urdf')
 
 
 @dataclass(frozen=True, repr=False)
@@ -28,53 +26,48 @@ class SimulatorFile(Shown, Saved):
     """
     A model in the terms of a simulator.
 
-    to: one of TARGETS. into: the file that was patched, None for one with the drive alone. before:
-    its bytes. patch: what became of it, None for a list. drive: in the MJCF file, None without.
-    entries: parameters of a list. exported: what each effect and value of the model became. notes:
-    what acts in the file otherwise.
+    to: one of TARGETS. into: the file that was patched. before: its bytes. patch: what became of
+    it. drive: in the MJCF file, None in a URDF. notes: what acts in the file otherwise.
     """
 
     to: str
-    into: Path | None
+    into: Path
     before: bytes
-    patch: Patch | None
+    patch: Patch
     drive: MjcfDrive | None
-    entries: tuple[Entry, ...]
-    exported: tuple[Exported, ...]
     notes: tuple[str, ...]
 
     @property
     def text(self) -> str:
-        """The file, or the list with a line per parameter."""
-        if self.patch is not None:
-            return self.patch.data.decode('utf-8')
-        return ''.join(f'{e.name:<48s}{e.value:>12.6g} {e.unit}\n' for e in self.entries)
+        """The patched file."""
+        return self.patch.data.decode('utf-8')
+
+    @property
+    def exported(self) -> tuple[Exported, ...]:
+        """What each effect and value of the model became."""
+        return self.patch.exported
 
     @property
     def lacking(self) -> tuple[Exported, ...]:
         """What the simulator cannot express."""
-        return self.exported if self.patch is None else tuple(refused(self.exported))
+        return tuple(refused(self.exported))
 
     @property
     def diff(self) -> str:
         """The difference to the file that was patched, as `diff -u` shows it."""
-        if self.patch is None or self.into is None:
-            return ''
         return '\n'.join(difference(str(self.into), self.before, self.patch.data))
 
 
-def export_model(model: DriveModel, to: str, into: str | Path | None = None, *,
-                 joint: str | None = None, arm_joint: str | None = None,
-                 keyframe: str | None = None, actuator: str | None = None,
-                 root: str | Path | None = None) -> SimulatorFile:
+def export_model(model: DriveModel, to: str, into: str | Path, *, joint: str,
+                 arm_joint: str | None = None, keyframe: str | None = None,
+                 actuator: str | None = None, root: str | Path | None = None) -> SimulatorFile:
     """
-    Return a model, such as `verdict.model`, in the terms of a simulator.
+    Return a model, such as `verdict.model`, in the file of a simulator.
 
     Args:
         model: of the drive.
-        to: mjcf, urdf, sdf, isaac, drake or bam.
-        into: MJCF, URDF or SDF file that is patched; None for a file with the drive alone (mjcf)
-            or a list of parameters.
+        to: mjcf or urdf.
+        into: MJCF or URDF file that is patched.
         joint: joint of the motor in that file.
         arm_joint: joint of the arm in an MJCF file, None where it is the same.
         keyframe: posture in which inertia and weight are taken.
@@ -87,38 +80,22 @@ def export_model(model: DriveModel, to: str, into: str | Path | None = None, *,
     Raises:
         InputError: naming what the file lacks, or has and no model can have.
 
-    >>> export_model(DriveModel().with_(kind='rigid', position_gain=0.0), 'isaac')
-    SimulatorFile(isaac: 5 parameters)
+    >>> from gearbox_monitor.files.opening import config_path
+    >>> model = DriveModel().with_(kind='rigid', position_gain=0.0)
+    >>> export_model(model, 'urdf', config_path('arm6.urdf'), joint='joint6').lacking
+    ()
     """
     expect_model(model)
     if to not in TARGETS:
-        raise InputError(f'to: {to!r}, expected one of {", ".join(TARGETS)}')
-    if into is None:
-        return _alone(model, to, joint, arm_joint)
-    path = expect_path(into, 'into', 'an MJCF, URDF or SDF file')
-    if joint is None:
-        raise InputError('joint: missing, into needs it')
-    if to == 'mjcf':
-        values, exported = values_of(model)
-        drive = read_mjcf(path, joint, arm_joint, keyframe, actuator, root)
-        patch = patched(drive, values, exported)
-        return SimulatorFile(to, path, drive.document.data, patch, drive, (), patch.exported, (
-            *_of_effort(drive, model), *_of_law(model), *_beyond(drive)))
-    if to not in ROOTS:
-        raise InputError(f'into: with {to}, expected it with mjcf, {", ".join(ROOTS)}')
-    data = read_file(path)
-    patch = patched_robot(data, path, joint, model, to)
-    return SimulatorFile(to, path, data, patch, None, (), patch.exported, ())
-
-
-def _alone(model: DriveModel, to: str, joint: str | None, arm_joint: str | None) -> SimulatorFile:
-    """Return a file with the drive alone, or a list of its parameters."""
-    if to != 'mjcf':
-        entries, lacking = parameter_list(model, to)
-        return SimulatorFile(to, None, b'', None, None, tuple(entries), tuple(lacking), ())
+        raise InputError(f'to: {to!r}, {unknown(to, TARGETS, "export --to")}')
+    path = expect_path(into, 'into', 'an MJCF or URDF file')
+    if to == 'urdf':
+        data = read_file(path)
+        return SimulatorFile(to, path, data, patched_robot(data, path, joint, model), None, ())
     values, exported = values_of(model)
-    patch = standalone(model, values, exported, joint, arm_joint)
-    return SimulatorFile(to, None, b'', patch, None, (), tuple(exported), tuple(_of_law(model)))
+    drive = read_mjcf(path, joint, arm_joint, keyframe, actuator, root)
+    return SimulatorFile(to, path, drive.document.data, patched(drive, values, exported), drive, (
+        *_of_effort(drive, model), *_of_law(model), *_beyond(drive)))
 
 
 def _of_effort(drive: MjcfDrive, model: DriveModel) -> Sequence[str]:

@@ -11,35 +11,31 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.stamp_matching import match_stamps
+from gearbox_monitor.diagnosis.joint.nominal import NominalFit
+from gearbox_monitor.diagnosis.joint.parameter_ranges import ParameterRanges
+from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
+from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
-from gearbox_monitor.export.randomisation import randomisation
-from gearbox_monitor.files.opening import write_new
-from gearbox_monitor.files.parameter_file import write_parameters
-from gearbox_monitor.files.plain_data import plain
-from gearbox_monitor.files.yaml_files import save_model
-from gearbox_monitor.identification.nominal import NominalFit
-from gearbox_monitor.identification.parameter_ranges import ParameterRanges
-from gearbox_monitor.identification.unit_adaptation import Adapted
-from gearbox_monitor.identification.verdict import Verdict
+from gearbox_monitor.files.opening import plain, write_new
+from gearbox_monitor.files.yaml_files import save_model, write_parameters
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
-from gearbox_monitor.library.payload_track import PayloadTrack
+from gearbox_monitor.library.identify import TunedParameters, write_adapted
 from gearbox_monitor.library.recording import Recording
 from gearbox_monitor.library.recording_report import ReportPages
-from gearbox_monitor.library.robot import RobotDiagnosis
+from gearbox_monitor.library.robot import PayloadTrack, RobotDiagnosis
 from gearbox_monitor.library.simulator_file import SimulatorFile
-from gearbox_monitor.library.tuning import TunedParameters, write_adapted
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.recordings.joint_input import match_stamps
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
-from gearbox_monitor.report.payload_words import payload_words, push_words
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
-from gearbox_monitor.report.robot_words import robot_text
+from gearbox_monitor.report.robot_words import payload_words, push_words, robot_text
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.words import number, value_rows, value_text, width_and_std
+from gearbox_monitor.simulators.randomisation import randomisation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -166,11 +162,9 @@ def _(ranges: ParameterRanges) -> str:
 
 @brief.register
 def _(file: SimulatorFile) -> str:
-    extent = 'the drive alone' if file.into is None else f'changes in {file.into}'
-    if file.patch is None:
-        extent = f'{len(file.entries)} parameters'
     lacking = ', '.join(row.id for row in file.lacking)
-    return f'SimulatorFile({file.to}: {extent}' + (f'; lacking {lacking}' if lacking else '') + ')'
+    return (f'SimulatorFile({file.to}: changes in {file.into}'
+            + (f'; lacking {lacking}' if lacking else '') + ')')
 
 
 @brief.register
@@ -285,8 +279,6 @@ def _(adapted: Adapted) -> Columns:
 
 @columns.register
 def _(file: SimulatorFile) -> Columns:
-    if file.patch is None:
-        return _by_name([tuple(e) for e in file.entries], ('name', 'value', 'unit'))
     rows = [(c.element, c.attribute, c.before, c.after) for c in file.patch.changes]
     return _by_name(rows, ('element', 'attribute', 'before', 'after'))
 

@@ -1,4 +1,51 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The physics: equations of motion, library of effects, simulator."""
+"""
+The physics of a drive: equations of motion, library of effects, simulator.
+
+In go a model file's values, a torque and a start; out come motion, readings and slopes. An effect
+is one object that carries its equation, its words and its column.
+
+Public names, by module:
+
+    .: batch
+    batch: LANES, N_LANE_STATE, ON_MOTOR, step_form, step_lanes, steps_with_plugin, T, U
+    drive: ALPHA, arm_acceleration, ARM_ALPHA, arm_constraint, arm_load, arm_load_slopes, CAC,
+        CAV, CC, CL, Controller, CV, D, DriveModel, expect_integrable, expect_model,
+        expect_torque_input, fastest_eigenvalue, G, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S,
+        KEYS, KIND, KR, LAW, loads_arm, MAX_SUBSTEPS, model_from_dict, motor_acceleration,
+        motor_acceleration_by_law, motor_friction_load_slope, motor_friction_slope,
+        motor_friction_slope_by_law, N_PARAMETERS, OFFSET, PHI, steps_of, STIFFNESS, substeps,
+        TL, TOLERANCES, Transmission, weight_of, WIDTH
+    effects: actuator, arm_side, controller, Effect, EFFECTS, encoder, gearbox, library,
+        LOCATIONS, MAX_DELAY, MAX_SETPOINT_DELAY, MEMORIES, motor_side, N_MEMORY,
+        not_in_filters, Parameter, Scales, torque_map
+    effects.actuator: ACTUATOR_DELAY, ACTUATOR_LAG, SATURATION, TORQUE_GAIN, TORQUE_OFFSET,
+        TORQUE_RIPPLE
+    effects.arm_side: ARM_COULOMB, ARM_INERTIA, ARM_VISCOUS, burst, DISTURBANCE, GRAVITY,
+        LOAD_TORQUE
+    effects.balance_column: BalanceColumn, COMMAND, JointMotion, moved, not_negative, one,
+        SETPOINT, TORQUE, waves
+    effects.composition: actuator, arm_error, COMMAND_PLACES, DELAY1, DELAY2, lead,
+        motor_error, steady_command
+    effects.controller: SERVO_DEADBAND, SERVO_DELAY, SERVO_GAIN, SERVO_INTEGRATOR, SERVO_LIMIT,
+        SETPOINT_DELAY
+    effects.effect: Torques
+    effects.encoder: ENCODER_OFFSET
+    effects.gearbox: BACKLASH_GAP
+    effects.motor_side: COGGING, COULOMB_ASYMMETRY, LOAD_FRICTION, LUGRE, MOTOR_COULOMB,
+        MOTOR_INERTIA, MOTOR_VISCOUS, STRIBECK
+    effects.registry: INTEGRAL, LATE_A, LATE_B, LATE_C
+    effects.torque_map: QUANTITIES, TORQUE_MAP
+    equivalent_torque: equivalent_torque, gains, imbalance, imbalance_with, true_motion
+    excitation: Excitation, KINDS
+    faults: EncoderFault, Faults, FaultyPlant, JOINTS
+    free_runs: Begin, Driving, free_runs, RunResult, RunSpans
+    friction_law: ATAN, FrictionLaw, IMPEDANCES, TANH, TWO_OVER_PI
+    origin: FileLimits, ModelOrigin, NO_LIMIT, NO_LIMITS
+    simulate: N_STATE, Noise, packed_drive, PackedDrive, Plant, plugin_of, ProcessNoise,
+        read_all, rebuilt, Schedule, simulate, Trajectory, with_plugin
+    transmission: dead_zone, dead_zone_torque, elastic_torque, play, RIGID
+    units: on_axis
+"""

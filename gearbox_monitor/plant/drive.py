@@ -27,8 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.errors import (
-    expect_choice, expect_keys, InputError, Problems, unknown)
+from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems, unknown
 from gearbox_monitor.kernels.elementary import arctan, sine
 from gearbox_monitor.kernels.kernel import inline, kernel
 from gearbox_monitor.kernels.types import Array, Packed, Values

@@ -15,8 +15,7 @@ import numpy as np
 
 from gearbox_monitor.kernels.kernel import entry, kernel
 from gearbox_monitor.kernels.types import Array, Matrix, Vector
-from gearbox_monitor.plant.drive import (
-    ALPHA, CC, CV, INVERSE_M1, INVERSE_M2, KIND, LAW)
+from gearbox_monitor.plant.drive import ALPHA, CC, CV, INVERSE_M1, INVERSE_M2, KIND, LAW
 from gearbox_monitor.plant.effects import Three, Torques
 from gearbox_monitor.plant.effects.composition import (
     advanced_memories, arm_corrected, arm_error, DELAY1, DELAY2, elastic_torque, motor_corrected,

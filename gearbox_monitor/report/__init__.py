@@ -1,4 +1,30 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Pages and pictures."""
+"""
+Words, charts and pages: here results become sentences.
+
+In go verdicts, outcomes and time lines; out come lines of text, pictures and HTML pages. A page is
+one file that loads nothing.
+
+Public names, by module:
+
+    .: plots
+    change_words: sentence
+    diagnosis_evidence: gather, measures_twist, notable_windows, shows_place
+    diagnosis_page: diagnosis_page, PageContext
+    explanation: ALL_CONDITIONS, Explanation, explanations
+    fleet_page: excursion_text, FEATURES, fleet_page, growth_text, headline, limit_text,
+        width_text
+    live_history: GearboxHistory, StatusAlert
+    live_page: live_frame, LivePage
+    plots: windows_figure
+    recording_page: figures, headline, recording_page, robot_page
+    robot_gap_page: robot_gap_page
+    robot_words: payload_words, push_words, robot_headline, robot_text
+    summary: change, in_unit, PLACES, sized, summary, with_deviation
+    timeline: EstimatorChoice, RecordingFacts, Timeline, TimelineSource
+    words: counted, dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number,
+        percent, place_text, SUGGESTED, suggestion, torque_map_of, undefined, unit_of,
+        UserFiles, value_rows, value_text, width_and_std
+"""

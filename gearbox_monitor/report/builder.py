@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 import hashlib
 from importlib.resources import files
+import json
 import re
 from typing import Any
 
@@ -110,3 +111,28 @@ def framed(page: Page, template: str, script: str, sources: str = '') -> tuple[s
 def render_page(page: Page) -> str:
     """Return `page` as HTML."""
     return framed(page, 'page.html', 'page.js')[0]
+
+
+def advice(steps: Sequence[str]) -> Section:
+    """Return the section of `steps` to take, most urgent first."""
+    return Section('next.html', {'steps': steps}, 'What to do next')
+
+
+def page_summary(kind: str, headline: str, facts: Sequence[tuple[str, str]] = (),
+                 notes: Sequence[str] = ()) -> Section:
+    """
+    Return the answer of a page.
+
+    Args:
+        kind: colour of the sentence: good, warn or error, '' for none.
+        headline: the answer in one sentence.
+        facts: the main figures, (name, text).
+        notes: sentences below.
+    """
+    return Section('summary.html', {'kind': kind, 'headline': headline, 'facts': facts,
+                                    'notes': notes})
+
+
+def verdict_numbers(data: Mapping[str, Any]) -> Section:
+    """Return the section with the `data` of a verdict as JSON."""
+    return Section('numbers.html', {'json': json.dumps(data, indent=1)}, 'All numbers')

@@ -5,7 +5,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from gearbox_monitor.identification.findings import INCOMPLETE, NONE, UNKNOWN
+from gearbox_monitor.diagnosis.joint.verdict import INCOMPLETE, NONE, UNKNOWN
 from gearbox_monitor.report.summary import PLACES
 from gearbox_monitor.report.words import number
 

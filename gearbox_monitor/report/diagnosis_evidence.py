@@ -1,25 +1,102 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the page of a diagnosis shows, as arrays: overlays, maps, distinguishable effects."""
+"""
+Views of a residual: binned over the motion, smoothed over time.
+
+x, y: values of the axes; x_edges, y_edges, edges: of their bins.
+"""
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.identification import (
-    basis_functions, input_estimation, localisation)
-from gearbox_monitor.identification.model_overlay import Overlay, overlay
-from gearbox_monitor.identification.shooting import ShootingWindows
-from gearbox_monitor.identification.verdict import Explained, Verdict
-from gearbox_monitor.identification.windows import WindowRuns
-from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.diagnosis.joint import basis_functions, localisation
+from gearbox_monitor.diagnosis.joint.basis_functions import FEWEST
+from gearbox_monitor.diagnosis.joint.closed_model import Overlay, overlay
+from gearbox_monitor.diagnosis.joint.shooting import ShootingWindows
+from gearbox_monitor.diagnosis.joint.verdict import Explained, Verdict
+from gearbox_monitor.diagnosis.joint.windows import WindowRuns
+from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import UniformRecording
-from gearbox_monitor.report.residual_views import binned, BinnedMap, plane
+from gearbox_monitor.signals.recording import UniformRecording
+
+
+@dataclass(frozen=True)
+class BinnedMap:
+    """A quantity over a motion variable: edges [B + 1], rms [B]; NaN where samples are few."""
+
+    edges: Array
+    rms: Array
+
+
+def binned(x: Array, value: Array, edges: Array) -> BinnedMap:
+    """
+    Return the Map of `value` [...] over x [...], or of value [..., C]: channels together.
+
+    What lies beyond the edges counts in the outermost bins.
+
+    Args:
+        x: motion variable in each sample.
+        value: quantity to average, of the shape of `x`, or with channels as a last axis.
+        edges: edges of the bins [B + 1], in the unit of the motion variable.
+    """
+    return BinnedMap(edges, _rms(value, _bins(x, edges), len(edges) - 1, FEWEST))
+
+
+def plane(x: Array, y: Array, value: Array, x_edges: Array, y_edges: Array) -> Array:
+    """
+    Return the rms [Y, X] of value [..., C] over two variables; NaN where samples are few.
+
+    Args:
+        x: motion variable in each sample.
+        y: second motion variable in each sample.
+        value: quantity to average, of the shape of `x`, or with channels as a last axis.
+        x_edges: edges of the columns [X + 1].
+        y_edges: edges of the rows [Y + 1].
+    """
+    rows, columns = len(y_edges) - 1, len(x_edges) - 1
+    at = _bins(y, y_edges) * columns + _bins(x, x_edges)
+    return _rms(value, at, rows * columns, FEWEST / 10.0).reshape(rows, columns)
+
+
+def _bins(x: Array, edges: Array) -> Integers:
+    """Return the number of the bin [N] of each of the values `x` [...]."""
+    return np.clip(np.searchsorted(edges, np.ravel(x), side='right') - 1, 0, len(edges) - 2)
+
+
+def _rms(value: Array, at: Integers, bins: int, fewest: float) -> Array:
+    """Return the rms [bins] of `value` in the bins `at` [N]; NaN below the share `fewest`."""
+    power = (np.asarray(value, float).reshape(len(at), -1) ** 2).mean(axis=-1)
+    count = np.bincount(at, minlength=bins)
+    populated = count >= max(1.0, fewest * len(at))
+    total = np.bincount(at, power, minlength=bins)
+    return np.sqrt(np.where(populated, total / np.where(populated, count, 1), np.nan))
+
+
+def smoothed(residual: Array, dt: float, seconds: float = 0.02) -> Array:
+    """
+    Return the moving mean [N] of a residual [N] over `seconds`: what is more than noise.
+
+    Args:
+        residual: residual of one encoder [N].
+        dt: sample time, s.
+        seconds: length of the moving mean, s.
+    """
+    width = max(1, min(round(seconds / dt), len(residual)))
+    ones = np.ones(width)
+    return np.convolve(residual, ones, 'same') / np.convolve(np.ones(len(residual)), ones, 'same')
+
+
+def clipped_to_range(y: Array, measured: Array) -> Array:
+    """Return y [N], NaN where it is far off all that was measured [N]: fit to be drawn."""
+    low, high = float(measured.min()), float(measured.max())
+    with np.errstate(invalid='ignore'):
+        return np.where(np.abs(y - 0.5 * (low + high)) < 2.0 * (high - low), y, np.nan)
+
 
 COMPARED = 10  # effects in the matrix of distinguishable effects
 QUANTITIES = {'speed': 'speed of the motor (rad/s)', 'angle': 'angle of the arm (rad)',
@@ -55,7 +132,7 @@ class DiagnosisEvidence:
     axis: of the model; labels {quantity: words with unit}; overlay: nominal model first; windows:
     (words, window) of those to show; maps {quantity: maps of the residual in sigma, one per run};
     missing: None without a gap; matrix: (ids, s2 [A, A]) or None; separations: {id: (d, {rival:
-    s2})} of identification.isolability. placed: whether the recording shows where an effect acts:
+    s2})} of diagnosis.joint.isolability. placed: whether the recording shows where an effect acts:
     both encoders, or one of a rigid drive.
     """
 
@@ -179,7 +256,7 @@ def missing_signal(none: WindowRuns, place: str) -> MissingSignal:
     """
     free = localisation.free_forms(none, (place,))[place]
     moved = _motion(none.recording, none.model, none.data.windows)
-    unit = 'N m' if place in input_estimation.TORQUES else 'rad'
+    unit = 'N m' if place in localisation.TORQUES else 'rad'
     return MissingSignal(place, on_axis(unit, none.model.axis),
                          localisation.laws(none, free, moved))
 

@@ -7,23 +7,21 @@ from dataclasses import dataclass
 import re
 from typing import Any, TypeAlias
 
-from gearbox_monitor.identification.model_overlay import Overlay
-from gearbox_monitor.identification.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.closed_model import Overlay
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.quality.recording import UniformRecording
-from gearbox_monitor.report.builder import Page, render_page, Section
+from gearbox_monitor.report.builder import Page, render_page, Section, verdict_numbers
 from gearbox_monitor.report.diagnosis_evidence import (
-    DiagnosisEvidence, explained_by, MissingSignal)
+    clipped_to_range, DiagnosisEvidence, explained_by, MissingSignal, smoothed)
 from gearbox_monitor.report.figures import (
     BarRow, bars, chart, heat_maps, PageTable, Panel, Span, Trace, View)
-from gearbox_monitor.report.residual_views import clipped_to_range, smoothed
-from gearbox_monitor.report.shared_sections import verdict_numbers
 from gearbox_monitor.report.words import (
     dense_regions, gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES, number,
     percent, place_text, sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows,
     value_text)
+from gearbox_monitor.signals.recording import UniformRecording
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 ROLES = ('nominal', 'closed')
@@ -39,7 +37,7 @@ class PageContext:
     What accompanies a verdict on its page.
 
     files: of the user; command: parts of the command that finds a better motion, see
-    report.suggestion; changes: of the simulator's file, in words.
+    report.words; changes: of the simulator's file, in words.
     """
 
     files: UserFiles = NO_FILES

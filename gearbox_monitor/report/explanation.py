@@ -11,20 +11,19 @@ from dataclasses import dataclass
 import math
 import re
 
-from gearbox_monitor.balance.robot_effects import BASE, JOINT, ROBOT_EFFECTS, RobotEffect
-from gearbox_monitor.export.mjcf import CONSTRUCT, EXPRESSIONS, NATIVE, REFUSED
-from gearbox_monitor.export.parameter_list import expressed_as
-from gearbox_monitor.monitoring.backlash import change_tests
-from gearbox_monitor.monitoring.checks.outcome import Condition, Level, LEVELS
-from gearbox_monitor.monitoring.monitor import CONDITIONS
+from gearbox_monitor.diagnosis.robot.robot_effects import BASE, JOINT, ROBOT_EFFECTS, RobotEffect
+from gearbox_monitor.health.backlash import change_tests
+from gearbox_monitor.health.checks.outcome import Condition, Level, LEVELS
+from gearbox_monitor.health.monitor import CONDITIONS
 from gearbox_monitor.plant.effects import Effect, EFFECTS, library, Parameter
 from gearbox_monitor.report.summary import PLACES
 from gearbox_monitor.report.words import sentence, SEPARATES
+from gearbox_monitor.simulators.mjcf import CONSTRUCT, EXPRESSIONS, NATIVE, REFUSED
+from gearbox_monitor.simulators.robot_patch import in_urdf
 
 OF_EFFECT = ('What it is', 'In the data', 'Confused with', 'In simulators', 'Since')
 OF_CONDITION = ('What it says', 'When', 'Window', 'Values', 'What to do')
 OF_LEVEL = ('What it says', 'What to do')
-SIMULATORS = {'urdf': 'URDF', 'sdf': 'SDF', 'isaac': 'Isaac', 'drake': 'Drake', 'bam': 'BAM'}
 WAYS = {NATIVE: '', CONSTRUCT: ' (approximately)', REFUSED: ' (not in the file)'}
 ALL_CONDITIONS = (*CONDITIONS, *change_tests.CONDITIONS)
 ALIKE = 'no motion tells them apart'
@@ -79,16 +78,12 @@ def rivals(name: str) -> dict[str, str]:
     return out
 
 
-def in_simulators(effect: Effect, mujoco: bool = True) -> tuple[str, ...]:
-    """Return what an effect becomes in each simulator, those alike as one; `mujoco`: as well."""
+def in_simulators(effect: Effect) -> tuple[str, ...]:
+    """Return what an effect becomes in the file of each simulator."""
     mjcf = EXPRESSIONS.get(effect.id)
-    words = {'MuJoCo': f'{mjcf.words}{WAYS[mjcf.kind]}' if mjcf else
-             'an effect of a plug-in: add its torque in your code'} if mujoco else {}
-    words |= {title: expressed_as(effect, target) for target, title in SIMULATORS.items()}
-    groups: dict[str, list[str]] = {}
-    for title, text in words.items():
-        groups.setdefault(text, []).append(title)
-    return tuple(f'{", ".join(titles)}: {text}' for text, titles in groups.items())
+    words = (f'{mjcf.words}{WAYS[mjcf.kind]}' if mjcf else
+             'an effect of a plug-in: add its torque in your code')
+    return f'MuJoCo: {words}', f'URDF: {in_urdf(effect)}'
 
 
 def explained_effect(effect: Effect) -> Explanation:

@@ -8,10 +8,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.monitoring.backlash.forecast import span, when
-from gearbox_monitor.report.builder import Page, render_page, Section
+from gearbox_monitor.health.backlash.wear import span, when
+from gearbox_monitor.report.builder import advice, Page, page_summary, render_page, Section
 from gearbox_monitor.report.figures import BarRow, bars, chart, PageTable, Panel, Trace
-from gearbox_monitor.report.shared_sections import advice, page_summary
 from gearbox_monitor.report.words import counted, width_and_std
 
 Gearbox: TypeAlias = Mapping[str, Any]  # a row of fleet.trend.gearboxes
@@ -213,8 +212,8 @@ def _table(gearboxes: Sequence[Gearbox]) -> Section:
             gearbox['gearbox'], feature + _unbroken(width_text(gearbox)),
             *(_unbroken(text) for text in (
                 growth_text(gearbox), gearbox['trust'], gearbox['model_level'],
-                f'{gearbox["measured"]} of {gearbox["bags"]}', limit_text(gearbox), pace)),
-            days])
+                f'{gearbox["measured"]} of {gearbox["bags"]}')),
+            limit_text(gearbox), _unbroken(pace), days])
     return Section('fleet/table.html', {
         'gearboxes': PageTable(('gearbox', 'newest backlash', 'growth', 'trust', 'model',
                                 'measured in bags', 'limit', '% per year', 'recorded'), rows),

@@ -14,11 +14,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from gearbox_monitor.health.monitor import DRIFT_SHOWS
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.monitoring.monitor import DRIFT_SHOWS
 from gearbox_monitor.report.figures import thinned_rows
 from gearbox_monitor.report.timeline import (
-    is_number, LARGEST, LevelSpans, PublishedWindows, SECOND, WindowBacklash)
+    is_number, LARGEST, LevelSpans, PublishedWindows, SECOND_NS, WindowBacklash)
 
 MOTION_SECONDS = 10.0   # of torque and twist
 MOTION_ROWS = 20_000    # samples of them: 10 s at 2 kHz
@@ -98,7 +98,7 @@ class GearboxHistory:
         back = np.flatnonzero(np.diff(stamps) < 0)
         first = int(back[-1]) + 1 if len(back) else 0
         if len(stamps):
-            oldest = stamps[-1] - int(MOTION_SECONDS * SECOND)
+            oldest = stamps[-1] - int(MOTION_SECONDS * SECOND_NS)
             first = max(first, len(stamps) - MOTION_ROWS, int(np.searchsorted(
                 stamps[first:], oldest)) + first)
         self._stamps, self._values = stamps[first:], values[first:]
@@ -147,13 +147,13 @@ class GearboxHistory:
         """Return samples per second of stamps over the motion, 0 for fewer than two."""
         if len(self._stamps) < 2:
             return 0.0
-        seconds = float(self._stamps[-1] - self._stamps[0]) / SECOND
+        seconds = float(self._stamps[-1] - self._stamps[0]) / SECOND_NS
         return (len(self._stamps) - 1) / seconds if seconds else 0.0
 
     def motion(self, points: int) -> RecentMotion:
         """Return the motion with about so many `points`: extremes of the torque stay."""
         at = thinned_rows(self._values[:, 1], points)
-        t = (self._stamps[at] - (self._stamps[-1] if len(at) else 0)) / SECOND
+        t = (self._stamps[at] - (self._stamps[-1] if len(at) else 0)) / SECOND_NS
         values = self._values[at]
         values[np.diff(t, prepend=t[:1]) > DROPOUT] = np.nan
         return RecentMotion(t, *values.T)

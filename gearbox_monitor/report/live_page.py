@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.report.builder import framed, Page, render_section, Section
+from gearbox_monitor.report.builder import framed, Page, page_summary, render_section, Section
 from gearbox_monitor.report.figures import (
     chart, Lane, loop_plane, LoopSlice, PageTable, Panel, round_span, Trace)
 from gearbox_monitor.report.live_history import (
     GearboxHistory, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS, worst_first)
-from gearbox_monitor.report.recording_page import backlash_panel, drawn_windows, ROLES
-from gearbox_monitor.report.robot_page import joint_table, live_row, worst_rows
-from gearbox_monitor.report.shared_sections import page_summary
+from gearbox_monitor.report.recording_page import (
+    backlash_panel, drawn_windows, joint_table, live_row, ROLES, worst_rows)
 from gearbox_monitor.report.timeline import LEVELS
 from gearbox_monitor.report.words import width_and_std
 

@@ -1,14 +1,10 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Pictures of a run: torque over twist, torque, backlash and prediction errors over time.
-
-Functions draw arrays on matplotlib axes; nothing here knows bags or ROS. No pyplot: no state, no
-display. Colours of Okabe and Ito, which colour-blind people can tell apart.
-"""
-from collections.abc import Sequence
+"""Pictures by matplotlib: the demo, recording with models, comparison of filters."""
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 import textwrap
 from typing import Any, TypeAlias
 
@@ -17,8 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 import numpy as np
 
+from gearbox_monitor.diagnosis.joint.closed_model import Overlay
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.report.diagnosis_evidence import (
+    clipped_to_range, DiagnosisEvidence, explained_by, smoothed)
+from gearbox_monitor.report.summary import PLACES
+from gearbox_monitor.report.words import gain_text, unit_of
 
 BLUE, ORANGE, GREEN, RED, SKY = '#0072B2', '#E69F00', '#009E73', '#D55E00', '#56B4E9'
 BLACK, GREY = '#000000', '#777777'
@@ -309,3 +310,203 @@ def _thinned(share: int, *arrays: Array) -> tuple[Array, ...]:
     """Return `arrays` with no more than MAX_POINTS / share evenly taken values each."""
     stride = max(1, share * len(arrays[0]) // MAX_POINTS)
     return tuple(np.asarray(a)[::stride] for a in arrays)
+
+
+MODEL_COLORS = (RED, BLUE)  # nominal, closed
+STYLES = ('--', '-')
+RANKED = 12  # effects
+_label = partial(label_axes, size=10)
+Column: TypeAlias = tuple[str, Array, Array, Sequence[Array]]  # words, t, measured, of runs
+
+
+def windows_figure(laid: Overlay, windows: Sequence[tuple[str, int]], title: str = '',
+                   unit: str = 'rad') -> Figure:
+    """
+    Return the Figure of windows with the residuals below.
+
+    Args:
+        laid: models over a recording.
+        windows: (words, number), a column each.
+        title: above them.
+        unit: of the encoders.
+
+    """
+    columns = [(f'{words}: {laid.t[w, 0]:.0f} to {laid.t[w, -1]:.0f} s', laid.t[w],
+                laid.measured[w], [run.y[w] for run in laid.runs]) for words, w in windows]
+    return _figure(laid, columns, title, unit)
+
+
+def free_figure(laid: Overlay, title: str = '', unit: str = 'rad') -> Figure:
+    """
+    Return the Figure of one free run of each model over the whole recording.
+
+    Args:
+        laid: models over a recording.
+        title: above them.
+        unit: of the encoders.
+
+    """
+    runs = [np.stack([clipped_to_range(run.free[:, k], laid.recording.y[:, k]) for k in (0, 1)],
+                     axis=1)
+            for run in laid.runs]
+    column = ('one free run', laid.recording.t, laid.recording.y, runs)
+    return _figure(laid, [column], title, unit)
+
+
+def maps_figure(evidence: DiagnosisEvidence, title: str = '') -> Figure:
+    """Return the Figure of the residual over the motion in `evidence`, with `title`."""
+    missing, labels = evidence.missing, evidence.labels
+    rows = 2 if missing else 1
+    figure = Figure(figsize=(15, 3.6 * rows + 0.6), layout='constrained')
+    put_title(figure, title)
+    grid = figure.subplots(rows, len(labels), squeeze=False)
+    for k, (name, label) in enumerate(labels.items()):
+        axes = grid[0][k]
+        for run, color, style, residual in zip(evidence.overlay.runs, MODEL_COLORS, STYLES,
+                                               evidence.maps[name]):
+            axes.stairs(residual.rms, residual.edges, color=color, ls=style, lw=1.6,
+                        label=run.name, baseline=None)
+        axes.axhline(1.0, color=GREY, lw=0.8, ls=':')
+        _label(axes, f'gap over {name}', label, 'gap (1: noise)' if k == 0 else '')
+        if missing:
+            law, axes = missing.laws[name], grid[1][k]
+            axes.fill_between(law.centers, law.value - 2.0 * law.error,
+                              law.value + 2.0 * law.error, color=GREEN, alpha=0.2, lw=0)
+            axes.plot(law.centers, law.value, color=GREEN, lw=1.8)
+            axes.axhline(0.0, color=GREY, lw=0.8, ls=':')
+            place = PLACES[missing.place]
+            _label(axes, f'missing at {place} {explained_by(name, law)}', label,
+                   f'{missing.unit}, 2 standard errors' if k == 0 else '')
+    grid[0][0].legend(fontsize=8)
+    return figure
+
+
+def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str) -> Figure:
+    """
+    Return the Figure of gains.
+
+    Args:
+        gains: {effect: gain over the nominal model}.
+        effect: the one of the verdict, which stands out.
+        title: above them.
+
+    """
+    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED][::-1]
+    figure = Figure(figsize=(9, 0.34 * len(ranking) + 1.4), layout='constrained')
+    put_title(figure, title)
+    axes = figure.subplots()
+    bars = axes.barh(ranking, [max(gains[name], 0.0) for name in ranking],
+                     color=[BLUE if name == effect else '#9cc4dd' for name in ranking])
+    axes.bar_label(bars, [gain_text(gains, name) for name in ranking], padding=4, fontsize=8)
+    axes.set_xlim(right=1.25 * max(1.0, *(gains[name] for name in ranking)))
+    axes.spines[['top', 'right']].set_visible(False)
+    _label(axes, '',
+           'gain over the nominal model: 2 log likelihood less a penalty per parameter', '')
+    return figure
+
+
+def _figure(laid: Overlay, columns: Sequence[Column], title: str, unit: str) -> Figure:
+    figure = Figure(figsize=(7.5 * len(columns) + (3.0 if len(columns) == 1 else 0.0),
+                             5.2 * len(laid.channels)), layout='constrained')
+    put_title(figure, title)
+    grid = figure.subplots(2 * len(laid.channels), len(columns), squeeze=False, sharex='col',
+                           height_ratios=(2, 1) * len(laid.channels))
+    for c, (words, t, measured, runs) in enumerate(columns):
+        for r, k in enumerate(laid.channels):
+            upper, lower = grid[2 * r][c], grid[2 * r + 1][c]
+            upper.plot(t, measured[:, k], color=BLACK, lw=1.6, label='recording')
+            for run, y, color, style in zip(laid.runs, runs, MODEL_COLORS, STYLES):
+                upper.plot(t, y[:, k], color=color, ls=style, lw=1.2, label=run.name)
+                r_k = measured[:, k] - y[:, k]
+                lower.plot(t, r_k, color=color, lw=0.6, alpha=0.25)
+                lower.plot(t, smoothed(r_k, laid.recording.dt), color=color, lw=1.6)
+            lower.axhline(0.0, color=GREY, lw=0.8, ls=':')
+            name = laid.recording.readings[k]
+            own = unit_of(name, unit)
+            _label(upper, words if r == 0 else '', '', f'{name} ({own})')
+            _label(lower, '', 'time (s)' if r == len(laid.channels) - 1 else '',
+                   f'recording - model\n({own})')
+    handles, names = grid[0][0].get_legend_handles_labels()
+    figure.legend(handles, names, loc='outside lower center', ncols=len(names), fontsize=9)
+    return figure
+
+
+FILTER_ZOOM = 1.0  # s of torque over time
+FILTER_COLORS = (BLUE, ORANGE, GREEN, RED, SKY, '#CC79A7', '#F0E442')
+
+
+@dataclass(frozen=True)
+class FilterRun:
+    """One filter: t [N] s, twist [N] rad, tau_k [N] and error [N] (or None) in N m."""
+
+    name: str
+    t: Array
+    twist: Array
+    tau_k: Array
+    error: Array | None = None
+
+
+@dataclass(frozen=True)
+class TrueTorque:
+    """The truth: t [N] s, tau_k [N] N m, twist [N] rad or None."""
+
+    t: Array
+    tau_k: Array
+    twist: Array | None = None
+
+
+def comparison(runs: Sequence[FilterRun], truth: TrueTorque | None = None, title: str = '',
+               axis: str = 'rotary') -> Figure:
+    """
+    Return the Figure of several filters.
+
+    Args:
+        runs: one per filter.
+        truth: or None.
+        title: above them.
+        axis: of the drive, for units.
+
+    """
+    columns = min(3, len(runs))
+    rows = -(-len(runs) // columns)
+    figure = Figure(figsize=(14, 4.0 * rows + 6.0), layout='constrained')
+    put_title(figure, title, 14)
+    grid = figure.add_gridspec(rows + 1, 1, height_ratios=[1.0] * rows + [1.5])
+    first = None
+    for row in range(rows):
+        cells = grid[row].subgridspec(1, columns)
+        for column, k in enumerate(range(row * columns, min((row + 1) * columns, len(runs)))):
+            axes = figure.add_subplot(cells[column], sharex=first, sharey=first)
+            first = first or axes
+            curves = [Curve(runs[k].twist, runs[k].tau_k, runs[k].name,
+                            FILTER_COLORS[k % len(FILTER_COLORS)])]
+            if truth is not None and truth.twist is not None:
+                curves.append(Curve(truth.twist, truth.tau_k, 'true', BLACK))
+            draw_loops(axes, curves, runs[k].name, axis)
+    bottom = grid[rows].subgridspec(2, 1)
+    zoom = figure.add_subplot(bottom[0])
+    errors = figure.add_subplot(bottom[1], sharex=zoom)
+    middle = 0.5 * (runs[0].t[0] + min(run.t[-1] for run in runs))
+    span = (middle - 0.5 * FILTER_ZOOM, middle + 0.5 * FILTER_ZOOM)
+    if truth is not None:
+        keep = (truth.t >= span[0]) & (truth.t <= span[1])
+        zoom.plot(truth.t[keep], truth.tau_k[keep], color=BLACK, lw=1.5, label='true')
+    # Filters that agree lie on each other: thicker lines below let each be seen.
+    for k, run in enumerate(runs):
+        keep = (run.t >= span[0]) & (run.t <= span[1])
+        color, width = FILTER_COLORS[k % len(FILTER_COLORS)], 1.0 + 0.8 * (len(runs) - 1 - k)
+        zoom.plot(run.t[keep], run.tau_k[keep], label=run.name, color=color, lw=width)
+        if run.error is not None:
+            errors.plot(run.t[keep], run.error[keep], color=color, lw=width)
+    zoom.set_title(f'Filtered torque, {FILTER_ZOOM:g} s of it', fontsize=11, loc='left')
+    low, high = zoom.get_ylim()
+    zoom.set_ylim(low, high + 0.2 * (high - low))  # room for the legend
+    zoom.legend(fontsize=9, ncols=8, loc='upper left')
+    zoom.set_ylabel(on_axis(r'$\tau_K$ (N m)', axis), fontsize=9)
+    errors.set_title('Error against the truth' if truth is not None else
+                     'No truth in the bag: no error to show', fontsize=11, loc='left')
+    errors.set_ylabel(on_axis('error (N m)', axis), fontsize=9)
+    errors.set_xlabel('time (s)', fontsize=9)
+    for axes in (zoom, errors):
+        axes.grid(True, color='#dddddd', lw=0.5)
+    return figure

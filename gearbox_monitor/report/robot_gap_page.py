@@ -10,11 +10,11 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.report.builder import Page, render_page, Section
+from gearbox_monitor.report.builder import (
+    advice, Page, page_summary, render_page, Section, verdict_numbers)
 from gearbox_monitor.report.figures import BarRow, bars, PageTable
 from gearbox_monitor.report.robot_words import (
     axes_of, finding_words, MEANINGS, next_steps, remainder_words, size_unit)
-from gearbox_monitor.report.shared_sections import advice, page_summary, verdict_numbers
 from gearbox_monitor.report.words import sentence
 from gearbox_monitor.robot.chain import Chain
 from gearbox_monitor.robot.description import rotations

@@ -1,4 +1,21 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A whole robot: its description, dynamics, loads on its joints, and a simulated arm."""
+"""
+A whole robot: its description, dynamics, loads on its joints, and a simulated arm.
+
+In go a compiled model or a URDF text, positions and speeds; out come a chain of links and the
+torque that each joint needs. What a description states and this room cannot represent is refused.
+
+Public names, by module:
+
+    .: arm_plant
+    arm_plant: DRIVES, GapGrowth, HIGH, LOW, program, WorkingArm
+    chain: body_of, Chain, chain_of, inertial, joint_losses, Link, LOCKED_IN_VALUES, losses_of,
+        PER_LINK
+    compiled_model: actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest,
+        disabled, DRAG, enabled, ends_of, is_off, kind_of, moved_by, mujoco_module, name_of,
+        open_loop, Refusal, scalar_joints, tendon_forces, undecided, undecided_of_robot, Unread
+    description: LONGEST, parse, PRINCIPAL, RobotDescription, rotations, turn
+    dynamics: ArmLoad, arrays_of, MotionState, move, NO_PAYLOAD, Payload, torque_on
+"""

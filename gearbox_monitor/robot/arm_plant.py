@@ -1,14 +1,9 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-A whole arm: rigid links on elastic joints with backlash, each moved by a motor and its servo.
-
-The rotors are taken as turning about their own joint only. RK4, the torque of the servos is held
-over a sample.
-"""
+"""A simulated arm: its motion, the example of six axes, and one that works through a shift."""
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import NamedTuple
 
@@ -16,9 +11,12 @@ import numpy as np
 
 from gearbox_monitor.kernels.kernel import entry, kernel
 from gearbox_monitor.kernels.types import Array, Cube, Matrix, Vector
-from gearbox_monitor.plant.drive import D, DriveModel, HALF_GAP, motor_acceleration, STIFFNESS
+from gearbox_monitor.plant.drive import (
+    D, DriveModel, HALF_GAP, motor_acceleration, STIFFNESS, Transmission)
 from gearbox_monitor.plant.transmission import dead_zone
-from gearbox_monitor.robot.dynamics import coupled_inertia, move, RobotArrays, torque_on
+from gearbox_monitor.robot.description import RobotDescription
+from gearbox_monitor.robot.dynamics import (
+    arrays_of, coupled_inertia, GRAVITY, move, Payload, RobotArrays, torque_on)
 
 LONGEST_STEP = 5e-4  # s: a light link on a stiff joint swings at some hundred Hz
 
@@ -198,3 +196,150 @@ def pick_and_place(rng: np.random.Generator, limits: tuple[Array, Array, Array],
         masses += [np.full(len(s) + pause // 2, mass), np.full(pause - pause // 2, next_mass)]
         position, mass = target, next_mass
     return np.concatenate(parts), np.concatenate(masses)
+
+
+LOW = np.array([-2.0, -1.2, -0.3, -2.0, -1.5, -3.0])  # rad
+HIGH = np.array([2.0, 0.9, 2.2, 2.0, 1.5, 3.0])
+SPEED = np.array([2.0, 1.8, 2.2, 3.0, 3.0, 4.0])      # rad/s
+MIDDLE = 0.5 * (LOW + HIGH)
+# Motor inertia kg m^2, stiffness N m/rad, half gap rad, Coulomb N m, viscous N m s/rad.
+DRIVES = ((4.0, 4e4, 2e-4, 9.0, 8.0), (4.0, 4e4, 2e-4, 12.0, 8.0), (1.6, 2e4, 2.5e-4, 6.0, 5.0),
+          (0.3, 6e3, 4e-4, 2.0, 1.2), (0.3, 6e3, 4e-4, 2.0, 1.2), (0.15, 3e3, 5e-4, 1.2, 0.6))
+RATED = np.array([100.0, 100.0, 50.0, 6.0, 6.0, 3.0])  # N m, scale of the noise of torques
+ENCODER = 2e-5                                         # rad, standard deviation
+PAYLOAD = Payload(position=(0.0, 0.0, 0.05), link='tool')
+PAYLOADS = (1.0, 5.0)                                  # kg
+
+
+def nominal_drives(robot: RobotDescription) -> list[DriveModel]:
+    """Return the model of each drive, with the inertia that `robot` has in the middle."""
+    arrays = arrays_of(robot)
+    move(arrays, np.vstack([MIDDLE, np.zeros((2, len(MIDDLE)))]))
+    return [DriveModel(
+        motor_inertia=inertia, arm_inertia=torque_on(arrays, joint)[2], damping=1e-3 * stiffness,
+        viscous_friction=viscous, coulomb_friction=coulomb, position_gain=0.0,
+        transmission=Transmission(stiffness=stiffness, half_gap=half_gap))
+        for joint, (inertia, stiffness, half_gap, coulomb, viscous) in enumerate(DRIVES)]
+
+
+def parameters_of(joint: int) -> dict[str, object]:
+    """Return the parameters of the estimator of `joint`, by the size of its torques."""
+    rated = float(RATED[joint])
+    return {
+        'motor_joint': f'motor{joint + 1}', 'arm_joint': f'joint{joint + 1}',
+        'arm_load': 'model', 'payload_link': PAYLOAD.link,
+        'payload_position': list(PAYLOAD.position), 'r_std_motor': ENCODER, 'r_std_arm': ENCODER,
+        'q_std_motor_speed': 0.01, 'q_std_arm_speed': 0.01, 'tau_k_model': 'elastic',
+        'q_std_tau_k_deviation': 0.005 * rated, 'q_std_tau_k': 0.1 * rated,
+        'q_std_tau_arm': 0.1 * rated, 'p0_std_torque': rated,
+        'p0_std_tau_k_deviation': 0.005 * rated, 'p0_std_speed': 1.0,
+        'friction_error_std': 0.4 * DRIVES[joint][3]}
+
+
+def as_built(robot: RobotDescription, rng: np.random.Generator, spread: float) -> RobotArrays:
+    """Return a `robot` with masses and inertias that `rng` draws, off by `spread` at most."""
+    mass, inertia = (1.0 + spread * rng.uniform(-1.0, 1.0, (2, len(robot.mass))))
+    return arrays_of(replace(robot, mass=robot.mass * mass,
+                             inertia=robot.inertia * inertia[:, None, None]),
+                     PAYLOAD, 0.0, GRAVITY)
+
+
+def drives_as_built(drives: list[DriveModel], rng: np.random.Generator) -> list[DriveModel]:
+    """Return `drives` with frictions and inertias that `rng` draws within their tolerances."""
+    def off(tolerance: float) -> float:
+        return 1.0 + tolerance * float(rng.uniform(-1.0, 1.0))
+    return [replace(d, coulomb_friction=d.coulomb_friction * off(d.friction_tolerance),
+                    viscous_friction=d.viscous_friction * off(d.damping_tolerance),
+                    motor_inertia=d.motor_inertia * off(d.inertia_tolerance)) for d in drives]
+
+
+def worked(plant: ArmPlant, rng: np.random.Generator, moves: int, dt: float
+           ) -> tuple[ArmRun, Array, Array, Array]:
+    """
+    Let a plant pick and place.
+
+    Args:
+        plant: of the arm.
+        rng: source of poses, payloads and noise of the encoders.
+        moves: how many.
+        dt: length of a sample, s.
+
+    Returns:
+        The ArmRun, its payload [N] (kg), and the measured positions of motors and arms [N, n].
+
+    """
+    references, payload = pick_and_place(
+        rng, (LOW, HIGH, SPEED), plant.target, moves, dt, PAYLOADS)
+    run = plant.run(references, payload, dt)
+    motor, arm = (true + ENCODER * rng.normal(size=true.shape) for true in (run.motor, run.arm))
+    return run, payload, motor, arm
+
+
+SPREAD = 0.1    # how far masses and inertias of the arm are off, relative
+MOVES = 3       # of the program
+PROGRAM = 7     # its seed: all joints load both flanks but the second, which carries the weight
+
+
+@dataclass(frozen=True)
+class GapGrowth:
+    """From `start` (s) the gap of a `joint` (number from 0) grows by `rate` (1/s) of its width."""
+
+    joint: int = 0
+    rate: float = 0.0
+    start: float = 0.0
+
+    def factor(self, t: float) -> float:
+        """Return the width at `t` (s) over that at the start."""
+        return 1.0 + self.rate * max(t - self.start, 0.0)
+
+
+class MeasuredRun(NamedTuple):
+    """An ArmRun and the measured positions of motors and arms [N, n], rad."""
+
+    true: ArmRun
+    motor: Array
+    arm: Array
+
+
+def program(dt: float) -> Array:
+    """Return the references [N, 2, n] of ArmPlant.run, `dt` s apart; they end where they begin."""
+    start = MIDDLE
+    for _ in range(2):  # the second time it begins where it ends
+        references, _ = pick_and_place(
+            np.random.default_rng(PROGRAM),
+            (LOW, HIGH, SPEED), start, MOVES, dt)
+        start = references[-1, 0]
+    return references
+
+
+class WorkingArm:
+    """
+    An arm without payload whose masses and frictions are off within their tolerances.
+
+    robot: as described. dt: length of a sample, s. seed: of what is off, and of the noise of the
+    encoders.
+
+    drives: as their model files describe them.
+    """
+
+    def __init__(self, robot: RobotDescription, dt: float, seed: int,
+                 growth: GapGrowth = GapGrowth()) -> None:
+        self._dt, self._growth, self._rng = dt, growth, np.random.default_rng(seed)
+        self._references, self._count = program(dt), 0
+        self.drives: Sequence[DriveModel] = nominal_drives(robot)
+        self._plant = ArmPlant(
+            as_built(robot, self._rng, SPREAD),
+            drives_as_built(list(self.drives), self._rng), self._references[-1, 0])
+
+    def run(self, n: int) -> MeasuredRun:
+        """Work for `n` samples; the gap is that at their begin."""
+        joint, factor = self._growth.joint, self._growth.factor(self._count * self._dt)
+        drive, healthy = self._plant.drives[joint], self.drives[joint].transmission
+        self._plant.drives[joint] = replace(drive, transmission=replace(
+            drive.transmission, half_gap=factor * healthy.half_gap))
+        rows = (self._count + np.arange(n)) % len(self._references)
+        run = self._plant.run(self._references[rows], np.zeros(n), self._dt)
+        self._count += n
+        motor, arm = (true + ENCODER * self._rng.normal(size=true.shape)
+                      for true in (run.motor, run.arm))
+        return MeasuredRun(run, motor, arm)

@@ -1,7 +1,19 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""ROS 2 nodes and launch files; the only room that knows ROS."""
+"""
+ROS 2 nodes and launch files; the only room that knows ROS.
+
+In go messages, parameters and services; out come estimates, diagnostics and recordings. The nodes
+are thin shells around `health.monitor.Monitor`.
+
+Public names, by module:
+
+    .: live_node
+    middleware: Child, ChildFailed, cores, Interrupt, own_domain
+    playback: play
+    watcher: Watcher
+"""
 import os
 
 # Their matrices are small: threads of BLAS gain nothing, and spin while they wait.

@@ -15,13 +15,13 @@ import numpy as np
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.estimation.estimates import Estimate, Sample
-from gearbox_monitor.interfaces.diagnostic_keys import published
-from gearbox_monitor.interfaces.signals import joint_values, MOTOR, Signal, TRANSMISSION
+from gearbox_monitor.health.checks.outcome import Outcome
+from gearbox_monitor.health.diagnostic_keys import published
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.monitoring.checks.outcome import Outcome
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.topics import joint_values, MOTOR, Signal, TRANSMISSION
 
 NAN = math.nan
 # Position of motor and arm, effort of motor and arm, as received.

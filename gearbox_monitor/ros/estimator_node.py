@@ -9,28 +9,28 @@ file moves messages in and out, of one gearbox or of all gearboxes of a robot.
 
   ros2 run gearbox_monitor estimator_node --ros-args --params-file estimator.yaml
 """
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 import sys
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.callback_groups import CallbackGroup, ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from gearbox_monitor import __version__
-from gearbox_monitor.interfaces.signals import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.library import installed
 from gearbox_monitor.parameters import SETTINGS
+from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
 from gearbox_monitor.ros.black_box import KEEP
-from gearbox_monitor.ros.change_naming import ChangeNamer
+from gearbox_monitor.ros.change_watch import ChangeNamer
 from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_states
-from gearbox_monitor.ros.gearbox_settings import declare_gearboxes, GearboxSettings, located
 from gearbox_monitor.ros.joint_subscriptions import JointSubscriptions, TakenSamples
-from gearbox_monitor.ros.monitored_gearbox import MonitoredGearbox
+from gearbox_monitor.ros.monitored_gearbox import (
+    declare_gearboxes, GearboxSettings, located, MonitoredGearbox)
 from gearbox_monitor.ros.node_parameters import on_change, TableNode
 from gearbox_monitor.ros.qos import advertise, latched
 from gearbox_monitor.ros.runtime import spin_node
@@ -70,7 +70,8 @@ class EstimatorNode(TableNode):
                 **{signal.topic: output.topic_name for signal, output in self._outputs}})
         self._offer('reset', MonitoredGearbox.reset)
         self._offer('save_baseline', MonitoredGearbox.accept_baseline)
-        self._offer_keeping()
+        # It waits for the disk; in the default group everything else would wait, too.
+        self._offer(KEEP, MonitoredGearbox.keep_recording, ReentrantCallbackGroup())
         self._watch_parameters(settings)
         # A reference, since rclpy calls it even after it was deleted.
         self._jumps = self.get_clock().create_jump_callback(
@@ -139,30 +140,16 @@ class EstimatorNode(TableNode):
         for gearbox in self._gearboxes:
             gearbox.clock_was_set_back()
 
-    def _addressed(self, service: str) -> list[tuple[str, list[MonitoredGearbox]]]:
-        """Return [(name of a service, gearboxes)]: one for all of them, one for each name."""
-        return [(f'~/{service}', self._gearboxes),
-                *((gearbox.private(service), [gearbox]) for gearbox in self._gearboxes
-                  if gearbox.name)]
-
-    def _offer(self, service: str,
-               act: Callable[[MonitoredGearbox], tuple[bool, str]]) -> None:
-        """Offer what `act` does to one gearbox as a `service`."""
-        for name, gearboxes in self._addressed(service):
-            def answer(_: Trigger.Request, response: Trigger.Response,
-                       gearboxes: Sequence[MonitoredGearbox] = gearboxes) -> Trigger.Response:
-                return _answered(response, {g.name: act(g) for g in gearboxes})
-            self.create_service(Trigger, name, answer)
-
-    def _offer_keeping(self) -> None:
-        """Offer to keep the recordings."""
-        for name, gearboxes in self._addressed(KEEP):
+    def _offer(self, service: str, act: Callable[[MonitoredGearbox], Awaitable[tuple[bool, str]]],
+               group: CallbackGroup | None = None) -> None:
+        """Offer what `act` does to one gearbox as a `service`: of all, and of each by its name."""
+        for name, gearboxes in [(f'~/{service}', self._gearboxes), *(
+                (g.private(service), [g]) for g in self._gearboxes if g.name)]:
             async def answer(_: Trigger.Request, response: Trigger.Response,
-                              gearboxes: Sequence[MonitoredGearbox] = gearboxes
-                              ) -> Trigger.Response:
-                return _answered(response, {g.name: await g.keep_recording() for g in gearboxes})
-            # It waits for the disk; in the default group everything else would wait, too.
-            self.create_service(Trigger, name, answer, callback_group=ReentrantCallbackGroup())
+                             gearboxes: Sequence[MonitoredGearbox] = gearboxes
+                             ) -> Trigger.Response:
+                return _answered(response, {g.name: await act(g) for g in gearboxes})
+            self.create_service(Trigger, name, answer, callback_group=group)
 
     def close(self) -> None:
         """Write the states; let recordings that are being written come to their end."""

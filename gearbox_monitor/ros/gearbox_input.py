@@ -1,8 +1,15 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The samples of one gearbox from the joint states of the publisher that it follows."""
-from collections.abc import Callable, Iterable, Iterator, Sequence
+"""
+What the numbers of messages tell: two publishers of one joint, and lost messages.
+
+A message does not name its publisher, but each publisher numbers its messages upwards. A number
+that does not exceed the previous one comes from another publisher. Once, that is a restart; when
+it happens again soon, two publishers deliver. An endpoint that delivers nothing shows no number.
+"""
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 import time
 from typing import Any, TypeAlias
 
@@ -12,15 +19,87 @@ from sensor_msgs.msg import JointState
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample
-from gearbox_monitor.interfaces.joiner import Joiner
-from gearbox_monitor.interfaces.signals import JOINT_STATES, PAIRED_JOINT_STATES
-from gearbox_monitor.parameters import ACCEPT, EstimatorParameters
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.joint_input import Joiner
+from gearbox_monitor.recordings.topics import JOINT_STATES, PAIRED_JOINT_STATES
 from gearbox_monitor.ros.convert import (
     joint_values_of, RawSample, SampleReader, stamp_of, to_paired)
-from gearbox_monitor.ros.message_loss import MessageLossCounter
-from gearbox_monitor.ros.publishers import Publishers
 from gearbox_monitor.ros.qos import advertise
+
+SECOND_NS = 1_000_000_000
+# ns between two changes of publisher that are no restart; a slower rival is not recognised
+RECENT = 2 * SECOND_NS
+HOLD = SECOND_NS // 4    # ns without a sample after a change: a rival would show up meanwhile
+
+
+class JointPublishers:
+    """
+    Decides which messages with one joint on one topic are taken.
+
+    None is taken while two publishers deliver the joint, and until one of them has been silent for
+    RECENT. A middleware without numbers leaves nothing to decide: all messages are taken then.
+    changes: how often another publisher took over, or joined.
+    """
+
+    def __init__(self) -> None:
+        self.changes = 0
+        self._last = 0  # number of the previous message
+        self._changed_ns: int | None = None
+        self._are_two = False
+
+    def admit(self, number: int | None, now_ns: int) -> bool:
+        """
+        Return whether to take a message.
+
+        Args:
+            number: that its publisher gave it, from 1 on; None: not numbered.
+            now_ns: when it was received, ns, by a clock that may be set.
+
+        """
+        if not number:
+            return True
+        if number <= self._last:
+            self._are_two = self._changed_within(RECENT, now_ns)
+            self.changes += not self._are_two
+            self._changed_ns = now_ns
+        self._last = number
+        return not (self.are_two(now_ns) or self._changed_within(HOLD, now_ns))
+
+    def are_two(self, now_ns: int) -> bool:
+        """Return whether two publishers deliver the joint at `now_ns`."""
+        return self._are_two and self._changed_within(RECENT, now_ns)
+
+    def _changed_within(self, time_ns: int, now_ns: int) -> bool:
+        """Return whether the publisher changed less than `time_ns` ago; not if a clock was set."""
+        return self._changed_ns is not None and abs(now_ns - self._changed_ns) < time_ns
+
+
+class MessageLossCounter:
+    """
+    Counts the missing messages of one publisher: `count` in all.
+
+    DDS silently drops messages that do not fit into a full queue, and steps of the stamps do not
+    show it if every second message is dropped. Each publisher numbers its messages from 1 on.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._next: int | None = None
+
+    def forget(self) -> None:
+        """Restart: messages that were not looked at are not lost."""
+        self._next = None
+
+    def add(self, info: Mapping[str, int | None], ours: bool) -> None:
+        """Take the `info` of a message (rclpy); `ours`: the counted publisher has sent it."""
+        number = info.get('publication_sequence_number')  # None: not every middleware numbers
+        if number is None or not (ours or number == self._next):
+            return  # the publisher of our joints may send other messages, too
+        if self._next is not None and number > self._next:
+            self.count += number - self._next
+        self._next = number + 1
+
 
 SECOND = 1_000_000_000
 OUTPUT_DEPTH = 2000
@@ -33,17 +112,17 @@ class GearboxInput:
     """
     Turns messages into samples of one gearbox of `node`.
 
-    parameters: of the gearbox; model: of its drive. disputed() is called if samples were taken of
-    a publisher that may have been the wrong one, see Publishers. robot_joints: whose positions
-    samples hold, too.
+    parameters: of the gearbox; model: of its drive. changed() is called when another publisher
+    delivers a joint: earlier samples may be of either. robot_joints: whose positions samples hold,
+    too.
 
     topic: of complete samples, for a recorder. separate_arm: parameter arm_topic, '' unless it
     differs from the motor's. foreign: number of messages that name neither joint.
     """
 
     def __init__(self, node: Node, parameters: EstimatorParameters, model: DriveModel,
-                 disputed: Callable[[], None], robot_joints: Sequence[str] = ()) -> None:
-        self._node, self._disputed = node, disputed
+                 changed: Callable[[], None], robot_joints: Sequence[str] = ()) -> None:
+        self._node, self._changed = node, changed
         self.joints = parameters.motor_joint, parameters.arm_joint
         self._robot_joints = robot_joints
         self._reader = SampleReader(*self.joints, model, robot_joints)
@@ -52,11 +131,7 @@ class GearboxInput:
         self._names: list[str] | None = None
         self._warnings: set[str] = set()
         self._unreadable = 0
-        self.publishers = [Publishers(parameters.other_publishers)]  # of the motor; of the arm
-        # Endpoints on our topics while nobody else gave our joints; the only one so far.
-        self._endpoints: set[bytes] = set()
-        self._own: set[bytes] = set()
-        self._losses = MessageLossCounter(), MessageLossCounter()  # of motor's topic, of arm's
+        self._refused = 0  # messages while two publishers deliver a joint
         self._reported_loss = 0
         self.joiner: Joiner[Any] | None = None
         self.motor_topic: str = node.resolve_topic_name(JOINT_STATES)
@@ -68,11 +143,17 @@ class GearboxInput:
                 raise InputError(f'arm_topic: {parameters.arm_topic!r}, expected none where '
                                  'arm_joint is empty')
             self._join(parameters)
+        # Publishers of the joints that are taken from each topic.
+        self._publishers = {self.motor_topic: {
+            joint: JointPublishers() for joint in self.joints if joint}}
+        if self.separate_arm and self.arm_topic:
+            arm = self.joints[1]
+            self._publishers[self.arm_topic] = {arm: self._publishers[self.motor_topic].pop(arm)}
+        self._losses = {topic: MessageLossCounter() for topic in self._publishers}
 
     def _join(self, parameters: EstimatorParameters) -> None:
         self._pairs = 0  # at the last report
         self.joiner = Joiner(round(parameters.pair_tolerance * SECOND))
-        self.publishers.append(Publishers(parameters.other_publishers))
         self._paired = advertise(self._node, JointState, PAIRED_JOINT_STATES, OUTPUT_DEPTH)
         self.topic = self._paired.topic_name
         self.arm_topic = self._node.resolve_topic_name(parameters.arm_topic)
@@ -86,53 +167,52 @@ class GearboxInput:
         if message.name != self._names:
             self._names = message.name
             self._check_joints(message)
-        stamp_ns = stamp_of(message)
+        if not self._takes(message, info, self.motor_topic):
+            return
+        stamp_ns, (motor, arm) = stamp_of(message), self.joints
         if self.joiner is None:
             sample = self._reader.sample(message, stamp_ns)
-            if sample is None:
-                self._count_foreign(message, 0, info)
-            elif self._admitted(0, info, stamp_ns):
+            if sample is not None:
                 yield sample
             return
-        motor, arm = self.joints
-        values = joint_values_of(message, motor)
-        if values is not None and self._admitted(0, info, stamp_ns):
+        if (values := joint_values_of(message, motor)) is not None:
             yield from self._joined(self.joiner.motor(stamp_ns, values))
-        if not self.separate_arm and arm in message.name:
-            if values is None:
-                self._losses[0].add(info, False)
-            yield from self.arm_samples(message, info)
-        elif values is None:
-            self._count_foreign(message, 0, info)
+        if not self.separate_arm and (values := joint_values_of(message, arm)) is not None:
+            yield from self._joined(self.joiner.arm(stamp_ns, values))
 
     def arm_samples(self, message: JointState, info: Info) -> Iterator[TakenSample]:
-        """Yield the samples that `message` with `info` of the arm's topic completes."""
-        if self.joiner is None:
+        """Yield the samples that `message` with `info` of the arm's own topic completes."""
+        if self.joiner is None or self.arm_topic is None:
             return
-        values = joint_values_of(message, self.joints[1])
-        if values is None:
-            self._count_foreign(message, 1, info)
-        elif self._admitted(1, info, stamp_ns := stamp_of(message)):
-            yield from self._joined(self.joiner.arm(stamp_ns, values))
+        if self._takes(message, info, self.arm_topic):
+            values = joint_values_of(message, self.joints[1])
+            assert values is not None
+            yield from self._joined(self.joiner.arm(stamp_of(message), values))
 
     def count_unreadable(self) -> None:
         """Count a message that is too long, or no joint states at all."""
         self._unreadable += 1
 
-    def _admitted(self, joint: int, info: Info, stamp_ns: int) -> bool:
-        """Return whether to take a message of motor (0) or arm (1), by who published it."""
-        publishers = self.publishers[joint]
-        disputes = publishers.disputes
-        admitted = publishers.admit(info['publication_sequence_number'],
-                                    info['received_timestamp'] or time.time_ns(),
-                                    stamp_ns)
-        if publishers.disputes != disputes:
-            self.clear()
-            self._losses[joint].forget()
-            self._disputed()
-        if admitted and (joint == 0 or self.separate_arm):  # a refused message is not lost
-            self._losses[joint].add(info, True)
-        return admitted
+    def _takes(self, message: JointState, info: Info, topic: str) -> bool:
+        """Return whether `message` on `topic` has joints of ours, from one publisher each."""
+        now_ns = info['received_timestamp'] or time.time_ns()
+        number = info['publication_sequence_number']
+        publishers = [publishers for joint, publishers in self._publishers[topic].items()
+                      if joint in message.name]
+        changes = sum(p.changes for p in publishers)
+        admitted = [p.admit(number, now_ns) for p in publishers]
+        if not all(admitted):
+            self._refused += 1
+            self._losses[topic].forget()  # a refused message is not lost
+            if sum(p.changes for p in publishers) > changes:
+                self.clear()
+                self._changed()
+            return False
+        self._losses[topic].add(info, self.joints[topic != self.motor_topic] in message.name)
+        if not publishers:
+            self.foreign += 1
+            self._foreign_names = message.name
+        return bool(publishers)
 
     def _joined(self, pairs: Iterable[tuple[int, Any, Any]]) -> Iterator[TakenSample]:
         for stamp_ns, motor, arm in pairs:
@@ -140,11 +220,6 @@ class GearboxInput:
             self._paired.publish(message)
             if (sample := self._reader.sample(message, stamp_ns)) is not None:
                 yield sample
-
-    def _count_foreign(self, message: JointState, joint: int, info: Info) -> None:
-        self._losses[joint].add(info, False)
-        self.foreign += 1
-        self._foreign_names = message.name
 
     # ------------------------------------------------------------------ words
 
@@ -173,14 +248,6 @@ class GearboxInput:
 
     def silence(self, has_samples: bool) -> tuple[str, str] | None:
         """Return (why no sample came, the cure) or None; `has_samples`: whether any ever came."""
-        now_ns = time.time_ns()
-        if any(p.disputed and p.others(now_ns) for p in self.publishers):
-            return (f'several publishers give our joints and none was the first: '
-                    f'{self._rivals()}; nothing was taken',
-                    'stop one, or set other_publishers')
-        if any(p.waits(now_ns) for p in self.publishers):
-            return (f'the publisher that was followed is silent; that of {self._rivals()} spoke '
-                    'beside it and is refused', 'start the first again, or call ~/reset')
         if self.foreign and not has_samples:
             motor, arm = self.joints
             return (f'{self.foreign} messages named neither {motor!r} nor {arm!r} but '
@@ -205,46 +272,35 @@ class GearboxInput:
                                 f'({reason.strip("; ")})', f'change qos_overrides.{topic}')
         return None
 
-    def strangers(self) -> tuple[dict[str, int | str], str]:
-        """Return ({name: value}, text about other publishers of our joints or '')."""
+    def counts(self) -> dict[str, int]:
+        """Return {key: number} of messages that were refused, without zeros."""
+        return {key: count for key, count in (
+            ('messages_unreadable', self._unreadable),
+            ('messages_of_two_publishers', self._refused)) if count}
+
+    def rivals(self) -> str:
+        """Return which joints two publishers deliver, where, and their nodes; '' if none."""
         now_ns = time.time_ns()
-        values: dict[str, int | str] = {}
-        if self._unreadable:
-            values['messages_unreadable'] = self._unreadable
-        refused = sum(p.refused for p in self.publishers)
-        if refused:
-            values['messages_of_other_publishers'] = refused
-        endpoints = {bytes(info.endpoint_gid) for info in self._infos()}
-        if endpoints == self._own and any(
-                p.disputed or p.waits(now_ns) for p in self.publishers):
-            self.forget_publishers()  # there is no other one, whatever its numbers look like
-        if not any(p.others(now_ns) for p in self.publishers):
-            if not any(p.disputed for p in self.publishers):
-                self._endpoints = endpoints
-                self._own = endpoints if len(endpoints) == 1 else self._own
-            return values, ''
-        values['other_publishers'] = self._rivals()
-        accepted = self.publishers[0].policy == ACCEPT
-        return values, ('another node publishes the monitored joints, its messages are '
-                        f'{"taken, too" if accepted else "refused"}: {self._rivals()}')
+        return '; '.join(
+            f'two publishers of {" and ".join(joints)} on {topic}: {self._publisher_names(topic)}'
+            for topic, watched in self._publishers.items()
+            if (joints := [repr(joint) for joint, publishers in watched.items()
+                           if publishers.are_two(now_ns)]))
 
-    def _infos(self) -> list[Any]:
-        """Return the graph's TopicEndpointInfo of all publishers on our topics."""
-        topics = {self.motor_topic, self.arm_topic} - {None}
-        return [info for topic in topics
-                for info in self._node.get_publishers_info_by_topic(topic)]
-
-    def _rivals(self) -> str:
-        """Return the names of the nodes that may be rivals: the newest ones, else all."""
-        infos = self._infos()
-        rivals = [info for info in infos if bytes(info.endpoint_gid) not in self._own]
-        new = [info for info in rivals if bytes(info.endpoint_gid) not in self._endpoints]
-        return _listed(sorted({f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-                               for info in new or rivals or infos}))
+    def _publisher_names(self, topic: str) -> str:
+        """Return the nodes that publish on `topic`, with GIDs where a name does not suffice."""
+        infos = self._node.get_publishers_info_by_topic(topic)
+        named = [(f'{info.node_namespace.rstrip("/")}/{info.node_name}',
+                  bytes(info.endpoint_gid).hex()) for info in infos]
+        count = Counter(name for name, _ in named)
+        names = sorted(f'{name} (GID {gid})' if count[name] > 1 or name.endswith('_') else name
+                       for name, gid in named)
+        return ('two of ' if len(names) > 2 else '') + _listed(names) + (
+            ', and one that has ended' if len(names) < 2 else '')
 
     def loss(self) -> tuple[int, int]:
         """Return how many messages were lost in all, and since the last call."""
-        count = sum(loss.count for loss in self._losses)
+        count = sum(loss.count for loss in self._losses.values())
         new, self._reported_loss = count - self._reported_loss, count
         return count, new
 
@@ -271,13 +327,6 @@ class GearboxInput:
         """Forget messages that wait for their partner."""
         if self.joiner is not None:
             self.joiner.clear()
-
-    def forget_publishers(self) -> None:
-        """Follow the publisher that speaks next."""
-        for publishers in self.publishers:
-            publishers.forget()
-        for loss in self._losses:
-            loss.forget()
 
 
 def _listed(names: Sequence[str]) -> str:

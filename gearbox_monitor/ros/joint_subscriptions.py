@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
-from gearbox_monitor.interfaces.signals import JOINT_STATES
+from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.ros.gearbox_input import GearboxInput, Info, TakenSample
 from gearbox_monitor.ros.qos import best_effort, subscribe
 from gearbox_monitor.ros.runtime import alone, Arrivals, drain, RMWError

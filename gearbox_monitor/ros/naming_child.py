@@ -8,7 +8,6 @@ Reads a line of JSON, an Order as plain data, and packed rows from the standard 
 verdict as JSON. An error is one line on the standard error, with exit code 3, and 4 where memory
 is short. Imports no ROS. It ends with the process that started it.
 """
-import ctypes
 import json
 import os
 import resource
@@ -16,8 +15,9 @@ import signal
 import sys
 from typing import Any
 
+from gearbox_monitor.ros.middleware import end_with
+
 FAILED, SHORT_OF_MEMORY = 3, 4
-PR_SET_PDEATHSIG = 1
 NICE = 19
 
 
@@ -30,9 +30,7 @@ def limit(cpu_seconds: int, memory: int, parent: int) -> None:
         memory: bytes of address space.
         parent: process id.
     """
-    if sys.platform.startswith('linux'):
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:  # it ended before the call
+    if not end_with(parent, signal.SIGKILL):
         sys.exit(FAILED)
     os.nice(NICE)
     for resource_id, soft, hard in ((resource.RLIMIT_CORE, 0, 0),
@@ -56,12 +54,11 @@ def verdict_of(order: dict[str, Any], data: bytes) -> dict[str, Any]:
         InputError: a recording allows no statement; Undecided: none is possible.
     """
     from gearbox_monitor.errors import InputError
-    from gearbox_monitor.files.baseline_recording import split
-    from gearbox_monitor.identification.change_diagnosis import diagnose_change
+    from gearbox_monitor.files.baselines import split
+    from gearbox_monitor.diagnosis.joint.change_diagnosis import diagnose_change
     from gearbox_monitor.plant.drive import model_from_dict
     from gearbox_monitor.report.change_words import sentence
-    from gearbox_monitor.ros.recording_buffer import (
-        MIN_STRETCH, SECOND, stretch, unpacked_rows)
+    from gearbox_monitor.ros.recording_export import MIN_STRETCH, SECOND, stretch, unpacked_rows
     from gearbox_monitor.ros.recording_export import load_of, recording_of
     blocks = split(data, (*order['reference'], *order['later']))
     count = len(order['reference'])

@@ -14,6 +14,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import FIXED, ParameterRow, ParameterValue, RESTART
+from gearbox_monitor.removed import refusal
 
 
 class TableNode(Node):
@@ -31,7 +32,7 @@ class TableNode(Node):
         return result
 
     def warn_of_unknown(self) -> None:
-        """Warn of parameters that the user sets and that the node does not have: misspelt ones."""
+        """Warn of parameters that the user sets and the node does not have: misspelt ones."""
         unknown = [name for name in self._parameter_overrides if not self.has_parameter(name)]
         if unknown:
             self.get_logger().warning(
@@ -61,8 +62,14 @@ def declare(node: Node, table: Iterable[ParameterRow]) -> dict[str, ParameterVal
     """
     Declare every row of `table` on `node` and return {name: value}.
 
-    Raises InputError if an override has a wrong type or is out of range.
+    Raises InputError if an override has a wrong type, is out of range, or has a name that is gone.
     """
+    table = list(table)
+    names = {row.name for row in table}
+    gone = [f'node {node.get_name()}: {name}: {text}' for name in node._parameter_overrides
+            if name not in names and (text := refusal(name.rpartition('.')[2]))]
+    if gone:
+        raise InputError(*gone)
     values: dict[str, ParameterValue] = {}
     for row in table:
         default = row.default

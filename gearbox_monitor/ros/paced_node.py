@@ -12,7 +12,7 @@ from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from sensor_msgs.msg import JointState
 
-from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
+from gearbox_monitor.recordings.topics import JOINT_STATES, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.ros.node_parameters import TableNode
 from gearbox_monitor.ros.qos import advertise
 from gearbox_monitor.ros.runtime import finish, steady_timer

@@ -7,7 +7,7 @@ Node `payload`: what a robot holds, and the external torque on its joints, ten t
 Takes positions and torques of all joints from joint_states and publishes, 0.35 s later with the
 stamp of the measurement: payload (mass and centre in the frame of the link that carries) and
 external_torque (N m, positive where it helps the motor), each with a topic of deviations,
-..._stddev. balance.payload does all the work. Call ~/tare while the robot holds nothing.
+..._stddev. diagnosis.robot.payload does all the work. Call ~/tare while the robot holds nothing.
 
   ros2 run gearbox_monitor payload_node --ros-args -p model:=robot.urdf -p reference:=r.knowledge
 """
@@ -22,16 +22,15 @@ from geometry_msgs.msg import InertiaStamped
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from gearbox_monitor.balance.payload import PayloadEstimate, PayloadTracker, SECOND
+from gearbox_monitor.diagnosis.robot.payload import PayloadEstimate, PayloadTracker, SECOND
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import load_knowledge
-from gearbox_monitor.interfaces.signals import (
-    DIAGNOSTICS, EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD, JOINT_STATES, PAYLOAD, PAYLOAD_STD)
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.library.payload_track import payload_tracker
-from gearbox_monitor.library.robot import load_robot, recorded_names
+from gearbox_monitor.library.robot import load_robot, payload_tracker, recorded_names
 from gearbox_monitor.parameters import PAYLOAD_NODE, PayloadParameters
-from gearbox_monitor.report.payload_words import payload_words
+from gearbox_monitor.recordings.topics import (
+    DIAGNOSTICS, EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD, JOINT_STATES, PAYLOAD, PAYLOAD_STD)
+from gearbox_monitor.report.robot_words import payload_words
 from gearbox_monitor.ros.convert import stamp_of, to_diagnostics, to_time
 from gearbox_monitor.ros.node_parameters import declare, TableNode
 from gearbox_monitor.ros.qos import advertise, best_effort, subscribe

@@ -11,9 +11,9 @@ import time
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from gearbox_monitor.bag.read import BagReader, open_bag
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.interfaces.signals import JOINT_STATES, PLANT_TRANSMISSION_STATE
+from gearbox_monitor.recordings.read import BagReader, open_bag
+from gearbox_monitor.recordings.topics import JOINT_STATES, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.ros.convert import to_time
 from gearbox_monitor.ros.message_definition import import_message
 from gearbox_monitor.ros.qos import advertise

@@ -10,7 +10,11 @@ usage examples:
 """
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import count
+import os
+from pathlib import Path
 import shutil
+from tempfile import TemporaryFile
 import time
 from typing import Any
 
@@ -22,10 +26,10 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.subscription import Subscription
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.metadata import qos_profile
-from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import RECORDER, RecorderParameters
+from gearbox_monitor.recordings.storage import qos_profile
+from gearbox_monitor.recordings.write import BagWriter, WriteError
 from gearbox_monitor.ros.convert import key_values
 from gearbox_monitor.ros.message_definition import import_message, message_definition
 from gearbox_monitor.ros.node_parameters import declare, TableNode
@@ -42,6 +46,7 @@ CONTRACT = {name: (DIAGNOSTICS if name in ('/diagnostics', *LATCHED) else JOINT_
 POLL_SECONDS = 0.01
 DISCOVERY_SECONDS = 0.25
 MEGABYTE = 1_000_000
+ROOM = 16 * MEGABYTE  # on the disk, with which recording goes on after it was full
 
 
 @dataclass
@@ -83,6 +88,8 @@ class Recorder(TableNode):
     """
     Node that writes the raw messages of its topics to one bag.
 
+    After the disk was full it goes on in a new bag as soon as there is room.
+
     Log time is the time of reception, publish time that of the publisher, both by the system's
     clock, as in ``ros2 bag record``. A timer takes messages in bulk: the executor alone cannot
     keep up with several topics at 1 kHz.
@@ -96,14 +103,8 @@ class Recorder(TableNode):
         self._group = PolledCallbackGroup()
         self._topics = {name: RecordedTopic(name) for name in names}
         self._warned_space = self._warned_removed = False
-        self._writer = BagWriter(
-            output, parameters.compression, sync_seconds=parameters.sync_period or None,
-            max_size=parameters.max_bag_size, max_seconds=parameters.max_bag_duration)
-        self._record(self._writer.add_metadata, 'gearbox_monitor', {
-            'version': __version__,
-            **{f'{self.get_name()}.{name}': value
-               for name, value in parameters.to_dict().items()}})
-        self._record(self._writer.flush)
+        self._writers: list[BagWriter] = []  # the newest one writes
+        self._open(output)
         for topic in self._topics.values():
             for name, (msgtype, latched) in CONTRACT.items():
                 if topic.name == self._resolve(name) or topic.name.endswith(f'/{name}'):
@@ -119,24 +120,46 @@ class Recorder(TableNode):
             f'recording {len(names)} topics to {self._writer.path}, '
             + ', '.join(f'{name}={value}' for name, value in parameters.to_dict().items()))
 
+    @property
+    def _writer(self) -> BagWriter:
+        return self._writers[-1]
+
+    def _open(self, output: str | Path) -> None:
+        """Begin the bag `output`. Raises InputError."""
+        p = self._values
+        self._writers.append(BagWriter(
+            output, p.compression, sync_seconds=p.sync_period or None, max_size=p.max_bag_size,
+            max_seconds=p.max_bag_duration))
+        self._record(self._writer.add_metadata, 'gearbox_monitor', {
+            'version': __version__,
+            **{f'{self.get_name()}.{name}': value for name, value in p.to_dict().items()}})
+        self._record(self._writer.flush)
+
     def close(self) -> None:
         """Take the messages that still wait and close the bag."""
         self._poll()
         for topic in self._topics.values():
             topic.confirm(topic.publishers)
         self._record(self._writer.close)
-        writer = self._writer
         losses = {topic.name: topic.loss for topic in self._topics.values() if topic.loss}
-        text = (f'recorded {writer.message_count} messages, {writer.byte_count} bytes to '
-                f'{writer.path}; lost {sum(losses.values())} messages'
-                + (f' {losses}' if losses else '') + f', not written {writer.dropped}')
+        messages, size, dropped = self._totals()
+        text = (f'recorded {messages} messages, {size} bytes to '
+                f'{", ".join(str(writer.path) for writer in self._writers)}; '
+                f'lost {sum(losses.values())} messages'
+                + (f' {losses}' if losses else '') + f', not written {dropped}')
         logger = get_logger('recorder_end')  # the node's own wants /rosout, which is gone by now
-        if writer.error:
-            logger.error(f'{text}; {writer.error}')
-        elif losses:
+        if self._writer.error:
+            logger.error(f'{text}; {self._writer.error}')
+        elif losses or dropped:
             logger.warning(text)
         else:
             logger.info(text)
+
+    def _totals(self) -> tuple[int, int, int]:
+        """Return the numbers of messages and bytes in all bags, and of messages not written."""
+        writers = self._writers
+        return (sum(w.message_count for w in writers), sum(w.byte_count for w in writers),
+                sum(w.dropped for w in writers))
 
     def _declare(self) -> RecorderParameters:
         """Declare and return the parameters."""
@@ -251,11 +274,31 @@ class Recorder(TableNode):
             self._report(error)
 
     def _report(self, error: WriteError) -> None:
-        self.get_logger().error(f'recording has stopped: {error}')
+        self.get_logger().error(
+            f'recording has stopped until there is room for a new bag: {error}')
+
+    def _resume(self) -> None:
+        """Go on in a new bag if there is room again."""
+        folder = self._writers[0].path
+        try:
+            with TemporaryFile(dir=folder) as file:  # a medium that is gone has no such folder
+                os.posix_fallocate(file.fileno(), 0, ROOM)
+            names = (folder.with_name(f'{folder.name}_{k}') for k in count(2))
+            self._open(next(name for name in names if not os.path.lexists(name)))
+        except (OSError, InputError):
+            return
+        self._record(self._writers[-2].close)
+        for topic in self._topics.values():
+            topic.in_bag = False
+        self.get_logger().warning(
+            f'recording goes on in {self._writer.path}; not written: {self._totals()[2]} messages')
 
     def _diagnose(self) -> None:
-        """Publish the state of the recording."""
+        """Publish the state of the recording; go on if it was stopped."""
+        if self._writer.error is not None:
+            self._resume()
         writer = self._writer
+        messages, size, dropped = self._totals()
         losses = {topic.name: topic.loss for topic in self._topics.values()}
         try:
             free = shutil.disk_usage(writer.path).free
@@ -263,7 +306,7 @@ class Recorder(TableNode):
             free = 0
         level, message = DiagnosticStatus.OK, 'recording'
         problems = [f'{t.name}: {t.problem}' for t in self._topics.values() if t.problem]
-        if any(losses.values()):
+        if dropped or any(losses.values()):
             level, message = DiagnosticStatus.WARN, 'messages were lost'
         if problems:
             level, message = DiagnosticStatus.WARN, problems[0]
@@ -283,10 +326,10 @@ class Recorder(TableNode):
         if writer.error is not None:
             level, message = DiagnosticStatus.ERROR, str(writer.error)
         values = {
-            'bag': writer.path, 'messages': writer.message_count, 'bytes': writer.byte_count,
+            'bag': writer.path, 'messages': messages, 'bytes': size,
             'topics_with_messages': sum(topic.in_bag for topic in self._topics.values()),
             'topics': len(self._topics), 'lost': sum(losses.values()),
-            'not_written': writer.dropped,
+            'not_written': dropped,
             'since_last_flush_s': f'{time.monotonic() - writer.last_flush:.3f}',
             'free_disk_space_mb': free // MEGABYTE,
             'low_space_threshold_mb': self._values.low_space,

@@ -2,34 +2,219 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Write a RecordingBuffer as bags ready to diagnose. No ROS here; slow, so call it from a thread.
+The newest minutes of the measurement, in memory, and the stretch of them to diagnose.
 
-The folder holds `all`, the bag with all rows; `bag`, the stretch to diagnose; and `drive.yaml`,
-the model.
+No ROS here. Rows are gathered in a block; a full one is packed without loss, so memory follows the
+rate. Packed blocks never change, so a reader unpacks them without holding up the samples.
 """
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 import os
 from pathlib import Path
+import re
 import shlex
 import shutil
+from threading import Lock
 import time
+from typing import Any, TypeAlias
 
+import lz4.block
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.write import BagWriter, WriteError
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.quality.admission import prepared, weighed
-from gearbox_monitor.quality.recording import UniformRecording
-from gearbox_monitor.ros.recording_buffer import ARM_EFFORT, MIN_STRETCH, Rows, SECOND, stretch
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.write import BagWriter, WriteError
+from gearbox_monitor.signals.admission import prepared, weighed
+from gearbox_monitor.signals.recording import UniformRecording
+
+SECOND = 1_000_000_000
+BLOCK = 1024       # rows
+MAX_RATE = 4000.0  # rows/s up to which the whole span is kept
+STRETCH = 14.0     # s, a good length for a diagnosis
+MIN_STRETCH = 4.0  # s, the shortest for a diagnosis
+DROPOUT = 4        # sample times between two stamps that are a dropout; shorter is interpolated
+LIVELY = 0.8       # of the largest travel: enough to prefer the newest stretch
+MOTOR, ARM, MOTOR_EFFORT, ARM_EFFORT = range(4)
+DTYPE = np.dtype([('stamp_ns', np.int64), ('good', np.bool_), ('values', np.float64, 4)])
+Rows: TypeAlias = np.ndarray[tuple[int], np.dtype[Any]]  # of DTYPE
+
+
+class RecordingBuffer:
+    """
+    The rows of the last `seconds`, at most MAX_RATE of them per second, in blocks of `block` rows.
+
+    A row: stamp (ns), good (whether the estimator could use it), values [4] as received: position
+    of motor and arm, effort of motor and arm; NaN = not measured.
+    """
+
+    def __init__(self, seconds: float, block: int = BLOCK) -> None:
+        self.span = round(seconds * SECOND)
+        self._size = block
+        self._max_blocks = int(np.ceil(seconds * MAX_RATE / block)) + 1
+        # Full blocks: (packed rows, newest good stamp when it was full).
+        self._full: deque[tuple[bytes, int]] = deque()
+        self._rows, self._n = np.empty(block, DTYPE), 0
+        self.newest_ns = 0  # stamp of the newest good row, 0 before the first
+        self.first_ns = 0  # stamp of the first good row since the clock was set back
+
+    def add(self, stamp_ns: int, good: bool, values: tuple[float, float, float, float]) -> None:
+        """
+        Add one row.
+
+        Args:
+            stamp_ns: of the measurement, ns.
+            good: whether the estimator could use it.
+            values: position of motor and arm (rad), effort of motor and arm (N m), as received.
+
+        """
+        if self._n == self._size:
+            self._next_block()
+        self._rows[self._n] = (stamp_ns, good, values)
+        self._n += 1
+        if good:
+            if stamp_ns < self.newest_ns or not self.first_ns:
+                self.first_ns = stamp_ns
+            self.newest_ns = stamp_ns
+
+    def _next_block(self) -> None:
+        self._full.append((packed(self._rows), self.newest_ns))
+        # Rows stamped later than the newest one, too: they are from before a clock was set back.
+        while self._full and not 0 <= self.newest_ns - self._full[0][1] <= self.span:
+            self._full.popleft()
+        while len(self._full) >= self._max_blocks:
+            self._full.popleft()
+        self._n = 0
+
+    def __len__(self) -> int:
+        return len(self._full) * self._size + self._n
+
+    def blocks(self, seconds: float) -> Callable[[], list[bytes]]:
+        """
+        Return a function that gives the last `seconds` in packed blocks, from any thread.
+
+        Without rows stamped later than the newest one: they are from before a clock was set back.
+        """
+        first = self.newest_ns - round(seconds * SECOND)
+        full = [block for block, newest in self._full if first < newest <= self.newest_ns]
+        rows = self._rows[:self._n]
+        newest_rows = rows[rows['stamp_ns'] <= self.newest_ns]
+        return lambda: [*full, packed(newest_rows)] if len(newest_rows) else full
+
+    def rows(self) -> Callable[[], Rows]:
+        """Return a function that gives the present rows [N], oldest first, from any thread."""
+        blocks, newest = [block for block, _ in self._full], self._rows[:self._n].copy()
+        first, span = self.newest_ns - self.span, self.span
+
+        def joined() -> Rows:
+            rows = np.concatenate([*map(unpacked, blocks), newest])
+            in_span = np.flatnonzero(rows['good'] & (rows['stamp_ns'] > first)
+                                     & (rows['stamp_ns'] <= first + span))
+            return rows[in_span[0]:] if len(in_span) else rows
+        return joined
+
+
+def packed(rows: Rows) -> bytes:
+    """
+    Return `rows` [N] in about half of the memory.
+
+    Each number, taken as an integer, becomes its difference from the row before. lz4 packs byte 0
+    of all differences, byte 1 of all, and so on, and then `good`.
+    """
+    numbers = np.column_stack([rows[name].view(np.uint64) for name in ('stamp_ns', 'values')])
+    differences = np.diff(numbers, axis=0, prepend=np.zeros_like(numbers[:1]))
+    return lz4.block.compress(differences.view(np.uint8).T.tobytes() + rows['good'].tobytes())
+
+
+def unpacked(packed: bytes) -> Rows:
+    """Return the rows of a `packed` block."""
+    by_place = np.frombuffer(lz4.block.decompress(packed), np.uint8).reshape(DTYPE.itemsize, -1)
+    numbers = np.cumsum(by_place[:-1].T.copy().view(np.uint64), axis=0, dtype=np.uint64)
+    rows = np.empty(len(numbers), DTYPE)
+    rows['stamp_ns'], rows['values'] = numbers[:, 0].view(np.int64), numbers[:, 1:].view(float)
+    rows['good'] = by_place[-1]
+    return rows
+
+
+def unpacked_rows(blocks: Iterable[bytes], since_ns: int = 0) -> Rows:
+    """Return the rows of packed `blocks`, from `since_ns` on."""
+    rows = np.concatenate([np.empty(0, DTYPE), *map(unpacked, blocks)])
+    return _selected(rows, rows['stamp_ns'] >= since_ns)
+
+
+def stretch(rows: Rows, effort_delay: int = 0, seconds: float = STRETCH) -> Rows:
+    """
+    Return the part [M] of `rows` to diagnose, without dropouts; M = 0 if no part is long enough.
+
+    It lasts MIN_STRETCH to `seconds` and is the newest of those that travel far. The effort is
+    moved by `effort_delay` samples, so that the one stamped t_k acts from t_k on.
+    """
+    rows = _selected(rows, rows['good'])
+    if len(rows) < 2:
+        return rows[:0]
+    finite = np.isfinite(rows['values'])
+    used = finite.mean(axis=0) > 0.5  # a quantity that is hardly ever measured is not required
+    rows = _selected(rows, finite[:, used].all(axis=1))
+    steps = np.diff(rows['stamp_ns'])
+    if not used[[MOTOR, MOTOR_EFFORT]].all() or not (steps > 0).any():
+        return rows[:0]
+    period = float(np.median(steps[steps > 0]))
+    edges = np.flatnonzero((steps <= 0) | (steps > DROPOUT * period)) + 1
+    pieces: list[tuple[int, int, float]] = []  # (begin, end, travel), oldest first
+    for begin, end in zip([0, *edges], [*edges, len(rows)]):
+        part = rows[begin:end]
+        pieces += [(begin + a, begin + b, travel)
+                   for a, b, travel in _pieces(part, period, seconds)]
+    if not pieces:
+        return rows[:0]
+    max_travel = max(travel for _, _, travel in pieces)
+    begin, end, _ = [piece for piece in pieces if piece[2] >= LIVELY * max_travel][-1]
+    return _with_effort_moved(rows[begin:end], effort_delay)
+
+
+def _selected(rows: Rows, mask: np.ndarray[Any, Any]) -> Rows:
+    """Return the rows in `mask`; copying all of them would hold up the estimates."""
+    return rows if mask.all() else rows[mask]
+
+
+def _pieces(rows: Rows, period: float, seconds: float) -> Iterator[tuple[int, int, float]]:
+    """Yield (begin, end, travel of the motor) of pieces of `rows` without dropouts, 1 s apart."""
+    stamps = rows['stamp_ns']
+    length, second = round(seconds * SECOND / period), max(1, round(SECOND / period))
+    if stamps[-1] - stamps[0] + period < MIN_STRETCH * SECOND:
+        return
+    stride = max(1, second // 50)  # slower than the noise of the encoder
+    travel = np.zeros(len(rows))
+    motor = rows['values'][:, MOTOR]
+    travel[stride::stride] = np.abs(np.diff(motor[::stride]))[:len(travel[stride::stride])]
+    travel = np.concatenate([[0.0], np.cumsum(travel)])
+    newest = max(0, len(rows) - length)
+    for begin in sorted({newest % second if newest else 0,
+                         *range(newest % second, newest + 1, second)}):
+        end = min(begin + length, len(rows))
+        yield begin, end, travel[end] - travel[begin]
+
+
+def _with_effort_moved(rows: Rows, delay: int) -> Rows:
+    """Return `rows` whose effort is that of `delay` samples earlier (later, if negative)."""
+    if not delay:
+        return rows
+    values = rows['values'][:, [MOTOR_EFFORT, ARM_EFFORT]]
+    rows = (rows[delay:] if delay > 0 else rows[:delay]).copy()
+    rows['values'][:, [MOTOR_EFFORT, ARM_EFFORT]] = (
+        values[:-delay] if delay > 0 else values[-delay:])
+    return rows
+
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 PATTERN = 'kept_%Y_%m_%d-%H_%M_%S'
+KEPT = re.compile(r'kept_\d{4}_\d\d_\d\d-\d\d_\d\d_\d\d(_\d+)?')
+# No gearbox deletes what another one is writing.
+TURN = Lock()
 # The thread that estimates waits for this one only while a chunk is encoded.
 CHUNK, PAUSE = 100, 1e-3
 MB = 10 ** 6
@@ -56,10 +241,10 @@ class RecordingContext:
 def export_recording(parent: str | Path, rows: Rows, context: RecordingContext,
                      clock: Callable[[], time.struct_time] = time.localtime) -> str:
     """
-    Write a recording into a new folder.
+    Write a recording into a new folder; then delete the oldest ones beyond keep_newest.
 
     Args:
-        parent: folder to make it in.
+        parent: folder of all recordings.
         rows: of a RecordingBuffer.
         context: where the rows come from.
         clock: gives the time that the folder is named after.
@@ -72,49 +257,47 @@ def export_recording(parent: str | Path, rows: Rows, context: RecordingContext,
 
     """
     parent = Path(os.path.abspath(os.path.expanduser(parent)))
-    folder = _new_folder(parent, clock)
-    try:
-        _expect_room(parent, 2 * ROW_BYTES * len(rows), context.parameters.keep_space)
-        part = stretch(rows, context.parameters.effort_delay)
-        _write(folder / 'all', rows, context)
-        text = f'{_seconds(rows):.1f} s kept in {folder / "all"}; '
-        if not len(part):
-            return text + (f'no {MIN_STRETCH:g} s of them without a dropout, with torque and '
-                           'positions, as a diagnosis needs')
-        _write(folder / 'bag', part, context)
-        save_model(folder / 'drive.yaml', context.model.with_(
-            arm_load=load_of(part, context.model, context.arm_load)), [
-            f'Model of the estimator whose measurement is in {folder.name}.',
-            f'Written by gearbox_monitor {__version__}.'])
-    except BaseException as error:
-        shutil.rmtree(folder, ignore_errors=True)  # a full disk shall not stay full
-        if isinstance(error, WriteError):  # it ends with what the bag still holds
-            raise InputError(f'{str(error).rpartition(";")[0]}; removed again, the measurement '
-                             'is still in memory') from None
-        raise
+    with TURN:
+        folder = _new_folder(parent, clock)
+        try:
+            text = _write_folder(folder, rows, context)
+        except BaseException as error:
+            shutil.rmtree(folder, ignore_errors=True)  # a full disk shall not stay full
+            if isinstance(error, WriteError):  # it ends with what the bag still holds
+                raise InputError(f'{str(error).rpartition(";")[0]}; removed again, the '
+                                 'measurement is still in memory') from None
+            raise
+        _delete_oldest(folder, context.parameters.keep_newest)
+    return text
+
+
+def _write_folder(folder: Path, rows: Rows, context: RecordingContext) -> str:
+    """Write all bags and files of a recording; see export_recording."""
+    size, free = 2 * ROW_BYTES * len(rows), shutil.disk_usage(folder).free
+    if size > free - SPARE:
+        raise InputError(f'{folder.parent}: {free / MB:.0f} MB are free, expected '
+                         f'{(size + SPARE) / MB:.0f} MB; the measurement is still in memory')
+    part = stretch(rows, context.parameters.effort_delay)
+    _write(folder / 'all', rows, context)
+    text = f'{_seconds(rows):.1f} s kept in {folder / "all"}; '
+    if not len(part):
+        return text + (f'no {MIN_STRETCH:g} s of them without a dropout, with torque and '
+                       'positions, as a diagnosis needs')
+    _write(folder / 'bag', part, context)
+    save_model(folder / 'drive.yaml', context.model.with_(
+        arm_load=load_of(part, context.model, context.arm_load)), [
+        f'Model of the estimator whose measurement is in {folder.name}.',
+        f'Written by gearbox_monitor {__version__}.'])
     return text + f'the best {_seconds(part):.1f} s of it: {diagnosis_command(folder, context)}'
 
 
-def _expect_room(parent: Path, size: int, keep_space: int) -> None:
-    """
-    Check that a recording may be kept.
-
-    Args:
-        parent: folder of all kept recordings.
-        size: bytes that the new one takes at most.
-        keep_space: MB that all of them may take.
-
-    Raises:
-        InputError: keep_space or the disk has no room for it.
-    """
-    stored = sum(file.stat().st_size for file in parent.glob('kept_*/**/*') if file.is_file())
-    if stored + size > keep_space * MB:
-        raise InputError(f'{parent}: {stored / MB:.0f} MB are kept, and {size / MB:.1f} MB more '
-                         f'exceed keep_space: {keep_space} MB; remove or move kept_* folders')
-    free = shutil.disk_usage(parent).free
-    if size > free - SPARE:
-        raise InputError(f'{parent}: {free / MB:.0f} MB are free, expected '
-                         f'{(size + SPARE) / MB:.0f} MB; the measurement is still in memory')
+def _delete_oldest(newest: Path, count: int) -> None:
+    """Delete the oldest recordings in the folder of `newest`, so that `count` remain."""
+    others = [path for path in newest.parent.iterdir()
+              if KEPT.fullmatch(path.name) and path != newest]
+    others.sort(key=lambda path: path.stat().st_mtime_ns)
+    for path in others[:len(others) + 1 - count]:
+        shutil.rmtree(path, ignore_errors=True)
 
 
 def diagnosis_command(folder: Path, context: RecordingContext) -> str:
@@ -124,7 +307,7 @@ def diagnosis_command(folder: Path, context: RecordingContext) -> str:
     if not context.topic.endswith('/joint_states'):
         words += ['--topic', context.topic]
     for option, joint in zip(('motor', 'arm'), context.joints):
-        words += [f'--{option}-joint', joint] if joint != option else []
+        words += [f'--recorded-{option}', joint] if joint != option else []
     return shlex.join(map(str, words))
 
 

@@ -5,7 +5,6 @@
 import argparse
 from collections.abc import Callable, Iterable, Iterator, Sequence
 import contextlib
-import ctypes
 import gc
 import os
 from pathlib import Path
@@ -30,14 +29,12 @@ from rclpy.timer import Timer
 from rclpy.utilities import remove_ros_args
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.ros.middleware import remove_cut_ports
+from gearbox_monitor.ros.middleware import end_with, PARENT, remove_cut_ports
 from gearbox_monitor.ros.qos import subscribe
 
 RCLError = rclpy_implementation.RCLError
 RMWError = rclpy_implementation.RMWError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
-PARENT = 'GEARBOX_MONITOR_PARENT'  # process id of a parent that the node must not outlive
-PR_SET_PDEATHSIG = 1
 
 
 class PolledCallbackGroup(CallbackGroup):
@@ -238,10 +235,7 @@ def _without_signals(unraisable: Any) -> None:
 def _die_with_parent() -> None:
     """Let Linux send SIGTERM when the parent that the environment names, if any, dies."""
     parent = os.environ.get(PARENT, '')
-    if not parent.isdigit() or not sys.platform.startswith('linux'):
-        return
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != int(parent):  # it died before the call
+    if parent.isdigit() and not end_with(int(parent), signal.SIGTERM):
         sys.exit(1)
 
 

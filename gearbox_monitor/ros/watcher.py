@@ -11,9 +11,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from gearbox_monitor.interfaces.signals import (
+from gearbox_monitor.health.checks.outcome import Level, Outcome
+from gearbox_monitor.recordings.topics import (
     DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, PLANT_TRANSMISSION_STATE, SNAPSHOT)
-from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
 from gearbox_monitor.ros.qos import latched
 
 

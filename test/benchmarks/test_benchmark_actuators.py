@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.__main__ import main
 from benchmarks.actuators import _log, _of_joint, _with_guesses
-from gearbox_monitor.identification.parameter_ranges import ranges_of
+from gearbox_monitor.diagnosis.joint.parameter_ranges import ranges_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, simulate
 

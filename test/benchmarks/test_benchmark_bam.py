@@ -54,5 +54,5 @@ def test_a_folder_without_recordings_is_one_line(tmp_path, capsys):
 def test_load_friction_is_identified_and_the_other_gain_predicted(tmp_path):
     main(['bam', str(DATA), '--servo', 'xl330', '--json', str(tmp_path / 'bam.json')])
     data, = json.loads((tmp_path / 'bam.json').read_text())['servos']
-    assert data['identified'] == ['load_friction', 'lugre']  # docs/real_drives.md
+    assert data['identified'] == ['load_friction', 'lugre']  # benchmarks/README.md
     assert np.mean(data['errors'][data['judged']]['held out']) < 0.04

@@ -13,15 +13,13 @@ import pytest
 from benchmarks import real_gap
 from benchmarks.__main__ import main
 from benchmarks.least_squares import ranked_of_robot
-from benchmarks.real_gap import (
-    Answer, answer_of, load_pairs, Runner, scores, Truth)
-from gearbox_monitor.bag.example_bag import ExampleMotion
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.robot_example import write_robot_pair
+from benchmarks.real_gap import Answer, answer_of, load_pairs, Runner, scores, Truth
 from gearbox_monitor.cli.main import main as run_command
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, Plant
+from gearbox_monitor.recordings.examples import ExampleMotion, write_robot_pair
+from gearbox_monitor.recordings.read import open_bag
 
 MODEL = DriveModel()
 

@@ -13,7 +13,7 @@ from benchmarks.__main__ import main
 from benchmarks.paper import drive, DT, T0
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.simulate import simulate
 
 

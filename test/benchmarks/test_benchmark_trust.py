@@ -10,9 +10,9 @@ import pytest
 from benchmarks import intervals, trust, trust_drift, trust_runs
 from benchmarks.__main__ import main
 from benchmarks.harness import BarTable
-from gearbox_monitor.monitoring.backlash import drift_words
-from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.checks.outcome import Level, Outcome
+from gearbox_monitor.health.backlash import drift_words
+from gearbox_monitor.health.backlash.features import Backlash
+from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise
 

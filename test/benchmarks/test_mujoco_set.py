@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.__main__ import main
-from benchmarks.blind import (
-    mujoco_baselines, mujoco_drives, mujoco_set, real_joints)
-from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
+from benchmarks.blind import mujoco_baselines, mujoco_drives, mujoco_set, real_joints
 from gearbox_monitor.plant.simulate import Plant, simulate
+from gearbox_monitor.simulators.mjcf_file import model_of, read_mjcf
 
 pytest.importorskip('mujoco')
 NOMINAL = {**mujoco_drives.drawn_nominal(np.random.default_rng(3)), 'K': 25.0, 'b': 0.1, 'G': 0.4,

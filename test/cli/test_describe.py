@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.export.mjcf_file import model_of, read_mjcf
+from gearbox_monitor.simulators.mjcf_file import model_of, read_mjcf
 
 pytest.importorskip('mujoco')
 SHARED = Path(__file__).resolve().parents[3] / 'shared' / 'data'
@@ -88,33 +88,6 @@ def test_a_urdf_is_read_as_ros_does(tmp_path, capsys):
 def test_the_urdf_of_a_real_arm(capsys):
     assert main(['describe', str(SHARED / 'lwr4/kuka_lwr4.urdf')]) == 0
     assert '7 of 7 joints are read' in capsys.readouterr().out
-
-
-def test_names_of_options_before_are_taken_with_a_note(tmp_path, capsys):
-    (tmp_path / 'robot.xml').write_text(ROBOT)
-    words = ['--model', str(tmp_path / 'robot.xml'), '--joint', 'hip', '--against',
-             str(tmp_path / 'absent')]
-    assert main(['simulate', *words, '--arm-joint', '']) == 2
-    err = capsys.readouterr().err
-    assert 'note: --arm-joint is called --recorded-arm now' in err and 'absent' in err
-    assert main(['simulate', *words, '--recorded-arm', '']) == 2
-    assert 'is called' not in capsys.readouterr().err
-    (tmp_path / 'm.yaml').write_text('transmission: {kind: rigid}\n')
-    assert main(['export', str(tmp_path / 'm.yaml'), '--to', 'mjcf', '--into',
-                 str(tmp_path / 'robot.xml'), '--joint', 'hip', '--arm-joint', 'knee']) == 2
-    assert '--arm-joint is called --model-arm-joint now' in capsys.readouterr().err
-
-
-def test_export_without_a_file_writes_one(tmp_path, capsys):
-    (tmp_path / 'm.yaml').write_text('effects: [{id: torque_gain, g: 0.1}]\n')
-    words = ['export', str(tmp_path / 'm.yaml'), '--to', 'mjcf']
-    assert main([*words, '--out', str(tmp_path / 'drive.xml')]) == 0
-    assert 'torque_gain: native' in capsys.readouterr().out
-    assert model_of(read_mjcf(tmp_path / 'drive.xml', 'motor', 'arm')).torque_constant == 1.1
-    assert main(words) == 0
-    out, err = capsys.readouterr()
-    assert out.startswith('<mujoco') and 'note: friction follows an arctangent' in err
-    assert main([*words, '--keyframe', 'home']) == 2
 
 
 def test_suggest_reads_a_simulators_file(tmp_path, capsys):

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from gearbox_monitor.cli.drive_recordings import (
-    add_recording_arguments, load_drive, load_recording)
+from gearbox_monitor.cli.inputs import add_recording_arguments, load_drive, load_recording
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import model_from_dict

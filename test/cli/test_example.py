@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import yaml
 
-from gearbox_monitor.bag.example_bag import ENCODERS, MOTIONS, process_torque
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.examples import ENCODERS, MOTIONS, process_torque
 
 PACKAGED = str(config_path('drive.yaml'))
 SHORT = ['--seconds', '8', '--rate', '500']

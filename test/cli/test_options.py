@@ -9,7 +9,7 @@ import math
 from matplotlib.figure import Figure
 import pytest
 
-from gearbox_monitor.cli.drive_recordings import add_recording_arguments, written_options
+from gearbox_monitor.cli.inputs import add_recording_arguments, written_options
 from gearbox_monitor.cli.options import show, stated, write_files
 from gearbox_monitor.errors import InputError
 
@@ -45,7 +45,7 @@ def test_options_that_differ_from_their_defaults_have_their_own_names():
         return parser.parse_args(['bag', '--model', 'arm.xml', *words])
     names = ('bag', 'topic', 'motor_joint', 'arm_joint', 'keyframe')
     assert stated(options(), names) == {'bag': ['bag']}
-    args = options('--topic', 'joint_states', '--arm-joint', 'the arm', '--keyframe', '0')
+    args = options('--topic', 'joint_states', '--recorded-arm', 'the arm', '--keyframe', '0')
     assert stated(args, names[1:]) == {'--recorded-arm': 'the arm', '--keyframe': '0'}
     assert written_options(args, names[1:]) == "--recorded-arm 'the arm' --keyframe 0"
 

@@ -15,11 +15,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.monitoring import checks
+from gearbox_monitor.health import checks
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
@@ -32,8 +32,8 @@ ELSEWHERE = {
     'fit-nominal': 'test_walks', 'import': 'test_import',
     'fleet': 'test_walks', 'live': 'test_live'}
 # Commands that go on with each other's files: test_walks.
-WALKS = ('first_hour.md', 'current.md', 'closed_model.md', 'mujoco.md', 'simulator.md',
-         'robot_gap.md', 'payload.md', 'real_drives.md')
+WALKS = ('first_hour.md', 'tuning.md', 'mujoco.md', 'simulator.md', 'robot_gap.md',
+         'payload.md', 'real_drives.md')
 
 
 def blocks(page, language):
@@ -160,7 +160,7 @@ def test_a_filter_is_one_added_file(tmp_path):
 
 def test_indicator_of_the_page(monkeypatch, capsys):
     *_, load, use = blocks(DOCS / 'extend.md', 'python')
-    made = module(monkeypatch, 'gearbox_monitor.monitoring.checks.load', load)
+    made = module(monkeypatch, 'gearbox_monitor.health.checks.load', load)
     monkeypatch.setattr(checks, 'load', made, raising=False)
     exec(compile(use, 'extend.md', 'exec'), {})
     levels = [line.split()[1] for line in capsys.readouterr().out.splitlines()]

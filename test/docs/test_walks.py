@@ -48,7 +48,7 @@ class Walk:
     @property
     def text(self):
         """The sections, each below its heading."""
-        text = (ROOT / 'docs' / self.page).read_text(encoding='utf-8')
+        text = (ROOT / self.page).read_text(encoding='utf-8')
         parts = re.split('^(?=## )', text, flags=re.MULTILINE)
         return [part for part in parts
                 if not self.sections or part[3:].partition('\n')[0] in self.sections]
@@ -75,10 +75,11 @@ def served_drive(path):
 
 
 REPLAYED = r'^NIS +\S+|^tau_K error .*'
+BENCHMARKS = 'benchmarks/README.md'
 FIRST_HOUR = {'joint3_drive.yaml': CONFIG / 'drive.yaml'}
 ENTRANCES = ('Motor encoder alone', 'Only setpoints')
 WALKS = (
-    Walk('first_hour.md', tuple(f'{k}. {name}' for k, name in enumerate((
+    Walk('docs/first_hour.md', tuple(f'{k}. {name}' for k, name in enumerate((
         'Record (5 min)', 'Check the stamps, signs and units (5 min)',
         'Describe the drive (15 min)', 'R and Q (5 min)', 'Look at the result (10 min)',
         'Gates (5 min)', 'Run it and define the healthy state (15 min)', 'Alerts'), 1)),
@@ -87,35 +88,37 @@ WALKS = (
               '`accept` fails the last one': '^verdict +fail',
               '`fleet` draws the growth': r'SN0815: backlash .* \+2[456]\.\d'},
         fails=('accept june',), brings=FIRST_HOUR),
-    Walk('first_hour.md', ENTRANCES[:1], brings=FIRST_HOUR, fails=('diagnose',), says={
+    Walk('docs/first_hour.md', ENTRANCES[:1], brings=FIRST_HOUR, fails=('diagnose',), says={
         'backlash grew by 25 %': r'^Backlash has grown .* SN0816: \+2\d(.|\n)*'
               r'half\s+backlash\s+is\s+0\.125'}),
-    Walk('first_hour.md', ENTRANCES[1:], fails=('diagnose',),
+    Walk('docs/first_hour.md', ENTRANCES[1:], fails=('diagnose',),
          brings={'joint3_servo.yaml': served_drive},
          says={'backlash is 30 % wider': r'\(\+30\s+%', r'\[effect\]': '^  backlash_gap '}),
-    Walk('current.md', claims={r'error falls(.|\n)*? in both cases': REPLAYED}),
-    Walk('closed_model.md', brings={'drive.yaml': CONFIG / 'drive.yaml'}, fails=('diagnose',),
+    Walk('docs/tuning.md', ('A current instead of a torque',),
+         claims={r'error\s+falls(.|\n)*?\s+in\s+both\s+cases': REPLAYED}),
+    Walk('docs/tuning.md', ('An identified effect in the estimator',),
+         brings={'drive.yaml': CONFIG / 'drive.yaml'}, fails=('diagnose',),
          claims={'rms, of [^;]*': 'rms of .*?,', **dict.fromkeys(
              (r'\| `drive.yaml`.*', r'\| `drive.closed.yaml`.*'),
              REPLAYED + r'|\S+ +\S+ +1\.00$')}),
-    Walk('mujoco.md', ('Tutorial',), fails=('diagnose',)),
-    Walk('simulator.md', ('Example: MuJoCo',), fails=('diagnose',)),
-    Walk('payload.md'),
-    Walk('robot_gap.md', ('A walk without data',), fails=('diagnose',)),
-    Walk('robot_gap.md', ('A walk with a real arm',), fails=('diagnose jan31_load.csv',),
+    Walk('docs/mujoco.md', ('Tutorial',), fails=('diagnose',)),
+    Walk('docs/simulator.md', ('Example: MuJoCo',), fails=('diagnose',)),
+    Walk('docs/payload.md'),
+    Walk('docs/robot_gap.md', ('A walk without data',), fails=('diagnose',)),
+    Walk(BENCHMARKS, ('A real arm',), fails=('diagnose jan31_load.csv',),
          brings={'ur10e.urdf': DATA / 'ur10e/ur10e.urdf',
                  'feb19.csv': arm_log('ur-20_02_19_14harm50sec'),
                  'feb10.csv': arm_log('ur-20_02_10-30sec_12harm'),
                  'jan31.csv': arm_log('ur-20_01_31-unload'),
                  'jan31_load.csv': arm_log('ur-20_01_31-load')},
          says={'# none': '^The robot is as the references say'}),
-    Walk('real_drives.md', ('1. Import', '2. A model file', '3. Nominal values',
+    Walk('docs/real_drives.md', ('1. Import', '2. A model file', '3. Nominal values',
                             '4. Find the missing effect', '5. The closed simulator'),
          brings={name: DATA / 'emps' / name for name in ('DATA_EMPS.mat', 'DATA_EMPS_PULSES.mat')},
          fails=('diagnose', 'fit-nominal emps --model found'),
          claims={'The verdict is `viscous_asymmetry`': '',
                  'falls from 189 mm to 5 mm rms': r'^  motor +0\.\S+ +\S+$'}),
-    Walk('real_drives.md', ('A light motor behind a gearbox',),
+    Walk(BENCHMARKS, ('A light motor behind a gearbox',),
          fails=('diagnose run20 run23 --model davinci',), brings={
              **{f'{n}.TXT.gz': DATA / f'davinci_backend/{n}.TXT.gz' for n in (20, 22, 23)},
              'davinci_backend_nominal.yaml': CONFIG / 'davinci_backend_nominal.yaml'},
@@ -125,7 +128,7 @@ WALKS = (
                  r'\| model file, zero.*': r'torque \S+, arm\s+\S+ before',
                  r'\| with backlash.*': r'torque \S+, arm\s+\S+ after',
                  r'\| fitted once more.*': r'^  (torque|arm) +0\.\S+ +\S+$'}),
-    Walk('real_drives.md', ('Servos by their setpoints',),
+    Walk(BENCHMARKS, ('Servos by their setpoints',),
          brings={name: DATA / 'bam_servo_pendulum/xl330' / name for name in (
              '2026-01-15_10h28m42.json.gz', '2026-01-15_10h29m04.json.gz')},
          fails=('diagnose',), claims={'`load_friction` .* and `lugre`': r'Cl = \S+'}))

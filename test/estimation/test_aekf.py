@@ -16,7 +16,7 @@ from gearbox_monitor.estimation.filters import aekf, ekf
 from gearbox_monitor.estimation.process_model import ADAPT_AT, layout_of, P0, pack, state_names
 from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.estimation.step_record import places, record_size
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters

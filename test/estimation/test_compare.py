@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from test_tune import DRIVE, params, samples_of, simulated, write
 
+from gearbox_monitor.cli import compare
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimator import Estimator
@@ -43,13 +44,13 @@ def test_without_filterpy_one_line(monkeypatch):
         filterpy_reference.run('filterpy-ekf', DRIVE, TUNED, samples_of(simulated(4, 100)))
 
 
-def test_table_and_figure(bag, tmp_path, capsys):
+def test_table_and_figure(bag, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(compare, 'FILTERPY_SAMPLES', 3000)
     pytest.importorskip('filterpy')
     picture = tmp_path / 'c.png'
     arguments = ['compare', str(bag), '--params', params(tmp_path / 'p.yaml', **TUNED)]
     names = ('ekf', 'aekf', 'filterpy-ekf')
-    assert main([*arguments, '--filters', ','.join(names), '--png', str(picture),
-                 '--filterpy-samples', '3000']) == 0
+    assert main([*arguments, '--filters', ','.join(names), '--png', str(picture)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert picture.read_bytes().startswith(b'\x89PNG')
     assert 'comes nearest to the torque: ' in lines[0]
@@ -65,8 +66,7 @@ def test_table_and_figure(bag, tmp_path, capsys):
 
 @pytest.mark.parametrize('options, words', [
     (['--filters', 'ekf,kalman'], "filter: 'kalman', expected one of aekf, ekf"),
-    (['--png', 'x.gif'], 'expected a name that ends in .png'),
-    (['--filterpy-samples', '5'], 'expected at least 1000')])
+    (['--png', 'x.gif'], 'expected a name that ends in .png')])
 def test_bad_input_is_one_line(options, words, bag, capsys):
     assert main(['compare', str(bag), *options]) == 2
     said = capsys.readouterr().err

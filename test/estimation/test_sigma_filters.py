@@ -159,8 +159,7 @@ def test_sigma_points_feel_the_loads_of_the_model():
 def test_reference_case():
     out, error = data(10.0), {}
     for name, options in {
-            'ekf': {},
-            'statistical': {'friction_linearisation': 'statistical'},
+            'ekf': {}, 'statistical': {'friction_linearisation': 'statistical'},
             'ukf': {'filter': 'ukf'}, 'srukf': {'filter': 'srukf'},
             'narrow': {'filter': 'ukf', 'ukf_alpha': 1e-3}}.items():
         estimates, _ = monitored(out, {**TUNED, 'arm_load': 'unknown', **options})

@@ -10,9 +10,6 @@ import numpy as np
 import pytest
 import yaml
 
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.read import BagReader
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.estimation import noise_search, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
@@ -23,6 +20,9 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.read import BagReader
+from gearbox_monitor.recordings.write import BagWriter
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 T0 = 1_700_000_000_000_000_000

@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.baseline_recording import (
-    BaselineRecording, check_belongs, load_recording)
-from gearbox_monitor.files.baselines import Damaged
-from gearbox_monitor.files.state_file import StateFile
-from gearbox_monitor.ros.recording_buffer import RecordingBuffer, SECOND, unpacked_rows
+from gearbox_monitor.files.baselines import (
+    BaselineRecording, check_belongs, Damaged, load_recording, StateFile)
+from gearbox_monitor.ros.recording_export import RecordingBuffer, SECOND, unpacked_rows
 
 T0 = 1_700_000_000 * SECOND
 
@@ -41,35 +39,41 @@ def test_rows_come_back_bit_for_bit_and_no_more_than_the_span(tmp_path):
     assert load_recording(tmp_path / 'none') is None
 
 
-@pytest.mark.parametrize('damage', [
+DAMAGES = [
     lambda data: data[:-1], lambda data: data + b'x', lambda data: b'', lambda data: b'[1, 2]\n',
     lambda data: data.replace(b'"format": 1', b'"format": 9'),
     lambda data: data[:-9] + bytes([data[-9] ^ 1]) + data[-8:],
-    lambda data: data.replace(b'"joints"', b'"joint"'), lambda data: b'[' * 100_000])
-def test_a_damaged_file_is_refused_by_name(tmp_path, damage):
-    path = tmp_path / 'state.json.recording'
-    path.write_bytes(damage(recording()[0].to_bytes()))
-    with pytest.raises(Damaged, match='state.json.recording: .*expected') as error:
-        load_recording(path)
-    assert '\n' not in str(error.value)
+    lambda data: data.replace(b'"joints"', b'"joint"'), lambda data: b'[' * 100_000]
 
 
-@pytest.mark.parametrize(('change', 'words'), [
+def test_a_damaged_file_is_refused_by_name(tmp_path):
+    for damage in DAMAGES:
+        path = tmp_path / 'state.json.recording'
+        path.write_bytes(damage(recording()[0].to_bytes()))
+        with pytest.raises(Damaged, match='state.json.recording: .*expected') as error:
+            load_recording(path)
+        assert '\n' not in str(error.value)
+
+
+OTHERS = [
     ({'gearbox_serial': 'B-2'}, "gearbox_serial: 'A-17', expected 'B-2'"),
     ({'joints': ('m', '')}, 'joints: m, a, expected m,'),
     ({'model': {'damping': 0.02, 'effects': []}}, 'another model: damping: 0.01, expected 0.02'),
-    ({'stamp_ns': 5}, 'of another baseline')])
-def test_a_recording_of_another_gearbox_is_refused_by_name(change, words):
-    healthy = recording()[0]
-    check_belongs('f', healthy, replace(healthy, blocks=()))
-    with pytest.raises(InputError, match=words):
-        check_belongs('f', healthy, replace(healthy, **change))
+    ({'stamp_ns': 5}, 'of another baseline')]
+
+
+def test_a_recording_of_another_gearbox_is_refused_by_name():
+    for change, words in OTHERS:
+        healthy = recording()[0]
+        check_belongs('f', healthy, replace(healthy, blocks=()))
+        with pytest.raises(InputError, match=words):
+            check_belongs('f', healthy, replace(healthy, **change))
 
 
 def test_the_newest_recording_is_on_disk_before_the_state_that_names_it(tmp_path, monkeypatch):
     """Also where the disk was full in between: the next text tries again."""
-    from gearbox_monitor.files import state_file
-    write, full, order = state_file.write_whole, [True], []
+    from gearbox_monitor.files import baselines
+    write, full, order = baselines.write_whole, [True], []
 
     def limited(path, content):
         if full[0] and isinstance(content, bytes):
@@ -77,7 +81,7 @@ def test_the_newest_recording_is_on_disk_before_the_state_that_names_it(tmp_path
             raise InputError(f'{path}: No space left on device, expected a writable file')
         order.append(path.name)
         write(path, content)
-    monkeypatch.setattr(state_file, 'write_whole', limited)
+    monkeypatch.setattr(baselines, 'write_whole', limited)
     file = StateFile(tmp_path / 'state.json', 'estimator')
     old, new = recording()[0], recording(first=5000)[0]
     file.keep_recording(old.to_bytes)

@@ -9,8 +9,8 @@ from threading import Event, Timer
 
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files import state_file
-from gearbox_monitor.files.state_file import StateFile
+from gearbox_monitor.files import baselines
+from gearbox_monitor.files.baselines import StateFile
 
 
 def test_the_newest_text_is_written_at_the_end(tmp_path):
@@ -33,7 +33,7 @@ def test_two_cannot_share_a_file_without_a_word(tmp_path):
     assert path.read_text() == 'first' and not second.held
     assert f'{path}: estimator/elbow (process {os.getpid()} on ' in second.problem
     assert 'expected a drift_state_file of its own for each gearbox' in second.problem
-    code = ('import sys; from gearbox_monitor.files.state_file import StateFile; '
+    code = ('import sys; from gearbox_monitor.files.baselines import StateFile; '
             'print(StateFile(sys.argv[1], "another").problem)')
     third = StateFile(path, 'again')  # the lock ends with its owner
     assert third.held
@@ -52,7 +52,7 @@ def test_a_disk_that_waits_does_not_hold_up_samples(tmp_path, monkeypatch):
         if len(written) == 1:
             raise InputError(f'{path}: No space left on device, expected a writable file')
 
-    monkeypatch.setattr(state_file, 'write_whole', slow)
+    monkeypatch.setattr(baselines, 'write_whole', slow)
     file = StateFile(tmp_path / 'state.json', 'estimator')
     for k in range(50):
         file.keep(str(k))  # returns, while the first write waits
@@ -99,7 +99,7 @@ def test_a_predecessor_that_ends_is_waited_for(tmp_path):
 
 
 def test_a_rival_that_ends_later_leaves_its_state(tmp_path, monkeypatch):
-    monkeypatch.setattr(state_file, 'PREDECESSOR', 0.0)
+    monkeypatch.setattr(baselines, 'PREDECESSOR', 0.0)
     path = tmp_path / 'state.json'
     first, second = StateFile(path, 'estimator/elbow'), StateFile(path, 'estimator/wrist')
     assert not second.readable and not second.held

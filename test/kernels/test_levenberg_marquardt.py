@@ -6,8 +6,8 @@
 import numpy as np
 import pytest
 
-from gearbox_monitor.export.start_fit import fitted_start
 from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
+from gearbox_monitor.simulators.user_simulator import fitted_start
 
 
 class Lines:

@@ -15,8 +15,7 @@ from gearbox_monitor.kernels.callback import address_of
 from gearbox_monitor.kernels.kernel import compilable, Entry, prepared, Repeated
 from gearbox_monitor.kernels.types import Vector
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.simulate import (
-    N_STATE, packed_drive, Plant, with_plugin)
+from gearbox_monitor.plant.simulate import N_STATE, packed_drive, Plant, with_plugin
 
 T = 1e-3 * np.arange(300)
 U = 4.0 * np.cos(2 * np.pi * 1.1 * T)

@@ -4,18 +4,17 @@
 """The types of results, for mypy (setup.cfg), which fails where one is another or Any."""
 from typing import assert_type
 
+from gearbox_monitor.diagnosis.joint.nominal import NominalFit
+from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
+from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.estimation.estimates import Estimates
-from gearbox_monitor.identification.nominal import NominalFit
-from gearbox_monitor.identification.unit_adaptation import Adapted
-from gearbox_monitor.identification.verdict import Verdict
 from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.estimation import (
     backlash, BacklashWindows, estimate, RecordingEstimates)
-from gearbox_monitor.library.identify import diagnose, fit
+from gearbox_monitor.library.identify import adapt, diagnose, fit, tune, TunedParameters
 from gearbox_monitor.library.recording import load_recording, Recording
 from gearbox_monitor.library.robot import diagnose_robot, load_robot, RobotDiagnosis
 from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
-from gearbox_monitor.library.tuning import adapt, tune, TunedParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from gearbox_monitor.diagnosis.joint.shooting import shooting_windows, Simulator
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.identification.shooting import shooting_windows, Simulator
 from gearbox_monitor.plant.drive import fastest_eigenvalue, model_from_dict
 from gearbox_monitor.plant.effects import N_MEMORY
 from gearbox_monitor.plant.simulate import Plant
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.signals.recording import UniformRecording
 
 DT = 0.01
 T = DT * np.arange(200)
@@ -84,7 +84,7 @@ def closed_loop(effects, duration, limit=5.0):
 
 @pytest.mark.parametrize('name', EFFECTS)
 def test_closed_loop_agrees_with_scipy(name):
-    expected = closed_loop(EFFECTS[name], 0.7)
+    expected = closed_loop(EFFECTS[name], 0.5)
     n = len(expected)
     model = drive(EFFECTS[name])
     fine = Plant(model).run(np.repeat(SETPOINT[:n], 50), DT / 50)
@@ -151,7 +151,7 @@ def test_steps_follow_a_stiff_servo():
     assert fast == pytest.approx(10.0 * slow, rel=1e-6)
 
 
-@pytest.mark.parametrize('data, message', [
+WRONG = [
     ({'controller': {'kd': 1.0}}, 'controller.kp: missing, expected a number > 0'),
     ({'controller': {'kp': -1.0}}, 'controller: kp: -1.0, expected a number > 0'),
     ({'controller': {'kp': 1.0, 'feedforward': -1.0}}, 'controller: feedforward: -1.0, expected'),
@@ -162,11 +162,14 @@ def test_steps_follow_a_stiff_servo():
     ({'controller': SERVO, 'effects': [{'id': 'actuator_lag', 'T': 0.01}]},
      'actuator_lag: acts on a recorded torque'),
     ({'controller': SERVO, 'driven_by': 'position', 'process_torque_time': 0.1},
-     'driven_by: position, expected torque with a controller')])
-def test_messages_name_the_key(data, message):
-    with pytest.raises(InputError, match='^model.yaml: ') as error:
-        model_from_dict(data, 'model.yaml')
-    assert message in str(error.value)
+     'driven_by: position, expected torque with a controller')]
+
+
+def test_messages_name_the_key():
+    for data, message in WRONG:
+        with pytest.raises(InputError, match='^model.yaml: ') as error:
+            model_from_dict(data, 'model.yaml')
+        assert message in str(error.value)
 
 
 def test_model_file_holds_the_servo():

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows, Simulator
+from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.kernels.elementary import arctan, exponential, sine
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.signals.recording import UniformRecording
 
 DT = 2e-3
 OWN_EQUATIONS = [
@@ -62,8 +62,7 @@ def test_sine():
      {'id': 'arm_viscous', 'Cav': 0.02}, {'id': 'load_torque', 'TL': 0.3}],
     [{'id': 'actuator_lag', 'T': 0.004}, {'id': 'motor_encoder_delay', 'T': 0.003},
      {'id': 'arm_encoder_eccentricity', 'A': 0.02, 'phi': 1.0}],
-    *([effect] for effect in OWN_EQUATIONS), *MAPS,
-    OWN_EQUATIONS,
+    *MAPS, OWN_EQUATIONS,
 ], ids=lambda effects: '+'.join(e['id'] for e in effects[:3]))
 def test_side_by_side_and_one_by_one_are_the_same_bits(effects, monkeypatch):
     model = model_from_dict({'effects': effects}, 'test')

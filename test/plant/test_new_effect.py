@@ -25,12 +25,12 @@ RECORD = """
 from dataclasses import replace
 import numpy as np
 from gearbox_monitor.files.yaml_files import save_model
-from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows, Simulator
+from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.signals.recording import UniformRecording
 
 plain = DriveModel()
 model = plain.with_(effects=[{'id': 'quadratic_friction', 'Cq': 0.02}])

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gearbox_monitor.identification.shooting import N_MEMORY, ShootingWindows, Simulator
+from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, ShootingWindows, Simulator
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.signals.recording import UniformRecording
 
 DT, SAMPLES, TORQUE = 0.02, 10, 1.5
 START = np.array([0.3, 0.1, 1.0, -0.5])

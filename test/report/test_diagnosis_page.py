@@ -14,16 +14,16 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.diagnosis.joint import basis_functions
+from gearbox_monitor.diagnosis.joint.localisation import triangles
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.identification import basis_functions
-from gearbox_monitor.identification.localisation import triangles
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.quality import excitation_checks, input_checks
-from gearbox_monitor.quality.admission import admitted
-from gearbox_monitor.report import figures, residual_views
-from gearbox_monitor.report.suggestion import suggestion, UNEXCITED
+from gearbox_monitor.report import diagnosis_evidence, figures
+from gearbox_monitor.report.words import suggestion, UNEXCITED
+from gearbox_monitor.signals import excitation_checks, input_checks
+from gearbox_monitor.signals.admission import admitted
 
 MODEL = DriveModel()
 TRUE = {'id': 'arm_coulomb', 'Cac': 0.05}
@@ -31,9 +31,9 @@ PICTURES = ('overlay.png', 'where.png', 'ranking.png')
 
 
 def record(path, effects, seed=1):
-    t = np.arange(6000) * 1e-3
+    t = np.arange(2500) * 2e-3
     u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1 + 0.1 * seed)).torque(t)
-    x = simulate(replace(MODEL, effects=effects), u, 1e-3).x[:, :2]
+    x = simulate(replace(MODEL, effects=effects), u, 2e-3).x[:, :2]
     y = x + 0.002 * np.random.default_rng(seed).standard_normal(x.shape)
     np.savetxt(path, np.column_stack([t, u, y]), '%.9g', ',', header='t,u,motor,arm', comments='')
 
@@ -220,12 +220,12 @@ def test_ticks_and_thinning():
 def test_binned_over_a_motion():
     x = np.linspace(0.0, 1.0, 1000)
     value = np.stack([np.where(x > 0.5, 3.0, 1.0), np.where(x > 0.5, 3.0, 1.0)], axis=1)
-    found = residual_views.binned(x, value, np.linspace(0.0, 1.0, 11))
+    found = diagnosis_evidence.binned(x, value, np.linspace(0.0, 1.0, 11))
     assert found.rms == pytest.approx(np.where(np.arange(10) < 5, 1.0, 3.0))
-    few = residual_views.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0),
+    few = diagnosis_evidence.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0),
                                  np.linspace(0.0, 10.0, 11))
     assert np.isnan(few.rms[1:]).all() and np.isfinite(few.rms[0])
-    plane = residual_views.plane(x, x, value, np.array([0.0, 0.5, 1.0]),
+    plane = diagnosis_evidence.plane(x, x, value, np.array([0.0, 0.5, 1.0]),
                                   np.array([0.0, 0.5, 1.0]))
     assert plane[[0, 1], [0, 1]] == pytest.approx([1.0, 3.0])
     assert np.isnan(plane[[0, 1], [1, 0]]).all()
@@ -265,8 +265,8 @@ def test_edges_about_zero_are_closest_there():
 
 
 def test_curves_to_draw():
-    assert residual_views.smoothed(np.ones(100), 1e-3) == pytest.approx(1.0)
-    drawn = residual_views.clipped_to_range(np.array([0.5, 1e9, np.nan]),
+    assert diagnosis_evidence.smoothed(np.ones(100), 1e-3) == pytest.approx(1.0)
+    drawn = diagnosis_evidence.clipped_to_range(np.array([0.5, 1e9, np.nan]),
                                             np.array([0.0, 1.0, 0.5]))
     assert drawn[0] == 0.5 and np.isnan(drawn[1:]).all()
 
@@ -283,7 +283,7 @@ def test_simulate(folder, tmp_path, capsys):
     shown = capsys.readouterr().out
     text = shown.replace(str(folder), '').replace(str(tmp_path), '')
     assert max(map(len, text.splitlines())) <= 80
-    assert 'The closed model closes' in shown and 'one free run of 6 s' in shown
+    assert 'The closed model closes' in shown and 'one free run of 5 s' in shown
     assert sorted(p.name for p in out.iterdir()) == ['free_run.png', 'windows.png']
     data = json.loads((tmp_path / 'numbers.json').read_text())
     known = json.loads((folder / 'out/verdict.json').read_text())['validation']

@@ -14,8 +14,8 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert
 from gearbox_monitor.report.live_page import live_frame, live_summary, LivePage
-from gearbox_monitor.ros import event_server
-from gearbox_monitor.ros.event_server import EventServer
+from gearbox_monitor.ros import live_node
+from gearbox_monitor.ros.live_node import EventServer
 
 T0 = 1_700_000_000_000_000_000
 MS = 1_000_000
@@ -205,7 +205,7 @@ def test_requests_that_are_refused(server, monkeypatch, capfd):
     assert got(server, '/', host='localhost:1').status == 200
     assert got(server, '/events', host='evil.example:80').status == 403
     assert got(server, '/../etc/passwd').status == 404
-    monkeypatch.setattr(event_server, 'MAX_CLIENTS', 1)
+    monkeypatch.setattr(live_node, 'MAX_CLIENTS', 1)
     first = got(server, '/events')
     wait(lambda: server.clients == 1)
     assert got(server, '/events').status == 503

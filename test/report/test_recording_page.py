@@ -10,14 +10,14 @@ from pages import overflowing, requests
 import pytest
 import yaml
 
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report import recording_page
 from gearbox_monitor.report.figures import loop_plane, LoopSlice
-from gearbox_monitor.report.timeline import Envelope, loop_of, Timeline, WindowBacklash
-from gearbox_monitor.report.timeline_source import RecordingFacts
+from gearbox_monitor.report.timeline import (
+    Envelope, loop_of, RecordingFacts, Timeline, WindowBacklash)
 
 SECONDS = 24
 LOST = (14500, 15500)  # samples without the arm
@@ -197,19 +197,19 @@ def test_the_newest_state_is_stated():
     assert line.spans['backlash'].messages == ['gap +0.1 % over the baseline']
 
 
-@pytest.mark.parametrize('level', [1, 2])
-def test_warning_and_error_differ(level):
+def test_warning_and_error_differ():
     """The headline of each has its own kind and word."""
-    line = Timeline(60.0)
-    line.add_inputs(T0 + np.arange(3) * 1_000_000_000, np.zeros(3))
-    line.add_outcomes(T0, {'backlash': (level, 'backlash has grown')})
-    line.finish()
-    html = recording_page.recording_page(
-        line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'worn',
-        'a/bag')
-    kind = ('good', 'warn', 'error')[level]
-    assert f'class="verdict {kind}"' in html and f'class="badge">{kind.upper()}<' in html
-    assert 'gearbox_monitor accept a/bag' in html
+    for level in (1, 2):
+        line = Timeline(60.0)
+        line.add_inputs(T0 + np.arange(3) * 1_000_000_000, np.zeros(3))
+        line.add_outcomes(T0, {'backlash': (level, 'backlash has grown')})
+        line.finish()
+        html = recording_page.recording_page(
+            line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'worn',
+            'a/bag')
+        kind = ('good', 'warn', 'error')[level]
+        assert f'class="verdict {kind}"' in html and f'class="badge">{kind.upper()}<' in html
+        assert 'gearbox_monitor accept a/bag' in html
 
 
 @pytest.mark.parametrize('width', [1280, 390])

@@ -9,22 +9,20 @@ from pages import overflowing
 import pytest
 from test_live_page import gearbox, judged
 
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.files.robot_files import load_robot
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.files.opening import config_path, load_robot
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report.live_page import LivePage
-from gearbox_monitor.report.robot_page import robot_page
-from gearbox_monitor.report.timeline import Timeline, WindowBacklash
-from gearbox_monitor.report.timeline_source import (
-    EstimatorChoice, RecordingFacts, TimelineSource)
-from gearbox_monitor.robot import example_arm
-from gearbox_monitor.robot.working_arm import WorkingArm
+from gearbox_monitor.report.recording_page import robot_page
+from gearbox_monitor.report.timeline import (
+    EstimatorChoice, RecordingFacts, Timeline, TimelineSource, WindowBacklash)
+from gearbox_monitor.robot import arm_plant
+from gearbox_monitor.robot.arm_plant import WorkingArm
 
 T0, SECOND = 1_700_000_000_000_000_000, 1_000_000_000
 GROWN = 'backlash has grown by 12 % (for 40 s)'
@@ -124,7 +122,7 @@ def test_a_replayed_page_has_the_load_by_the_description(tmp_path):
                 stamps, names, np.hstack([run.motor, run.arm]),
                 effort=np.hstack([run.true.u, np.full((1000, 6), np.nan)]))):
             writer.write('/joint_states', int(stamp), message)
-    parameters = {**example_arm.parameters_of(2), 'robot_description': file}
+    parameters = {**arm_plant.parameters_of(2), 'robot_description': file}
     with open_bag(tmp_path / 'bag') as reader:
         source = TimelineSource(reader, choice=EstimatorChoice(arm.drives[2], parameters))
         timeline, facts = source.run()

@@ -14,18 +14,17 @@ from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.process_model import TAU_ARM
 from gearbox_monitor.estimation.sample_loop import E_LOAD, E_STD, E_TAU_ARM, E_TAU_E, TRANSFER
-from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.files.robot_files import load_robot
-from gearbox_monitor.monitoring.alert_limits import LIMITS
-from gearbox_monitor.monitoring.monitor import Monitor
-from gearbox_monitor.robot import example_arm
-from gearbox_monitor.robot.arm_load import ArmLoad, DEVIATION, INERTIA, LAG, LOAD, NOISE
+from gearbox_monitor.files.opening import config_path, load_robot
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import ArmPlant
-from gearbox_monitor.robot.dynamics import arrays_of, move, torque_on
+from gearbox_monitor.robot.dynamics import (
+    ArmLoad, arrays_of, DEVIATION, INERTIA, LAG, LOAD, move, NOISE, torque_on)
 
 FILE = str(config_path('arm6.urdf'))
 ARM = load_robot(FILE)
-DRIVES = example_arm.nominal_drives(ARM)
+DRIVES = arm_plant.nominal_drives(ARM)
 T0 = 1_700_000_000_000_000_000
 DT = 1e-3
 JOINT = 4
@@ -35,16 +34,16 @@ JOINT = 4
 def work(seed=2):
     """Return (ArmRun, payload, samples of JOINT) of an arm within the tolerances."""
     rng = np.random.default_rng(seed)
-    plant = ArmPlant(example_arm.as_built(ARM, rng, 0.1),
-                     example_arm.drives_as_built(DRIVES, rng), example_arm.MIDDLE)
-    run, payload, motor, arm = example_arm.worked(plant, rng, 3, DT)
+    plant = ArmPlant(arm_plant.as_built(ARM, rng, 0.1),
+                     arm_plant.drives_as_built(DRIVES, rng), arm_plant.MIDDLE)
+    run, payload, motor, arm = arm_plant.worked(plant, rng, 3, DT)
     u = np.column_stack([run.u[:, JOINT], np.full(len(payload), np.nan)])
     return run, payload, Samples(T0 + np.round(run.t * 1e9).astype(np.int64), u,
                                  np.column_stack([motor[:, JOINT], arm[:, JOINT]]), arm)
 
 
 def estimator(**changes):
-    parameters = {**example_arm.parameters_of(JOINT), 'robot_description': FILE, **changes}
+    parameters = {**arm_plant.parameters_of(JOINT), 'robot_description': FILE, **changes}
     return Estimator(DRIVES[JOINT], parameters, ARM)
 
 
@@ -97,7 +96,7 @@ def test_steps_runs_and_a_snapshot_give_the_same_bits():
 def test_a_payload_interrupts_nothing():
     """Neither the smoother nor what a Monitor has in its windows; the load follows at once."""
     _, _, samples = work()
-    monitor = Monitor(DRIVES[JOINT], {**example_arm.parameters_of(JOINT),
+    monitor = Monitor(DRIVES[JOINT], {**arm_plant.parameters_of(JOINT),
                                       'robot_description': FILE}, robot=ARM)
     parts = [monitor.run(part(samples, 0, 3500))]
     judged = dict(monitor.outcomes)
@@ -195,20 +194,23 @@ def test_a_torque_without_the_weight_gets_it_back():
     assert error < 0.05 * without
 
 
-@pytest.mark.parametrize('changes, said', [
+BAD_PARAMETERS = [
     ({'effort_is': 'current'}, 'effort_is: current, but torque_constant'),
     ({'effort_is': 'gravity_compensated', 'arm_load': 'unknown'}, 'expected arm_load model'),
     ({'arm_joint': 'elbow'}, "no joint 'elbow' \\(arm_joint\\), expected"),
     ({'filter': 'aekf'}, 'filter: aekf, expected one of ekf, ukf'),
     ({'payload_link': 'gripper'}, "payload_link: 'gripper', expected"),
-    ({'robot_gravity': [0.0, 9.8]}, 'robot_gravity: .*, expected three numbers')])
-def test_bad_parameters_are_named(changes, said):
-    with pytest.raises(InputError, match=said):
-        estimator(**changes)
+    ({'robot_gravity': [0.0, 9.8]}, 'robot_gravity: .*, expected three numbers')]
+
+
+def test_bad_parameters_are_named():
+    for changes, said in BAD_PARAMETERS:
+        with pytest.raises(InputError, match=said):
+            estimator(**changes)
 
 
 def test_without_the_description_at_hand_the_load_is_unknown():
-    engine = Estimator(DRIVES[JOINT], {**example_arm.parameters_of(JOINT),
+    engine = Estimator(DRIVES[JOINT], {**arm_plant.parameters_of(JOINT),
                                        'robot_description': 'topic:/robot_description'})
     assert 'tau_arm' in engine.names and not engine.robot_joints
     assert any('not at hand' in text for text in engine.warnings)

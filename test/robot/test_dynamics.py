@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.files.robot_files import load_robot
-from gearbox_monitor.robot import example_arm
+from gearbox_monitor.files.opening import config_path, load_robot
+from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import ArmPlant
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.robot.dynamics import arrays_of, coupled_inertia, move, Payload, torque_on
@@ -71,11 +70,11 @@ def test_the_deviation_is_the_spread_of_the_torque():
 def test_an_arm_without_friction_keeps_its_energy():
     """Motors held by no servo, no payload: springs, links and motors swing, and lose nothing."""
     drives = [drive.with_(coulomb_friction=0.0, viscous_friction=0.0, damping=0.0, half_gap=0.0)
-              for drive in example_arm.nominal_drives(ARM)]
+              for drive in arm_plant.nominal_drives(ARM)]
     arrays = arrays_of(ARM)
-    plant = ArmPlant(arrays, drives, example_arm.MIDDLE, bandwidth=1e-6)
+    plant = ArmPlant(arrays, drives, arm_plant.MIDDLE, bandwidth=1e-6)
     dt, n = 5e-4, 2000
-    run = plant.run(np.tile(example_arm.MIDDLE, (n, 2, 1)) * [[1.0], [0.0]], np.zeros(n), dt)
+    run = plant.run(np.tile(arm_plant.MIDDLE, (n, 2, 1)) * [[1.0], [0.0]], np.zeros(n), dt)
     speeds = np.gradient(np.stack([run.motor, run.arm]), dt, axis=1)
 
     def energy(k):

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.files.robot_files import load_robot
-from gearbox_monitor.monitoring.checks.outcome import Level
-from gearbox_monitor.monitoring.monitor import Monitor
-from gearbox_monitor.robot import example_arm
-from gearbox_monitor.robot.working_arm import GapGrowth, program, WorkingArm
+from gearbox_monitor.files.opening import config_path, load_robot
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.robot import arm_plant
+from gearbox_monitor.robot.arm_plant import GapGrowth, program, WorkingArm
 
 FILE = str(config_path('arm6.urdf'))
 ROBOT = load_robot(FILE)
@@ -29,7 +28,7 @@ def test_it_repeats_its_program(rate):
     # Light links on stiff joints do not swing by themselves, however long a sample is.
     assert np.abs(run.true.tau_k).max() < 200.0
     noise = run.motor - run.true.motor
-    assert np.std(noise) == pytest.approx(example_arm.ENCODER, rel=0.05)
+    assert np.std(noise) == pytest.approx(arm_plant.ENCODER, rel=0.05)
 
 
 def test_only_the_gap_of_the_faulty_joint_grows():
@@ -40,9 +39,9 @@ def test_only_the_gap_of_the_faulty_joint_grows():
 
     healthy, faulty = twist(GapGrowth()), twist(GapGrowth(joint=3, rate=2.0, start=0.1))
     gaps = [abs(run.true.motor - run.true.arm) - abs(run.true.tau_k) / [
-        drive.transmission.stiffness for drive in example_arm.nominal_drives(ROBOT)]
+        drive.transmission.stiffness for drive in arm_plant.nominal_drives(ROBOT)]
         for run in (healthy, faulty)]
-    half = np.array([drive.transmission.half_gap for drive in example_arm.nominal_drives(ROBOT)])
+    half = np.array([drive.transmission.half_gap for drive in arm_plant.nominal_drives(ROBOT)])
     widths = [(gap * (run.true.tau_k != 0.0)).max(axis=0) / half
               for gap, run in zip(gaps, (healthy, faulty))]
     loaded = (healthy.true.tau_k != 0.0).any(axis=0) & (faulty.true.tau_k != 0.0).any(axis=0)
@@ -58,7 +57,7 @@ def test_a_growing_gap_is_measured_although_the_filter_expects_another():
     arm = WorkingArm(ROBOT, 1e-3, 1, GapGrowth(joint=0, rate=0.02, start=30.0))
     period = len(program(1e-3))
     monitors = [Monitor(arm.drives[joint], {
-        **example_arm.parameters_of(joint), 'robot_description': FILE,
+        **arm_plant.parameters_of(joint), 'robot_description': FILE,
         'drift_window': period * 1e-3}, robot=ROBOT) for joint in (0, 1)]
     for _ in range(60):
         run = arm.run(1000)

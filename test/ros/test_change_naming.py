@@ -12,12 +12,12 @@ import time
 import numpy as np
 import pytest
 
-from gearbox_monitor.files.baseline_recording import BaselineRecording
+from gearbox_monitor.files.baselines import BaselineRecording
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.ros.change_naming import ChangeNamer, Order
-from gearbox_monitor.ros.recording_buffer import RecordingBuffer, SECOND
+from gearbox_monitor.ros.change_watch import ChangeNamer, Order
+from gearbox_monitor.ros.recording_export import RecordingBuffer, SECOND
 
 T0 = 1_700_000_000 * SECOND
 FILE = DriveModel(gear_ratio=50.0, torque_constant=0.2)

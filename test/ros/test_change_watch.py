@@ -7,15 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gearbox_monitor.files.baseline_recording import load_recording
-from gearbox_monitor.files.state_file import StateFile
-from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, FEATURES, FRICTION
-from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.files.baselines import load_recording, StateFile
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS, FEATURES, FRICTION
+from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.ros.change_naming import NamingJob
-from gearbox_monitor.ros.change_watch import ChangeWatch
-from gearbox_monitor.ros.recording_buffer import RecordingBuffer, SECOND, unpacked_rows
+from gearbox_monitor.ros.change_watch import ChangeWatch, NamingJob
+from gearbox_monitor.ros.recording_export import RecordingBuffer, SECOND, unpacked_rows
 
 T0 = 1_700_000_000 * SECOND
 NAMED = {'verdict': 'effect', 'findings': [{'effect': 'backlash_gap'}], 'remainder': None,

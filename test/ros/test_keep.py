@@ -3,25 +3,23 @@
 
 """The last minutes kept in memory, and what is written of them; no ROS."""
 from pathlib import Path
+import resource
 import time
 import tracemalloc
 
 import numpy as np
 import pytest
 
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.record_file import RecordFile
-from gearbox_monitor.bag.recorded_samples import read_samples
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.recorded_samples import read_samples
 from gearbox_monitor.ros import recording_export
-from gearbox_monitor.ros.recording_buffer import (
-    BLOCK, DTYPE, MAX_RATE, RecordingBuffer, SECOND, stretch)
 from gearbox_monitor.ros.recording_export import (
-    diagnosis_command, export_recording, RecordingContext)
-from gearbox_monitor.ros.recording_schedule import RecordingQuota, RecordingSchedule
+    BLOCK, diagnosis_command, DTYPE, export_recording, load_of, MAX_RATE, RecordingBuffer,
+    RecordingContext, SECOND, stretch)
 
 T0 = 1_700_000_000 * SECOND
 PERIOD = 2_000_000
@@ -51,13 +49,13 @@ def moving(n, first=0, motion=0.5):
     return ring.rows()()
 
 
-@pytest.mark.parametrize('n', [0, 1, 63, 64, 65, 4999, 5000, 5001, 5064, 20001])
-def test_ring_holds_the_last_seconds_in_order(n):
-    rows = filled(n).rows()()
-    assert len(rows) == min(n, 5000)  # 10 s at 500 Hz
-    expected = np.arange(n - len(rows), n)
-    np.testing.assert_array_equal(rows['stamp_ns'], T0 + expected * PERIOD)
-    np.testing.assert_array_equal(rows['values'][:, 1], 0.2 * expected)
+def test_ring_holds_the_last_seconds_in_order():
+    for n in (0, 1, 63, 64, 65, 4999, 5000, 5001, 5064, 20001):
+        rows = filled(n).rows()()
+        assert len(rows) == min(n, 5000)  # 10 s at 500 Hz
+        expected = np.arange(n - len(rows), n)
+        np.testing.assert_array_equal(rows['stamp_ns'], T0 + expected * PERIOD)
+        np.testing.assert_array_equal(rows['values'][:, 1], 0.2 * expected)
 
 
 def test_ring_is_bounded_and_what_was_read_stays():
@@ -133,19 +131,19 @@ def test_stretch_is_without_gaps_and_the_newest_that_moves():
     assert len(stretch(rows)) == 7000
 
 
-@pytest.mark.parametrize('delay', [-1, 0, 3])
-def test_stretch_has_the_effort_where_it_acts(delay):
-    part = stretch(moving(5000), delay)
-    k = (part['stamp_ns'] - T0) // PERIOD
-    np.testing.assert_array_equal(part['values'][:, 2], k - delay)
-    assert len(part) == 5000 - abs(delay)
+def test_stretch_has_the_effort_where_it_acts():
+    for delay in (-1, 0, 3):
+        part = stretch(moving(5000), delay)
+        k = (part['stamp_ns'] - T0) // PERIOD
+        np.testing.assert_array_equal(part['values'][:, 2], k - delay)
+        assert len(part) == 5000 - abs(delay)
 
 
 def test_folder_holds_everything_as_received_and_the_model(tmp_path):
     rows, clock = moving(10000), lambda: time.struct_time((2026, 3, 4, 5, 6, 7, 0, 0, 0))
     text = export_recording(tmp_path / 'new', rows, about(), clock)
     folder = tmp_path / 'new' / 'kept_2026_03_04-05_06_07'
-    assert str(folder) in text and '14.0 s' in text and '--motor-joint m7' in text
+    assert str(folder) in text and '14.0 s' in text and '--recorded-motor m7' in text
     assert text.endswith(diagnosis_command(folder, about()))
     for name, wanted in (('all', rows), ('bag', stretch(rows))):
         with open_bag(folder / name) as bag:
@@ -165,75 +163,47 @@ def test_folder_holds_everything_as_received_and_the_model(tmp_path):
 def test_command_finds_another_topic_and_folder():
     words = diagnosis_command(Path('/a b'), about(topic='/j7', joints=('motor', 'x')))
     assert words == ("gearbox_monitor diagnose '/a b/bag' --model '/a b/drive.yaml' --topic /j7 "
-                     '--arm-joint x')
+                     '--recorded-arm x')
 
 
-@pytest.mark.parametrize('in_file, in_force, given, written', [
-    ('none', 'unknown', False, 'none'), ('none', 'measured', True, 'measured'),
-    ('measured', 'unknown', True, 'measured'), ('measured', 'measured', False, 'unknown')])
-def test_model_says_measured_only_where_the_load_is_in_the_bag(
-        tmp_path, in_file, in_force, given, written):
-    rows = moving(2500)
-    if given:
-        rows['values'][:, 3] = 0.5
-    export_recording(tmp_path, rows, about(model=DriveModel(arm_load=in_file), arm_load=in_force))
-    assert load_model(next(tmp_path.glob('*/drive.yaml'))).arm_load == written
+def test_model_says_measured_only_where_the_load_is_in_the_bag():
+    for in_file, in_force, given, written in (
+            ('none', 'unknown', False, 'none'), ('none', 'measured', True, 'measured'),
+            ('measured', 'unknown', True, 'measured'), ('measured', 'measured', False, 'unknown')):
+        rows = moving(2500)
+        if given:
+            rows['values'][:, 3] = 0.5
+        assert load_of(rows, DriveModel(arm_load=in_file), in_force) == written
 
 
-def test_failure_is_told_and_leaves_nothing(tmp_path, monkeypatch):
+def test_a_full_disk_leaves_nothing_and_deletes_nothing(tmp_path, monkeypatch):
+    """The limit of the system on the size of files, as a quota sets it."""
     (tmp_path / 'file').write_text('')
     with pytest.raises(InputError, match='keep_folder'):
         export_recording(tmp_path / 'file', moving(2500), about())
-    left, write_record = [0], RecordFile.write
-
-    def full(self, data):
-        left[0] += len(data)
-        if left[0] > 20000:
-            raise OSError(28, 'No space left on device')
-        return write_record(self, data)
-    monkeypatch.setattr(RecordFile, 'write', full)
-    with pytest.raises(InputError, match='No space left on device; removed again'):
-        export_recording(tmp_path, moving(2500), about())
-    assert [path.name for path in tmp_path.iterdir()] == ['file']
-
-
-def test_alerts_are_kept_once_and_apart():
-    """10 s after an ERROR; a recording reaches back 60 s, so none has to be closer to another."""
-    box, asked = RecordingSchedule(10.0, 60.0, ['friction']), []
-    wrong = {5: ['friction', 'backlash'], 7: [], 8: ['backlash'],  # flutters: the same alert
-             20: ['backlash', 'friction'],  # within the span of the one kept at 15
-             80: [], 81: ['backlash']}
-    now = ['friction']  # from before the start
-    for t in range(200):
-        now = wrong.get(t, now)
-        components = box.look(now, float(t), busy=t in (75, 76))
-        if components:
-            asked.append((t, components))
-            box.tell(components, 'kept')
-        if t == 30:
-            assert box.texts == {'backlash': 'kept', 'friction': 'due in 45 s'}
-    assert asked == [(15, ['backlash']), (77, ['friction']), (137, ['backlash'])]
-    box.look([], 200.0)
-    box.look(['backlash'], 201.0)  # the node ends before it is due
-    assert box.waiting() == ['backlash'] and box.waiting() == []
-
-
-def test_kept_recordings_are_few_and_leave_room(tmp_path, monkeypatch):
-    quota, kept = RecordingQuota(3), []
-    for t in range(0, 20_000, 100):  # somebody asks every 100 s
-        if not quota.wait(float(t)):
-            quota.take(float(t))
-            kept.append(t)
-    assert kept[:7] == [0, 100, 200, 3600, 3700, 3800, 7200]
-    assert quota.wait(20_000.0) == kept[-3] + 3600 - 20_000
-    quota.give_back()  # it was not written
-    assert quota.wait(20_000.0) == 0.0
-    (tmp_path / 'kept_old' / 'all').mkdir(parents=True)
-    (tmp_path / 'kept_old' / 'all' / 'x.mcap').write_bytes(bytes(400_000))
-    small = about(parameters={'keep_space': 1})
-    with pytest.raises(InputError, match='0 MB are kept, and 1.0 MB more exceed keep_space: 1 MB'):
-        export_recording(tmp_path, moving(2500), small)
+    export_recording(tmp_path, moving(100), about(parameters={'keep_newest': 1}))
+    before = sorted(tmp_path.iterdir())
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
+    try:
+        with pytest.raises(InputError, match='File too large; removed again'):
+            export_recording(tmp_path, moving(2500), about(parameters={'keep_newest': 1}))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     monkeypatch.setattr(recording_export, 'SPARE', 10 ** 18)
     with pytest.raises(InputError, match='MB are free, expected'):
         export_recording(tmp_path, moving(2500), about())
-    assert [path.name for path in tmp_path.iterdir()] == ['kept_old']
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_the_newest_recordings_stay_and_nothing_else_is_deleted(tmp_path):
+    others = {tmp_path / name for name in ('kept_for_the_meeting', 'kept_2026_03_04.txt', 'log')}
+    for path in others:
+        path.mkdir()
+    folders = []
+    for minute in range(5):
+        clock = time.struct_time((2026, 3, 4, 5, 50 - minute, 7, 0, 0, 0))  # a clock set back
+        export_recording(tmp_path, moving(50), about(parameters={'keep_newest': 3}),
+                         lambda: clock)
+        folders += set(tmp_path.iterdir()) - others - set(folders)
+    assert set(tmp_path.iterdir()) == others | set(folders[2:])

@@ -3,6 +3,7 @@
 
 """From a drive with an effect to its name: diagnostics, ~/keep_recording, the command it gives."""
 import json
+import resource
 import shlex
 
 import numpy as np
@@ -14,15 +15,16 @@ from harness import RELIABLE  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from gearbox_monitor.bag.read import open_bag  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
 from gearbox_monitor.files.baselines import state_text, write_whole  # noqa: E402
-from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings  # noqa: E402
-from gearbox_monitor.monitoring.backlash.features import Backlash  # noqa: E402
+from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings  # noqa: E402
+from gearbox_monitor.health.backlash.features import Backlash  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
+from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 
 pytestmark = pytest.mark.ros
+LIMITS = resource.getrlimit(resource.RLIMIT_FSIZE)
 EFFECT = '["torque_offset u0=0.6"]'
 
 
@@ -46,8 +48,6 @@ def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     estimator = graph.start('estimator_node', arm_load='none', model_gap_after=5.0,
                             keep_folder=folder, **RELIABLE)
     asked = Trigger.Request()
-    answer = graph.call(Trigger, 'estimator/keep_recording', asked)
-    assert not answer.success and 'no samples yet on /joint_states' in answer.message
     graph.start('plant_node', rate=500.0, effects=EFFECT, process_noise='[0.0, 0.0, 0.02, 0.02]')
 
     def status(name):
@@ -89,49 +89,35 @@ def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     assert verdict['params']['torque_offset']['u0'] == pytest.approx(0.6, abs=0.1)
 
 
-def test_an_alert_keeps_its_recording(graph, tmp_path):
-    """The gap is larger than the saved baseline: the recording around that ERROR is kept once."""
+def test_an_alert_keeps_its_recording_once_the_disk_has_room(graph, tmp_path):
+    """The gap is larger than the saved baseline, and at that moment no file may be written."""
     folder, told = tmp_path / 'kept', []
     graph.node.create_subscription(DiagnosticArray, '/diagnostics', told.append, 10)
     estimator = graph.start('estimator_node', arm_load='none', keep_folder=folder,
-                            keep_after_error=1.0, drift_window=2.0,
-                            drift_state_file=healthy(tmp_path / 'state.json'), angle_bin=0.0,
-                            speed_bin=1.0, load_bin=1.0, temperature_bin=0.0, **RELIABLE)
+                            drift_window=2.0, drift_state_file=healthy(tmp_path / 'state.json'),
+                            angle_bin=0.0, speed_bin=1.0, load_bin=1.0, temperature_bin=0.0,
+                            **RELIABLE)
+    answer = graph.call(Trigger, 'estimator/keep_recording', Trigger.Request())
+    assert not answer.success and 'no samples yet on /joint_states' in answer.message
+    resource.prlimit(estimator.pid, resource.RLIMIT_FSIZE, (10_000, LIMITS[1]))
     graph.start('plant_node', rate=500.0, process_noise='[0.0, 0.0, 0.02, 0.02]')
 
     def recording():
         status = next((s for s in told[-1].status if s.name == 'estimator: backlash'), None)
         return {v.key: v.value for v in status.values}.get('recording', 'no alert')
 
-    graph.until(lambda: told and 's kept in ' in recording(), 'a recording')
+    graph.until(lambda: told and recording().startswith('failed, tried every 10 s: '), 'a failure')
+    assert 'File too large' in recording() and not [*folder.iterdir()]
+    answer = graph.call(Trigger, 'estimator/keep_recording', Trigger.Request())
+    assert not answer.success and 'still in memory' in answer.message
+    resource.prlimit(estimator.pid, resource.RLIMIT_FSIZE, LIMITS)
+    graph.until(lambda: ' s kept in ' in recording(), 'a recording')
     by_itself, = folder.iterdir()
-    assert str(by_itself / 'all') in recording()
+    assert ' s after the alert: ' in recording() and str(by_itself / 'all') in recording()
     with open_bag(by_itself / 'all') as bag:
         stamps = bag.joint_states('/joint_states', ('motor', 'arm')).stamp_ns
         source = bag.metadata['gearbox_monitor']['source']
     assert len(stamps) > 500 and source.startswith('estimator: backlash: backlash has grown by ')
-    assert 'backlash became ERROR: ' in graph.stop(estimator)
-
-
-def test_a_full_disk_or_nothing_kept_is_told(graph, tmp_path):
-    folder = tmp_path / 'kept'
-    folder.write_text('no folder')
-    estimator = graph.start('estimator_node', keep_folder=folder)
-    off = graph.start('estimator_node', '-r', '__node:=off', keep_minutes=0.0)
-    publisher = graph.node.create_publisher(JointState, 'joint_states', 10)
-    graph.until(lambda: publisher.get_subscription_count() == 2, 'matching')
-    answers = []
-
-    def arrived():  # best effort: the first ones may be lost
-        message = JointState(name=['motor', 'arm'], position=[0.0, 0.0], effort=[0.0, 0.0])
-        message.header.stamp.sec = 10 + len(answers)
-        publisher.publish(message)
-        answers.append(graph.call(Trigger, 'estimator/keep_recording', Trigger.Request()))
-        return 'no samples yet' not in answers[-1].message
-    graph.until(arrived, 'samples')
-    answer = answers[-1]
-    assert not answer.success and str(folder) in answer.message, answer.message
-    answer = graph.call(Trigger, 'off/keep_recording', Trigger.Request())
-    assert not answer.success and 'keep_minutes is 0' in answer.message
-    assert 'keep_recording: ' in graph.stop(estimator)
-    graph.stop(off)
+    errors = graph.stop(estimator)
+    assert errors.count('backlash became ERROR: failed') == 1
+    assert errors.count('backlash became ERROR: ') == 2

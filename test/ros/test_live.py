@@ -6,9 +6,7 @@ from array import array
 import http.client
 import json
 import os
-from pathlib import Path
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -19,10 +17,9 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import (  # noqa: E402, I100, I202
-    DiagnosticArray, DiagnosticStatus, KeyValue)
+    DiagnosticArray)
 from harness import DOMAIN, RELIABLE, ROOT  # noqa: E402
 from processes import put_down  # noqa: E402
-from rclpy.serialization import deserialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
@@ -125,80 +122,3 @@ def test_events_of_a_robot(graph, tmp_path):
     finally:
         sent.set()
         put_down([process])
-
-
-def test_foxglove_gets_the_messages_as_they_were_published(graph):
-    """Over its WebSocket protocol: channels with definitions, then the bytes of a message."""
-    pytest.importorskip('foxglove')
-    websocket = pytest.importorskip('websocket')
-    process = live('--foxglove', '--port', '0')
-    try:
-        line = process.stdout.readline()
-        assert line.startswith('ws://127.0.0.1:') and 'Foxglove' in line, process.stderr.read()
-        client = websocket.create_connection(line.split()[0], timeout=30,
-                                             subprotocols=['foxglove.sdk.v1'])
-        channels = {}
-        while len(channels) < 9:
-            text = client.recv()
-            if isinstance(text, str) and json.loads(text)['op'] == 'advertise':
-                channels.update({c['topic']: c for c in json.loads(text)['channels']})
-        channel = channels['/transmission_state_smoothed']
-        assert channel['schemaName'] == 'sensor_msgs/msg/JointState'
-        assert 'float64[] effort' in channel['schema'] and channel['encoding'] == 'cdr'
-        client.send(json.dumps({'op': 'subscribe', 'subscriptions': [
-            {'id': 7, 'channelId': channel['id']}]}))
-        message = JointState(name=['transmission'], position=[0.1], effort=[2.5])
-        publisher = graph.node.create_publisher(JointState, 'transmission_state_smoothed', 10)
-        graph.until(lambda: publisher.get_subscription_count(), 'the subscription of the node')
-        data, end = '', time.monotonic() + 30.0
-        client.settimeout(0.2)
-        while not isinstance(data, bytes) and time.monotonic() < end:
-            publisher.publish(message)
-            try:
-                data = client.recv()
-            except websocket.WebSocketTimeoutException:
-                pass
-        assert deserialize_message(data[13:], JointState) == message  # after op, id and time
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
-        assert process.returncode == 0 and errors == '', errors
-    finally:
-        put_down([process])
-
-
-def test_rerun_viewer_gets_values_with_their_stamps(graph, tmp_path):
-    """A server of the SDK stores what the command sends, and its own reader prints it."""
-    pytest.importorskip('rerun')
-    rerun = Path(sys.executable).with_name('rerun')
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        port = str(probe.getsockname()[1])
-    stored = tmp_path / 'stored.rrd'
-    viewer = subprocess.Popen([rerun, '--bind', '127.0.0.1', '--port', port, '--save', stored],
-                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    process = live('--rerun', '--port', port)
-    try:
-        assert port in process.stdout.readline(), process.stderr.read()
-        message = JointState(name=['elbow'], position=[0.1], effort=[2.5])
-        message.header.stamp = to_time(T0)
-        status = DiagnosticStatus(level=DiagnosticStatus.WARN, name='estimator/elbow: backlash',
-                                  message='watch it', values=[KeyValue(key='gap_rad', value='.2')])
-        diagnostics = DiagnosticArray(header=message.header, status=[status])
-        publishers = (graph.node.create_publisher(JointState, 'transmission_state', 10),
-                      graph.node.create_publisher(DiagnosticArray, '/diagnostics', 10))
-        graph.until(lambda: all(p.get_subscription_count() for p in publishers), 'subscriptions')
-        printed, end = '', time.monotonic() + 20.0
-        expected = ('/transmission_state/effort/elbow', '/diagnostics/gap_rad/', 'WARN')
-        while not all(words in printed for words in expected) and time.monotonic() < end:
-            for publisher, sent in zip(publishers, (message, diagnostics)):
-                publisher.publish(sent)
-            time.sleep(0.5)
-            printed = subprocess.run([rerun, 'rrd', 'print', '-vvv', stored],
-                                     capture_output=True, text=True).stdout
-        assert all(words in printed for words in expected), printed[-5000:]
-        assert '2023-11-14T22:13:20' in printed and '2.5' in printed  # T0
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
-        assert process.returncode == 0, errors
-    finally:
-        put_down([process, viewer])

@@ -11,8 +11,7 @@ import time
 
 import pytest
 
-from gearbox_monitor.ros.middleware import MEMORY, remove_cut_ports
-from gearbox_monitor.ros.ros_domain import own_domain
+from gearbox_monitor.ros.middleware import MEMORY, own_domain, remove_cut_ports
 
 ROOT = Path(__file__).parents[2]
 

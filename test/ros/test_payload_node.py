@@ -13,13 +13,14 @@ rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
 from geometry_msgs.msg import InertiaStamped  # noqa: E402
 from harness import RELIABLE  # noqa: E402
+from processes import refusals  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor import load_robot  # noqa: E402
-from gearbox_monitor.files.resources import config_path  # noqa: E402
-from gearbox_monitor.library.payload_track import payload_tracker  # noqa: E402
+from gearbox_monitor.files.opening import config_path  # noqa: E402
+from gearbox_monitor.library.robot import payload_tracker  # noqa: E402
 from gearbox_monitor.ros.convert import stamp_of, to_time  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -87,14 +88,13 @@ print(len(out) > 0, sorted(set(sys.modules) - loaded))
     assert done.stdout == 'True []\n'
 
 
-@pytest.mark.parametrize('parameters, words', [
-    ({}, "payload: model: '', expected the MJCF or URDF file of the robot"),
-    ({'model': str(config_path('arm6.urdf')), 'reference': 'no.knowledge'},
-     'no.knowledge: '),
-    ({'model': str(config_path('arm6.urdf')), 'link': 'flang'}, "link: did you mean 'flange'?"),
-    ({'model': str(config_path('arm6.urdf')), 'recorded': "['joint1']"},
-     "payload: recorded: 'joint1', expected NAME=LOGNAME")])
-def test_what_cannot_work_is_refused_in_one_line(graph, parameters, words):
-    process = graph.start('payload_node', **parameters)
-    _, errors = process.communicate(timeout=300)
-    assert process.returncode == 2 and words in errors and 'Traceback' not in errors
+def test_what_cannot_work_is_refused_in_one_line(tmp_path):
+    model = ['-p', f'model:={config_path("arm6.urdf")}']
+    said = {(): "payload: model: '', expected the MJCF or URDF file of the robot",
+            (*model, '-p', 'reference:=no.knowledge'): 'no.knowledge: ',
+            (*model, '-p', 'link:=flang'): "link: did you mean 'flange'?",
+            (*model, '-p', "recorded:=['joint1']"):
+                "payload: recorded: 'joint1', expected NAME=LOGNAME"}
+    runs = refusals('payload_node', [list(words) for words in said], tmp_path)
+    for (code, lines), words in zip(runs, said.values()):
+        assert code == 2 and len(lines) == 1 and words in lines[0], lines

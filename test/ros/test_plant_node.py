@@ -23,7 +23,7 @@ from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Float64MultiArray  # noqa: E402
 
-from gearbox_monitor.files.resources import config_path  # noqa: E402
+from gearbox_monitor.files.opening import config_path  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_model  # noqa: E402
 from gearbox_monitor.parameters import PLANT_MODEL, PlantParameters  # noqa: E402
 from gearbox_monitor.plant.excitation import Excitation  # noqa: E402

@@ -19,21 +19,21 @@ from rclpy.serialization import deserialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from gearbox_monitor.bag.cdr import encode_joint_states  # noqa: E402
-from gearbox_monitor.bag.read import open_bag  # noqa: E402
-from gearbox_monitor.bag.replay import replay  # noqa: E402
-from gearbox_monitor.bag.write import BagWriter  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
 from gearbox_monitor.errors import InputError  # noqa: E402
 from gearbox_monitor.estimation.estimates import Sample, Samples  # noqa: E402
-from gearbox_monitor.files.resources import config_path  # noqa: E402
+from gearbox_monitor.files.opening import config_path  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402
-from gearbox_monitor.interfaces.signals import signal_values, SIGNALS  # noqa: E402
-from gearbox_monitor.monitoring.monitor import Monitor  # noqa: E402
+from gearbox_monitor.health.monitor import Monitor  # noqa: E402
 from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
+from gearbox_monitor.recordings.cdr import encode_joint_states  # noqa: E402
+from gearbox_monitor.recordings.read import open_bag  # noqa: E402
+from gearbox_monitor.recordings.replay import replay  # noqa: E402
+from gearbox_monitor.recordings.topics import signal_values, SIGNALS  # noqa: E402
+from gearbox_monitor.recordings.write import BagWriter  # noqa: E402
 from gearbox_monitor.ros.convert import (  # noqa: E402
     GearboxNames, serialised, stamp_of, to_joint_states, to_time)
 

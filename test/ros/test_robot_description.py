@@ -17,13 +17,12 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 
-from gearbox_monitor.bag.read import open_bag  # noqa: E402
-from gearbox_monitor.bag.replay import replay  # noqa: E402
-from gearbox_monitor.files.resources import config_path  # noqa: E402
-from gearbox_monitor.files.robot_files import load_robot  # noqa: E402
+from gearbox_monitor.files.opening import config_path, load_robot  # noqa: E402
 from gearbox_monitor.files.yaml_files import save_model  # noqa: E402
-from gearbox_monitor.interfaces.signals import SIGNALS  # noqa: E402
-from gearbox_monitor.robot import example_arm  # noqa: E402
+from gearbox_monitor.recordings.read import open_bag  # noqa: E402
+from gearbox_monitor.recordings.replay import replay  # noqa: E402
+from gearbox_monitor.recordings.topics import SIGNALS  # noqa: E402
+from gearbox_monitor.robot import arm_plant  # noqa: E402
 from gearbox_monitor.robot.arm_plant import ArmPlant  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
 
@@ -39,17 +38,17 @@ def test_live_is_replay_with_a_description_and_a_payload(graph, tmp_path):
     text = config_path('arm6.urdf').read_text()
     robot = load_robot(str(config_path('arm6.urdf')))
     rng = np.random.default_rng(4)
-    plant = ArmPlant(example_arm.as_built(robot, rng, 0.1),
-                     example_arm.nominal_drives(robot), example_arm.MIDDLE)
-    run, payload, motor, arm = example_arm.worked(plant, rng, 2, DT * 1e-9)
-    drives = example_arm.nominal_drives(robot)
+    plant = ArmPlant(arm_plant.as_built(robot, rng, 0.1),
+                     arm_plant.nominal_drives(robot), arm_plant.MIDDLE)
+    run, payload, motor, arm = arm_plant.worked(plant, rng, 2, DT * 1e-9)
+    drives = arm_plant.nominal_drives(robot)
     for name, joint in GEARBOXES.items():
         save_model(tmp_path / f'{name}.yaml', drives[joint], [])
     file = tmp_path / 'robot.yaml'
     file.write_text(json.dumps({'estimator': {'ros__parameters': {
         'gearboxes': list(GEARBOXES), 'robot_description': 'topic:/robot_description',
         'snapshot_period': 1.0,
-        **{name: {**example_arm.parameters_of(joint), 'model': str(tmp_path / f'{name}.yaml')}
+        **{name: {**arm_plant.parameters_of(joint), 'model': str(tmp_path / f'{name}.yaml')}
            for name, joint in GEARBOXES.items()},
         'qos_overrides': {'/joint_states': {'subscription': {
             key.rpartition('.')[2]: value for key, value in RELIABLE.items()}}}}}}))

@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 from mcap.writer import Writer
 import pytest
 
-from gearbox_monitor.bag.read import open_bag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import RecorderParameters
+from gearbox_monitor.recordings.read import open_bag
 
 SECURITY = Path(__file__).parents[2] / 'config/security'
 KINDS = {('topics', 'publish'): 'get_publisher_names_and_types_by_node',
@@ -132,32 +132,31 @@ def test_where_security_is_enforced_no_node_runs_without(tmp_path, monkeypatch):
     assert not list(tmp_path.glob('gearbox_*'))
 
 
-@pytest.mark.parametrize('msgtype, definition', [
-    ('evil/msg/A', 'string X="\'; import this; y=\'"\nuint8 a'),
-    ('evil/msg/A', 'string X="""\\\nimport this\n"""\nuint8 a'),
-    ('evil/msg/A', 'uint8 a=__import__("this")'),
-    ('evil/msg/A', 'uint8[__import__("this").x] a'),
-    ('evil/msg/A', 'uint8 a\n    import this'),
-    ('evil/msg/A"""\nimport this\n"""', 'uint8 a'),
-    ('evil/msg/A:\n  import this\nclass B', 'uint8 a'),
-])
-def test_definitions_in_a_bag_run_nothing(tmp_path, monkeypatch, msgtype, definition):
+def test_definitions_in_a_bag_run_nothing(tmp_path, monkeypatch):
     monkeypatch.delitem(sys.modules, 'this', raising=False)
-    path = tmp_path / 'a.mcap'
-    with open(path, 'wb') as file:
-        writer = Writer(file)
-        writer.start('ros2')
-        schema = writer.register_schema(msgtype, 'ros2msg', definition.encode())
-        channel = writer.register_channel('/a', 'cdr', schema)
-        writer.add_message(channel, 1, b'\0\1\0\0\1', 1)
-        writer.finish()
-    with open_bag(path) as bag:
-        for found, *_ in bag.topics.values():
-            try:
-                bag.decode(found, b'\0\1\0\0\1')
-            except InputError as error:
-                assert '\n' not in str(error)
-    assert 'this' not in sys.modules
+    for k, (msgtype, definition) in enumerate((
+            ('evil/msg/A', 'string X="\'; import this; y=\'"\nuint8 a'),
+            ('evil/msg/A', 'string X="""\\\nimport this\n"""\nuint8 a'),
+            ('evil/msg/A', 'uint8 a=__import__("this")'),
+            ('evil/msg/A', 'uint8[__import__("this").x] a'),
+            ('evil/msg/A', 'uint8 a\n    import this'),
+            ('evil/msg/A"""\nimport this\n"""', 'uint8 a'),
+            ('evil/msg/A:\n  import this\nclass B', 'uint8 a'))):
+        path = tmp_path / f'{k}.mcap'
+        with open(path, 'wb') as file:
+            writer = Writer(file)
+            writer.start('ros2')
+            schema = writer.register_schema(msgtype, 'ros2msg', definition.encode())
+            channel = writer.register_channel('/a', 'cdr', schema)
+            writer.add_message(channel, 1, b'\0\1\0\0\1', 1)
+            writer.finish()
+        with open_bag(path) as bag:
+            for found, *_ in bag.topics.values():
+                try:
+                    bag.decode(found, b'\0\1\0\0\1')
+                except InputError as error:
+                    assert '\n' not in str(error)
+        assert 'this' not in sys.modules, (msgtype, definition)
 
 
 def test_a_type_on_the_graph_imports_only_messages(monkeypatch):

@@ -14,8 +14,8 @@ import xml.etree.ElementTree as ElementTree
 from live import worn, write_inputs, write_live
 import pytest
 
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.write import BagWriter
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.write import BagWriter
 
 CONFIG = Path(__file__).parents[2] / 'config'
 JUGGLER = ElementTree.parse(CONFIG / 'plotjuggler.xml').getroot()

@@ -18,12 +18,11 @@ import time
 from fault_runs import OK_AGAIN, TRUST
 
 import gearbox_monitor
-from gearbox_monitor.bag.comparison import Comparer
-from gearbox_monitor.bag.player import Player
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.replay_summary import ReplaySummary
 from gearbox_monitor.errors import InputError, installed_by
-from gearbox_monitor.monitoring.checks.outcome import Level
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.recordings.player import Player
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.replay import Comparer, ReplaySummary
 
 AWAY = 3.0  # s without a source
 TOLD = 3.0  # s: diagnostics come every second

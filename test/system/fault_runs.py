@@ -10,9 +10,9 @@ import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.monitoring.checks.outcome import Level
-from gearbox_monitor.monitoring.monitor import COMPONENTS, Monitor
-from gearbox_monitor.monitoring.staleness import Silence
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.monitor import COMPONENTS, Monitor
+from gearbox_monitor.health.staleness import Silence
 from gearbox_monitor.plant.drive import DriveModel
 
 TRUST = (*COMPONENTS[:4], 'input')  # what speaks of the estimates of now

@@ -7,7 +7,7 @@ Faults of the stream of samples: that bad data is never called good, and how soo
 Each fault is put into the messages of a simulated drive (the packaged one, 1 kHz unless said),
 with a load on the arm that the model knows (none) and with an unknown one. A Monitor takes what
 arrives, and the silence of the stream is judged by the clock once per second, both as in the
-node. docs/faults.md says what counts as bad data, and explains the table.
+node. benchmarks/README.md says what counts as bad data, and explains the table.
 
 usage examples:
   .venv/bin/python test/system/faults.py
@@ -23,11 +23,10 @@ from fault_runs import BARS, run_case
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, require_whole, write_json)
+from benchmarks.harness import add_json_option, require_whole, write_json
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.monitoring.monitor import JUDGED
+from gearbox_monitor.health.monitor import JUDGED
 
 LOADS = ('none', 'unknown')
 

@@ -2,19 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What a fleet run costs beside its bags: a pool and Dask against one process, and how it grows.
+What a fleet run costs beside its bags: at home and on Dask against one process, and how it grows.
 
-Short bags of a simulated drive are written once. Each round runs all of them in this process, in a
-pool and on a local Dask cluster, whose scheduler and workers are processes of their own (skipped
-where distributed is missing). CPU time is that of all processes; what starts them does not count:
-workers have run two bags before. Two workers against one count by the clock, and are judged where
-the machine has two cores to give, which two busy loops tell.
+Short bags of a simulated drive are written once. Each round analyses all of them in this process,
+in processes of their own and on a local Dask cluster (skipped where distributed is missing). CPU
+time is that of all processes; what starts the cluster does not count. Two workers against one
+count by the clock, and are judged where the machine has two cores to give, which two busy loops
+tell.
 
 usage examples:
   .venv/bin/python test/system/fleet.py
   .venv/bin/python test/system/fleet.py --bags 20 --seconds 50 --rounds 2 --json fleet.json
 """
 from contextlib import ExitStack
+from importlib import import_module
 import importlib.util
 import multiprocessing
 from pathlib import Path
@@ -22,27 +23,26 @@ import sys
 import tempfile
 import time
 
-from fleet_setup import cpu_seconds, dask_cluster
+from fleet_setup import cpu_seconds, local_cluster
 import numpy as np
 from script import run_script
 from tqdm import tqdm
 
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
-from gearbox_monitor.bag.example_bag import ExampleMotion, write_example_bag
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.fleet.executors import DaskExecutor, PoolExecutor, SerialExecutor
-from gearbox_monitor.fleet.fleet_run import FleetRun
-from gearbox_monitor.fleet.fleet_table import FleetTable
-from gearbox_monitor.fleet.job import JobSettings
+from gearbox_monitor.fleet.fleet_run import at_home, on_cluster, run as run_fleet
+from gearbox_monitor.fleet.fleet_table import FleetFolder
+from gearbox_monitor.fleet.job import analyse, JobSettings
 from gearbox_monitor.fleet.paths import find_bags
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 
 WORKERS = 2
 PARTS = (0.125, 0.25, 0.5, 1.0)  # of the bags, for the exponent
 IDLE = 1.9  # so much of one busy loop must two of them get, or there are no two idle cores
 # bar: (lowest, highest)
-BARS = {'pool CPU / serial': (0.0, 1.1), 'Dask CPU / serial': (0.0, 1.8),
+BARS = {'home CPU / serial': (0.0, 1.1), 'Dask CPU / serial': (0.0, 1.8),
         'exponent of CPU over bags': (0.95, 1.05), 'two workers / one, clock': (1.7, np.inf)}
 
 
@@ -56,24 +56,24 @@ def add_arguments(parser):
 
 
 class FleetRuns:
-    """Runs bags into a new folder each time; cluster: ids of processes that Dask alone needs."""
+    """Runs bags into a new folder each time."""
 
     def __init__(self, folder):
-        self.folder, self.count, self.cluster = Path(folder), 0, ()
+        self.folder, self.count = Path(folder), 0
 
-    def run(self, bags, engine):
-        """Return (CPU time, time by the clock) of a run over `bags`, s."""
+    def run(self, bags, executor=None, workers=WORKERS):
+        """Return (CPU time, time by the clock) of a run over `bags`, s; None: in this process."""
         self.count += 1
-        # The cluster is idle, but for heartbeats.
-        others = () if isinstance(engine, DaskExecutor) else self.cluster
-        cpu, clock = cpu_seconds(others), time.monotonic()
-        with FleetTable(self.folder / str(self.count)) as table:
-            run = FleetRun(bags, JobSettings(), table)
-            run.run(engine)
-            table.finish()
-        if run.counts['done'] != len(bags):
-            raise InputError(f'{len(bags)} bags: {dict(run.counts)}, expected all done')
-        return cpu_seconds(others) - cpu, time.monotonic() - clock
+        cpu, clock = cpu_seconds(), time.monotonic()
+        folder, settings = FleetFolder(self.folder / str(self.count)), JobSettings()
+        rows = run_fleet(bags, settings, executor, workers) if executor else (
+            (bag, analyse(bag, settings)) for bag in bags)
+        for bag, row in rows:
+            folder.put(bag, row)
+        done = sum(row['status'] == 'done' for row in folder.finish([]))
+        if done != len(bags):
+            raise InputError(f'{len(bags)} bags: {done} done, expected all')
+        return cpu_seconds() - cpu, time.monotonic() - clock
 
 
 def _spin(seconds):
@@ -102,26 +102,22 @@ def evaluate(count, seconds, rounds):
             write_example_bag(folder / f'bags/{k:03d}', DriveModel(), ExampleMotion(seconds),
                               k)
         bags = find_bags([str(folder / 'bags')])
-        runs, engines = FleetRuns(folder), {'serial': SerialExecutor()}
-        for name, workers in (('pool', WORKERS), ('one worker', 1)):
-            engines[name] = PoolExecutor(workers)
-            stack.callback(engines[name].close)
+        runs = FleetRuns(folder)
+        ways = {'serial': (None, 1), 'home': (at_home, WORKERS), 'one worker': (at_home, 1)}
         if not skipped:
-            address, processes = stack.enter_context(dask_cluster(folder / 'dask', WORKERS))
-            runs.cluster = [process.pid for process in processes]
-            engines['dask'] = DaskExecutor(address)
-            stack.callback(engines['dask'].close)
-        for engine in engines.values():
+            cluster = stack.enter_context(local_cluster(WORKERS))
+            ways['dask'] = (lambda _: on_cluster(cluster.scheduler_address)), WORKERS
+        for way in ways.values():
             for _ in range(2):  # each worker is to have run one
-                runs.run(bags[:2 * WORKERS], engine)
-        times = {name: [] for name in engines}
+                runs.run(bags[:2 * WORKERS], *way)
+        times = {name: [] for name in ways}
         sizes = sorted({max(1, round(part * count)) for part in PARTS})
         grown, seen = {size: [] for size in sizes}, []
         for _ in tqdm(range(rounds), 'rounds', disable=None, leave=False):
-            for name, engine in engines.items():
-                times[name].append(runs.run(bags, engine))
+            for name, way in ways.items():
+                times[name].append(runs.run(bags, *way))
             for size in sizes:
-                grown[size].append(runs.run(bags[:size], engines['pool'])[0])
+                grown[size].append(runs.run(bags[:size], *ways['home'])[0])
             seen.append(cores())
     return figures(times, grown, seen, count, seconds, skipped)
 
@@ -130,17 +126,17 @@ def figures(times, grown, seen, count, seconds, skipped):
     """
     Return the figures and bars.
 
-    times {engine: [(CPU, clock) of each round]}; grown {bags: [CPU]}; seen [cores].
+    times {way: [(CPU, clock) of each round]}; grown {bags: [CPU]}; seen [cores].
     """
     def ratio(one, other, column):
         return float(np.median([a[column] / b[column] for a, b in zip(times[one], times[other])]))
     sizes = sorted(grown)
     exponent = float(np.polyfit(np.log(sizes), np.log(
         [np.median(grown[size]) for size in sizes]), 1)[0])
-    values = {'pool CPU / serial': ratio('pool', 'serial', 0),
+    values = {'home CPU / serial': ratio('home', 'serial', 0),
               'Dask CPU / serial': None if skipped else ratio('dask', 'serial', 0),
               'exponent of CPU over bags': exponent,
-              'two workers / one, clock': ratio('one worker', 'pool', 1)}
+              'two workers / one, clock': ratio('one worker', 'home', 1)}
     there = float(np.median(seen))
     reasons = {'Dask CPU / serial': skipped, 'two workers / one, clock': None if there >= IDLE else
                f'two busy loops got {there:.2f} of one here: no two idle cores'}
@@ -165,7 +161,7 @@ def text(data):
              f'{data["rounds"]} rounds:', '', f'  {"":<12}{"CPU s":>10}{"clock s":>10}']
     lines += [f'  {name:<12}{cpu:10.2f}{data["clock_s"][name]:10.2f}'
               for name, cpu in data['cpu_s'].items()]
-    lines += ['', '  CPU s in the pool by number of bags: ' + ', '.join(
+    lines += ['', '  CPU s at home by number of bags: ' + ', '.join(
         f'{size}: {cpu:.2f}' for size, cpu in data['cpu_s_by_bags'].items()), '']
     return '\n'.join([*lines, *bar_lines(data['bars'])])
 
@@ -176,12 +172,11 @@ def run(args):
         if not value >= least:
             raise InputError(f'{option}: {value:g}, expected a number >= {least:g}')
     expect_folder_of(args.json)
-    for name in ('fsspec', 'pyarrow'):
-        if importlib.util.find_spec(name) is None:
-            raise InputError(f'{name} is not installed, expected it: pip install {name}')
     data = evaluate(args.bags, args.seconds, args.rounds)
     return finish(data, text(data), args.json)
 
 
 if __name__ == '__main__':
-    sys.exit(run_script(sys.modules[__name__]))
+    # Workers import the script that started them: all of this one, of the command nothing.
+    del sys.modules['__main__'].__file__
+    sys.exit(run_script(import_module('fleet')))

@@ -31,10 +31,10 @@ import lz4.frame
 from mcap.writer import CompressionType, Writer
 import numpy as np
 
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.write import BagWriter
 
 MODEL = str(config_path('drive.yaml'))
 MEMORY = 1 << 30     # bytes of address space that a command may add
@@ -401,7 +401,7 @@ BOMBS = (
     Bomb('a million names', _names(1_000_000), BAG_READERS),
     Bomb('40 times 60 000 names', _names(60_000, 40), BAG_READERS),
     Bomb('a pipe called *.mcap', _pipe('bag_0.mcap'), BAG_READERS + (
-        'replay {0}/bag/bag_0.mcap', 'fleet {0}/bag --out {0}/new --workers 0')),
+        'replay {0}/bag/bag_0.mcap', 'fleet {0}/bag --out {0}/new')),
     Bomb('a pipe called *.csv', _pipe('x.csv'), (
         'diagnose {0}/bag/x.csv --model ' + MODEL,
         'import {0}/bag/x.csv {0}/new --map emps')),

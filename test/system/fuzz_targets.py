@@ -14,28 +14,28 @@ from rosbags.typesys import get_typestore, Stores
 import scipy.io
 import zstandard
 
-from gearbox_monitor.bag.cdr import encode_joint_states
-from gearbox_monitor.bag.csv import read_csv
-from gearbox_monitor.bag.importer import load_mapping, read_recording
-from gearbox_monitor.bag.importer.mapping import mapping_from_dict
-from gearbox_monitor.bag.player import EstimatePlayer
-from gearbox_monitor.bag.read import open_bag
-from gearbox_monitor.bag.recovery import recover
-from gearbox_monitor.bag.replay_summary import ReplaySummary
-from gearbox_monitor.bag.write import BagWriter
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.baselines import (
     load_baseline, load_state, save_baseline, state_text, write_whole)
-from gearbox_monitor.files.resources import config_path
+from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
-from gearbox_monitor.monitoring.backlash.change import Tracker, TrackerSettings
-from gearbox_monitor.monitoring.backlash.features import Backlash
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings
+from gearbox_monitor.health.backlash.features import Backlash
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.csv import read_csv
+from gearbox_monitor.recordings.importer import load_mapping, read_recording
+from gearbox_monitor.recordings.importer.mapping import mapping_from_dict
+from gearbox_monitor.recordings.player import EstimatePlayer
+from gearbox_monitor.recordings.read import open_bag
+from gearbox_monitor.recordings.recovery import recover
+from gearbox_monitor.recordings.replay import ReplaySummary
+from gearbox_monitor.recordings.write import BagWriter
 
 JOINT_STATE, DIAGNOSTICS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'
 TOPIC, JOINTS, SNAPSHOT = '/joint_states', ('motor', 'arm'), '/estimator/snapshot'

@@ -9,7 +9,7 @@ estimators share one core, in one process or one each; the source has the other 
 from sending a stamped sample to publishing its estimate. And more is sent than can be taken.
 With --naming one estimator names the cause of an alert meanwhile, on the same core, and the same
 run is repeated without.
-docs/load.md explains the tables.
+benchmarks/README.md explains the tables.
 
 usage examples:
   .venv/bin/python test/system/load.py
@@ -27,8 +27,7 @@ from sample_source import NOTHING_SAID, SampleSource
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.ros.joint_subscriptions import DEPTH
@@ -155,10 +154,8 @@ class _Estimators:
         return self
 
     def _start(self, name, arguments):
-        # Far past the limit numbers skip so far that they look like another publisher's.
-        self.nodes.start(name, 'load_estimators', {
-            'arm_load': 'none', 'other_publishers': 'accept', **self._parameters}, arguments,
-                         cores=self._cores[-1:])
+        self.nodes.start(name, 'load_estimators', {'arm_load': 'none', **self._parameters},
+                         arguments, cores=self._cores[-1:])
 
     def __exit__(self, *_):
         if self.source is not None:

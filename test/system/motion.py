@@ -18,11 +18,10 @@ import numpy as np
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_whole)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
+from gearbox_monitor.diagnosis.joint.isolability import DT, motion_separations, suggest
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.identification.experiment_design import DT, separations, suggest
-from gearbox_monitor.identification.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.excitation import Excitation
@@ -84,7 +83,7 @@ def sized_to(model, pair, u, sigma, target):
     a = pair[0]
     values = _unit(model, a)
     for _ in range(4):
-        found, reached = separations(model, {a: values}, u, sigma, [pair])
+        found, reached = motion_separations(model, {a: values}, u, sigma, [pair])
         if not found or not found[pair] > 0.0:
             return None
         factor = float(np.sqrt(target / found[pair]))
@@ -142,7 +141,7 @@ def case(pair, random, count):
     best = 0.0
     for _ in range(count):
         v = limits.torque * random.uniform(0.2, 1.0) * drawn_motion(random)
-        found, reached = separations(model, effects, v, sigma, [pair])
+        found, reached = motion_separations(model, effects, v, sigma, [pair])
         if (found and reached.speed <= limits.speed and reached.travel <= limits.travel):
             best = max(best, found[pair])
     return {'pair': '|'.join(pair), 'values': values, 'before': target,

@@ -12,8 +12,7 @@ import tempfile
 import time
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.ros.child_processes import Child, ChildFailed
-from gearbox_monitor.ros.ros_domain import own_domain
+from gearbox_monitor.ros.middleware import Child, ChildFailed, own_domain
 
 PATIENCE = 120.0  # s, for a start that compiles
 TICKS = os.sysconf('SC_CLK_TCK')

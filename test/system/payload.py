@@ -21,10 +21,10 @@ import numpy as np
 import random_robots
 from script import run_script
 
-from gearbox_monitor.balance.knowledge import learn
-from gearbox_monitor.balance.payload import PayloadTracker
-from gearbox_monitor.balance.rows import RobotModel
-from gearbox_monitor.export.robot_model import chain_of_compiled
+from gearbox_monitor.diagnosis.robot.knowledge import learn
+from gearbox_monitor.diagnosis.robot.payload import PayloadTracker
+from gearbox_monitor.diagnosis.robot.rows import RobotModel
+from gearbox_monitor.simulators.robot_model import chain_of_compiled
 
 TAKEN, PUSHED, PUSH, END = 30.0, 50.0, 1.5, 60.0  # s
 SEEN = 5.0  # stated deviations from which a push counts as seen, and a false one as false

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gearbox_monitor.balance.robot_log import checked_log, RawLog
+from gearbox_monitor.diagnosis.robot.robot_log import checked_log, RawLog
 
 mujoco = __import__('mujoco')
 STEP, CONTROL = 1e-3, 2

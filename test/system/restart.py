@@ -7,7 +7,8 @@ Nodes stopped and started in any order, at any time: what is left behind, and wh
 Each time plant, estimator (adaptive filter, state and baseline file) and recorder start and are
 stopped, in a drawn order, after drawn times: while they start, before a sample has come, or at
 work. Then every process, piece of shared memory, temporary file and handle must be gone, and the
-estimator must begin with what its state file held. On this machine only; docs/load.md explains it.
+estimator must begin with what its state file held. On this machine only; results are in
+benchmarks/README.md.
 
 usage examples:
   .venv/bin/python test/system/restart.py
@@ -27,11 +28,10 @@ from node_processes import live_nodes
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_whole)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from gearbox_monitor.files.baselines import load_state
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.ros.watcher import Watcher
 
 TIMES = 50

@@ -31,16 +31,15 @@ from sample_source import parameters_of, simulated, slowness
 from script import run_script
 from sensor_msgs.msg import JointState
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish)
-from gearbox_monitor.bag.cdr import encode_joint_states
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.interfaces.signals import JOINT_STATES
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import resolve
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.ros.convert import stamp_of
 from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup
 

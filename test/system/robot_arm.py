@@ -18,15 +18,13 @@ import sys
 import numpy as np
 from script import run_script
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.files.robot_files import load_robot
+from gearbox_monitor.files.opening import config_path, load_robot
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.robot import example_arm
+from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import ArmPlant
 
 T0 = 1_700_000_000_000_000_000
@@ -46,10 +44,10 @@ def add_arguments(parser):
 
 def measured(robot, seed):
     """Return {load: [(mean squared error, coverage) of each joint]} of one arm."""
-    rng, drives = np.random.default_rng(seed), example_arm.nominal_drives(robot)
-    plant = ArmPlant(example_arm.as_built(robot, rng, SPREAD),
-                     example_arm.drives_as_built(drives, rng), example_arm.MIDDLE)
-    run, payload, motor, arm = example_arm.worked(plant, rng, MOVES, DT)
+    rng, drives = np.random.default_rng(seed), arm_plant.nominal_drives(robot)
+    plant = ArmPlant(arm_plant.as_built(robot, rng, SPREAD),
+                     arm_plant.drives_as_built(drives, rng), arm_plant.MIDDLE)
+    run, payload, motor, arm = arm_plant.worked(plant, rng, MOVES, DT)
     stamps = T0 + np.round(run.t * 1e9).astype(np.int64)
     cuts = [0, *np.flatnonzero(np.diff(payload)) + 1, len(payload)]
     rows = {load: [] for load in LOADS}
@@ -57,7 +55,7 @@ def measured(robot, seed):
         u = np.column_stack([run.u[:, joint], np.full(len(stamps), np.nan)])
         y = np.column_stack([motor[:, joint], arm[:, joint]])
         for load, changes in LOADS.items():
-            engine = Estimator(drive, {**example_arm.parameters_of(joint), 'smoother_lag': 0.0,
+            engine = Estimator(drive, {**arm_plant.parameters_of(joint), 'smoother_lag': 0.0,
                                        'robot_description': FILE, **changes}, robot)
             errors, stated = [], []
             for begin, end in zip(cuts, cuts[1:]):

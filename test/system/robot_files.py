@@ -24,10 +24,10 @@ import numpy as np
 from script import run_script
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.export.joint_readings import joint_readings, SERVO
-from gearbox_monitor.export.mjcf_file import compiled_file, drive_in, model_of, read_file
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.robot.compiled_model import moved_by
+from gearbox_monitor.simulators.mjcf_file import compiled_file, drive_in, model_of, read_file
+from gearbox_monitor.simulators.user_simulator import joint_readings, SERVO
 
 SECONDS, SINES = 1.0, 3
 LOCKED = 1e9            # kg m^2 of armature: what the other joints do in a second is nothing

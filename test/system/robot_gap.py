@@ -25,11 +25,11 @@ import random_robots
 from scipy.stats import beta
 from script import run_script
 
-from gearbox_monitor.balance.candidates import Candidate, library
-from gearbox_monitor.balance.knowledge import learn
-from gearbox_monitor.balance.rows import RobotModel
-from gearbox_monitor.balance.verdict import diagnose
-from gearbox_monitor.export.robot_model import chain_of_compiled
+from gearbox_monitor.diagnosis.robot.candidates import Candidate, library
+from gearbox_monitor.diagnosis.robot.knowledge import learn
+from gearbox_monitor.diagnosis.robot.rows import RobotModel
+from gearbox_monitor.diagnosis.robot.verdict import diagnose
+from gearbox_monitor.simulators.robot_model import chain_of_compiled
 
 VISIBLE = 40.0
 OFFSETS = ('torque_offset', 'coulomb_asymmetry')

@@ -23,15 +23,13 @@ import sys
 import numpy as np
 from script import run_script
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.files.resources import config_path
-from gearbox_monitor.files.robot_files import load_robot
+from gearbox_monitor.files.opening import config_path, load_robot
 from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.monitoring.monitor import Monitor
-from gearbox_monitor.robot import example_arm
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import ArmPlant, pick_and_place
 
 T0 = 1_700_000_000_000_000_000
@@ -69,21 +67,21 @@ class WatchedArm:
 
     def __init__(self, robot, seed, **changes):
         self.rng, self.late = np.random.default_rng(seed), None
-        drives = example_arm.nominal_drives(robot)
-        self.plant = ArmPlant(example_arm.as_built(robot, self.rng, SPREAD),
-                              example_arm.drives_as_built(drives, self.rng), example_arm.MIDDLE)
+        drives = arm_plant.nominal_drives(robot)
+        self.plant = ArmPlant(arm_plant.as_built(robot, self.rng, SPREAD),
+                              arm_plant.drives_as_built(drives, self.rng), arm_plant.MIDDLE)
         self.monitors = [Monitor(drive, {
-            **example_arm.parameters_of(joint), 'robot_description': FILE, **changes}, robot=robot)
+            **arm_plant.parameters_of(joint), 'robot_description': FILE, **changes}, robot=robot)
             for joint, drive in enumerate(drives)]
         self.alerts, self.messages = {}, {}
 
     def work(self, source, moves):
         """Pick and place, `moves` by the random numbers of `source`; return how long, s."""
         references, payload = pick_and_place(
-            source, (example_arm.LOW, example_arm.HIGH, example_arm.SPEED), self.plant.target,
-            moves, DT, example_arm.PAYLOADS)
+            source, (arm_plant.LOW, arm_plant.HIGH, arm_plant.SPEED), self.plant.target,
+            moves, DT, arm_plant.PAYLOADS)
         run = self.plant.run(references, payload, DT)
-        motor, arm = (true + example_arm.ENCODER * self.rng.normal(size=true.shape)
+        motor, arm = (true + arm_plant.ENCODER * self.rng.normal(size=true.shape)
                       for true in (run.motor, run.arm))
         if self.late is not None:
             arm[LATE:, self.late] = arm[:-LATE, self.late].copy()
@@ -129,7 +127,7 @@ def false_alarms(robot, seed, minutes):
 
 def planted(robot, seed, cases):
     """Return what became of the faults `cases` (numbers) of an arm, see fault_of."""
-    limits, start = (example_arm.LOW, example_arm.HIGH, example_arm.SPEED), example_arm.MIDDLE
+    limits, start = (arm_plant.LOW, arm_plant.HIGH, arm_plant.SPEED), arm_plant.MIDDLE
     for _ in range(2):  # from the second time on the program ends where it begins
         references, _ = pick_and_place(np.random.default_rng(seed), limits, start, MOVES, DT)
         start = references[-1, 0]

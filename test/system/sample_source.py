@@ -17,15 +17,15 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.estimation import sample_loop
-from gearbox_monitor.interfaces.signals import (
-    ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SNAPSHOT)
-from gearbox_monitor.monitoring.checks.usability import key_of
+from gearbox_monitor.health.checks.usability import key_of
 from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, with_model_values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.topics import (
+    ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SNAPSHOT)
 from gearbox_monitor.ros.convert import stamp_of
 from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup
 from gearbox_monitor.ros.watcher import level_of

@@ -2,17 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Cost against the length of a bag and against the number of bags and windows, with bars.
+Cost against the length of a bag and against the number of windows, with bars.
 
 Simulated recordings at 1 kHz (lz4), each replayed to Parquet with the EKF in a process of its own,
-whose start is left out; CPU time and peak memory. Numbers, all in one process: bags of 20 s that a
-fleet run replays one after the other, and windows that a diagnosis simulates side by side. The
-exponent p of CPU time ~ size^p is fitted over all sizes; 1 is linear.
+whose start is left out; CPU time and peak memory. Windows, in one process: those that a diagnosis
+simulates side by side. The exponent p of CPU time ~ size^p is fitted over all sizes; 1 is linear.
 
 usage examples:
   .venv/bin/python test/system/scale.py
   .venv/bin/python test/system/scale.py --of length --minutes 1 10 60 240 --json scale.json
-  .venv/bin/python test/system/scale.py --of bags --bags 10 100 1000
+  .venv/bin/python test/system/scale.py --of windows --windows 512 4096
 """
 from pathlib import Path
 import sys
@@ -23,8 +22,7 @@ import scale_numbers
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_whole)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from benchmarks.replay_cost import in_a_process, write_recording
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of

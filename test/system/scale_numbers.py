@@ -2,43 +2,28 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-CPU time against the number of things: bags of a fleet, windows of a fit.
+CPU time against the number of things: windows of a fit.
 
 Each function gives a row's function of a number, on inputs made once; see scale.py.
 """
 from pathlib import Path
 import time
 
-from fleet import FleetRuns
 import numpy as np
 from tqdm import tqdm
 
-from gearbox_monitor.bag.example_bag import ExampleMotion, NOISE, write_example_bag
-from gearbox_monitor.fleet.executors import SerialExecutor
-from gearbox_monitor.fleet.paths import find_bags
-from gearbox_monitor.identification.shooting import N_MEMORY, shooting_windows, Simulator
+from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.quality.recording import UniformRecording
+from gearbox_monitor.recordings.examples import NOISE
+from gearbox_monitor.signals.recording import UniformRecording
 
 DT = 1e-3  # s
-SECONDS = {'bags': 20.0, 'windows': 0.5}  # length of one
+SECONDS = {'windows': 0.5}  # length of one
 RECORDED = 20.0  # s that windows are cut from
 # Windows: so many that a call by itself does not show.
-NUMBERS = {'bags': (10, 20, 40), 'windows': (512, 1024, 2048, 4096)}
-
-
-def bags(folder, most):
-    """Return a function that replays `n` different bags, one after the other, as a fleet run."""
-    for k in range(most):
-        write_example_bag(folder / f'bags/{k:03d}', DriveModel(), ExampleMotion(SECONDS['bags']),
-                          k)
-    found, runs = find_bags([str(folder / 'bags')]), FleetRuns(folder)
-
-    def run(n):
-        runs.run(found[:n], SerialExecutor())
-    return run
+NUMBERS = {'windows': (512, 1024, 2048, 4096)}
 
 
 def windows(folder, most):
@@ -56,7 +41,7 @@ def windows(folder, most):
     return run
 
 
-AXES = {'bags': bags, 'windows': windows}
+AXES = {'windows': windows}
 
 
 def cpu_times(folder, numbers, rounds):

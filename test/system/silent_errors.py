@@ -7,7 +7,7 @@ Silent errors: that an estimate's levels are not all OK, or it is right within w
 Faults of the effort, the encoders, the clock and the drive act from the first sample on, under
 motions, loads and filters; healthy drives run beside them. A run breaks the rule when no level
 leaves OK within a minute and more than 1 % of tau_K, smoothed tau_K or smoothed twist are off by
-more than 3 stated standard deviations. docs/faults.md has the table.
+more than 3 stated standard deviations. benchmarks/README.md has the table.
 
 usage examples:
   .venv/bin/python test/system/silent_errors.py                       # all rows, all filters
@@ -25,14 +25,13 @@ from script import run_script
 from silent_runs import FAULTS, HEALTHY, LOADS, MOTIONS, run as run_one, SECONDS
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, require_whole, write_json)
+from benchmarks.harness import add_json_option, require_whole, write_json
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.parameters import FILTER_NAMES
 
 HEALTHY_SHARE = 0.25  # of the draws
-# Shares of the runs that may break the promise; docs/faults.md has the figures and the causes.
+# Shares of the runs that may break the promise; benchmarks/README.md has figures and causes.
 BARS = {'silent': ('faulty', 0.05), 'false alarms': ('healthy', 0.05),
         'healthy beyond': ('healthy', 0.15)}
 # Its softened friction is wrong in slow motion, and what it adapts at a rest is wrong behind it:

@@ -6,7 +6,7 @@ import os
 import sys
 import time
 
-from gearbox_monitor.bag.record_file import RecordFile
+from gearbox_monitor.recordings.mcap_file import RecordFile
 
 WRITE, SYNC = 0.05, 2.0  # s
 

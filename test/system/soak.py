@@ -7,7 +7,7 @@ A long run of one live estimator: memory, handles, threads, rate and false alert
 --hours: that much time of the stamps as fast as the node takes the samples, each sample waiting
 for room, so that none is lost. --minutes: in real time. A simulated healthy drive is the source,
 over DDS, on this machine only; below 500 Hz one that is slower in proportion: the packaged drive
-moves too far in 10 ms. docs/load.md explains the bars.
+moves too far in 10 ms. benchmarks/README.md explains the bars.
 
 usage examples:
   .venv/bin/python test/system/soak.py --hours 24 --rate 100
@@ -23,8 +23,7 @@ from scipy.stats import theilslopes
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 

@@ -13,8 +13,8 @@ import pytest
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.snapshot import SnapshotError
-from gearbox_monitor.monitoring.checks.outcome import Level
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 
 # The suite runs one of each kind, -m system a second one, too.

@@ -16,9 +16,9 @@ from script import run_script  # noqa: E402
 import soak  # noqa: E402
 
 from benchmarks.harness import all_met  # noqa: E402
-from gearbox_monitor.ros.message_loss import MessageLossCounter  # noqa: E402
+from gearbox_monitor.ros.gearbox_input import MessageLossCounter  # noqa: E402
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.benchmark]
 
 
 def test_lost_messages_are_counted_by_their_numbers():

@@ -6,7 +6,7 @@ import pytest
 from silent_errors import BY_NAME, draws, missed, outcome, summary
 from silent_runs import HEALTHY, run, SHARE
 
-from gearbox_monitor.monitoring import monitor
+from gearbox_monitor.health import monitor
 
 # Silent before torque was compared with the elastic curve, all with an unknown load.
 ONCE_SILENT = (

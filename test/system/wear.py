@@ -27,14 +27,13 @@ import numpy as np
 import script
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.monitoring.backlash import drift_words
-from gearbox_monitor.monitoring.backlash.change_tests import COMPONENTS, FEATURES, TESTS
-from gearbox_monitor.monitoring.checks.outcome import Level
-from gearbox_monitor.monitoring.monitor import Monitor
+from gearbox_monitor.health.backlash import drift_words
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS, FEATURES, TESTS
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.ros.change_naming import ChangeNamer
-from gearbox_monitor.ros.change_watch import ChangeWatch
-from gearbox_monitor.ros.recording_buffer import RecordingBuffer
+from gearbox_monitor.ros.change_watch import ChangeNamer, ChangeWatch
+from gearbox_monitor.ros.recording_export import RecordingBuffer
 
 DT, SUBSTEPS, T0 = 2e-3, 8, 10 ** 18
 HEALTHY = 90          # windows before the first event

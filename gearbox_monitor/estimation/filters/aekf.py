@@ -28,8 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.estimation.filter_kind import (
-    Adaptation, Belief, FilterKind, Reading, Scratch)
+from gearbox_monitor.estimation.filter_kind import Adaptation, Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
     ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, along, answer, Column, decay,

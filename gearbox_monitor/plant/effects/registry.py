@@ -5,7 +5,7 @@
 The library of effects: all that stand in the files of this folder, and those of plug-ins.
 
 Other packages add effects by the entry point group ``gearbox_monitor.effects``: each entry is an
-Effect with `torques`, see docs/plugins.md.
+Effect with `torques`, see docs/extend.md.
 """
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -1,0 +1,210 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Inputs that several commands share: recordings of a drive, logs of a robot."""
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+import math
+import os
+import shlex
+import signal
+from typing import TYPE_CHECKING
+
+from gearbox_monitor.cli.options import stated
+from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.signals.recording import REPEATED, UniformRecording
+
+if TYPE_CHECKING:
+    from gearbox_monitor.library.recording import Recording
+    from gearbox_monitor.library.robot import Robot
+
+
+def add_model_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` the model file, or the joint of a simulator's file."""
+    parser.add_argument('--model', metavar='FILE', required=True,
+                        help='model file of the drive, or MJCF or URDF file with --joint')
+    add_joint_arguments(parser)
+    parser.add_argument('--values', metavar='FILE',
+                        help='with --joint: model values that are not in that file')
+
+
+def add_drive_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` the model file and the joints of a drive."""
+    add_model_arguments(parser)
+    add_bag_arguments(parser)
+    add_setpoint_argument(parser)
+    parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
+                        help='which of several samples with the same stamp to use: the first '
+                        '(default), their average, or none')
+
+
+def add_bag_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` topic and joints of a drive in a bag."""
+    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
+    for side in ('motor', 'arm'):
+        parser.add_argument(f'--recorded-{side}', metavar='NAME', default=side,
+                            dest=f'{side}_joint',
+                            help=f'name of the {side} joint, in bags (default: {side})')
+
+
+def add_setpoint_argument(parser: ArgumentParser) -> None:
+    """Declare in `parser` the joint that is a setpoint."""
+    parser.add_argument('--recorded-setpoint', metavar='NAME',
+                        default='setpoint', dest='setpoint_joint',
+                        help='joint whose position is the setpoint of the motor, in bags, for a '
+                        'model with a controller (default: setpoint)')
+
+
+def add_joint_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` which joint of a simulator's file is the drive."""
+    parser.add_argument('--joint', metavar='NAME',
+                        help="joint of the simulator's file that the motor drives")
+    parser.add_argument('--model-arm-joint', metavar='NAME',
+                        help="joint of the arm in the simulator's file, if it is a different one")
+    parser.add_argument('--keyframe', metavar='NAME',
+                        help='posture in which inertia and weight are taken, a key of the file')
+    parser.add_argument('--actuator', metavar='NAME',
+                        help='actuator of the joint, where several act on it')
+    add_root_argument(parser)
+
+
+def add_root_argument(parser: ArgumentParser) -> None:
+    """Declare in `parser` the folder below which the parts of a simulator's file lie."""
+    parser.add_argument('--root', metavar='DIR',
+                        help="folder below which the files lie that the simulator's file includes "
+                        '(default: its own folder)')
+
+
+def written_options(args: Namespace, names: Sequence[str]) -> str:
+    """Return the options `names` that `args` state, as a command has them."""
+    return ' '.join(f'{option} {shlex.quote(value)}'
+                    for option, value in stated(args, names).items())
+
+
+def load_drive(args: Namespace) -> DriveModel:
+    """
+    Return the model that --model of the options `args` names.
+
+    It is a model file, or the file of a simulator where --joint is given. Raises InputError.
+    """
+    from gearbox_monitor.library.drive_file import load_model
+    return load_model(args.model, args.joint, arm_joint=args.model_arm_joint,
+                      keyframe=args.keyframe, actuator=args.actuator, root=args.root,
+                      values=args.values)
+
+
+def add_recording_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` recordings of one drive, its model file and its joints."""
+    parser.add_argument('bag', nargs='+', metavar='BAG',
+                        help='bag directory, .mcap file or CSV file; several of one drive at once')
+    add_drive_arguments(parser)
+
+
+def load_recording(name: str, model: DriveModel, args: Namespace
+                   ) -> tuple[UniformRecording, list[str]]:
+    """
+    Read a recording and check it.
+
+    Args:
+        name: of a bag or CSV file.
+        model: of the drive.
+        args: options of add_drive_arguments.
+
+    Returns:
+        The recording and notes about it.
+
+    Raises:
+        InputError: it cannot be read, or allows no statement about the drive.
+
+    """
+    from gearbox_monitor.library.identify import uniform
+    (recording,), _, notes = uniform(_recording_of(name, model, args), model)
+    return recording, notes
+
+
+def load_recordings(args: Namespace, weigh: bool = False) -> tuple[
+        DriveModel, list[UniformRecording], UniformRecording | None, list[str]]:
+    """
+    Return (model, recordings of `args` at one rate, that of --validate or None, notes).
+
+    Args:
+        args: options of add_recording_arguments.
+        weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
+
+    Raises:
+        InputError: one stands twice, cannot be read, or allows no statement about the drive.
+
+    """
+    validate = getattr(args, 'validate', None)
+    paths = [*args.bag, *filter(None, [validate])]
+    places = [os.path.realpath(path) for path in paths]
+    for path, place in zip(paths, places):
+        if places.count(place) > 1:
+            raise InputError(f'{path}: twice, expected different recordings')
+    model = load_drive(args)
+    from gearbox_monitor.library.identify import uniform
+    recordings = [_recording_of(path, model, args) for path in paths]
+    return model, *uniform(recordings[:len(args.bag)], model,
+                           recordings[-1] if validate else None, weigh)
+
+
+def _recording_of(name: str, model: DriveModel, args: Namespace) -> 'Recording':
+    joints = {'motor': args.motor_joint, 'arm': args.arm_joint,
+              'setpoint': getattr(args, 'setpoint_joint', 'setpoint')}
+    from gearbox_monitor.library.recording import load_recording as recording_of
+    return recording_of(name, model, joints=joints, topic=args.topic,
+                        repeated=getattr(args, 'repeated', REPEATED[0]))
+
+
+@contextmanager
+def time_limit(seconds: float, option: str) -> Iterator[None]:
+    """
+    Raise Undecided when the block takes longer than so many `seconds`; inf: without a limit.
+
+    Args:
+        seconds: longest time, s.
+        option: name of the option that sets it.
+    """
+    def _expired(*_: object) -> None:
+        raise Undecided(f'{option} {seconds:g}: not finished after so many seconds, nothing is '
+                        'written; expected a longer time, or fewer values and recordings')
+    if math.isinf(seconds):
+        yield
+        return
+    previous = signal.signal(signal.SIGALRM, _expired)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, previous)
+
+
+def add_robot_arguments(parser: ArgumentParser, reference: bool = True, values: bool = True
+                        ) -> None:
+    """Declare in `parser` what only whole robots take: a `reference`, `values` and folder."""
+    if reference:
+        parser.add_argument('--reference', metavar='LOG', nargs='+', default=[],
+                            help='of a whole robot: logs of the healthy one without a load, or '
+                            'one file of learn')
+    if values:
+        parser.add_argument('--values', metavar='FILE',
+                            help='of a whole robot: values that its file does not state')
+        add_root_argument(parser)
+    parser.add_argument('--recorded', metavar='NAME=LOGNAME', nargs='+', default=[],
+                        help='of a whole robot: joints that have another name in the log')
+
+
+def robot_options(args: Namespace) -> str:
+    """Return the options in `args` that say how model and logs of a robot are read."""
+    written = written_options(args, ('root', 'values', 'topic'))
+    names = f'--recorded {shlex.join(args.recorded)}' if args.recorded else ''
+    return f'{written} {names}'.strip()
+
+
+def robot_of(args: Namespace) -> 'Robot':
+    """Return the robot that --model, --values and --root of `args` name. Raises InputError."""
+    from gearbox_monitor.library.robot import load_robot
+    return load_robot(args.model, values=args.values, root=args.root)

@@ -1,0 +1,41 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Diagnosis of the sim-to-real gap: where it lies, which effect causes it, how far it closes.
+
+In go recordings and a model; out comes a verdict with findings and a remainder. `joint` diagnoses
+one drive by the innovations of a filter, `robot` all joints by the balance of torques.
+
+Public names, by module:
+
+    joint: basis_functions, diagnose, localisation, unit_adaptation
+    joint.basis_functions: FEWEST
+    joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine
+    joint.change_diagnosis: diagnose_change
+    joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay, rms
+    joint.diagnose: chosen_ids, diagnose
+    joint.innovation_fit: coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit
+    joint.innovations: halves, InnovationLikelihood
+    joint.isolability: Limits, suggest, twins
+    joint.noise_model: noise_floor
+    joint.nominal: fit_nominal, FittedValue, NominalFit
+    joint.parameter_ranges: Combination, LEVELS, NORMAL, ParameterRanges, ranges_of,
+        UnitEstimate
+    joint.shooting: ShootingWindows, Simulator
+    joint.thresholds: THRESHOLDS
+    joint.unit_adaptation: Adapted, samples_of
+    joint.verdict: Explained, Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN, Verdict
+    joint.windows: WindowRuns
+    robot: knowledge, verdict
+    robot.candidates: Candidate
+    robot.evidence: Prior
+    robot.knowledge: Knowledge, States, VERSION, Visits
+    robot.payload: PayloadEstimate, PayloadTracker, SECOND
+    robot.robot_effects: BASE, BASE_TILT, GRAVITY_SIZE, INERTIA_NAMES, JOINT, LINK_INERTIA,
+        PAYLOAD, ROBOT_EFFECTS, RobotEffect
+    robot.robot_log: checked_log, CURRENT, RawLog, RobotLog, SETPOINT, TORQUE
+    robot.rows: RobotModel
+    robot.settings: SETTINGS
+    robot.verdict: RobotVerdict, verdict_data
+"""

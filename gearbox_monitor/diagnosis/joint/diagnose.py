@@ -1,0 +1,390 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The diagnosis: which effects explain the sim-to-real gap, where they act, what remains."""
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import partial
+from itertools import count
+
+import numpy as np
+
+from gearbox_monitor.diagnosis.joint import judge
+from gearbox_monitor.diagnosis.joint.adequacy import adequacy_of, runs_of
+from gearbox_monitor.diagnosis.joint.closed_model import open_loop, with_starts_of
+from gearbox_monitor.diagnosis.joint.evidence import (
+    by_time, Evidence, evidence_of, is_open, LASTING_TIMES, likeliest, likeliest_reading)
+from gearbox_monitor.diagnosis.joint.innovation_fit import (
+    coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
+from gearbox_monitor.diagnosis.joint.isolability import (
+    evidence_for, InnovationSpace, matrix, rivals, separations)
+from gearbox_monitor.diagnosis.joint.judge import decide, Decision
+from gearbox_monitor.diagnosis.joint.noise_model import MOTION
+from gearbox_monitor.diagnosis.joint.parameter_ranges import between_recordings
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.torque_domain import driven
+from gearbox_monitor.diagnosis.joint.verdict import (
+    Explained, LATTICES, location_of, report, Verdict)
+from gearbox_monitor.diagnosis.joint.windows import runs_from
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.linear_least_squares import covariance
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
+from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
+from gearbox_monitor.plant.effects.motor_side import LUGRE
+from gearbox_monitor.signals.recording import expect_one_rate, UniformRecording
+
+MOST_READINGS = 3  # of the torque between the stamps, each with the effects of the previous one
+# Effects faster than a slow log: what they do within a sample is what its torque is read by.
+UNSEEN_BETWEEN = (ACTUATOR_LAG.id, LUGRE.id)
+SIMPLE = 2         # fits without a second effect by which it is read again
+
+
+def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
+             validate: UniformRecording | None = None, only: Sequence[str] | None = None,
+             exclude: Sequence[str] = (), seed: int = 0, jobs: int = 1,
+             progress: Callable[..., object] | None = None) -> Verdict:
+    """
+    Return the verdict on recordings of one drive.
+
+    Args:
+        recordings: recordings of one drive; each is evaluated with the encoders that it has.
+        model: model of the drive.
+        validate: recording that is used for validation only.
+        only: ids of the effects to try, None for all.
+        exclude: ids of effects that are not tried.
+        seed: seed of the bootstrap.
+        jobs: number of threads.
+        progress: callback with (done, total, text).
+
+    Raises:
+        InputError: unknown ids, none that this drive and its encoders show, or recordings of
+            different rates.
+        Undecided: free runs are not finite.
+    """
+    expect_one_rate(recordings)
+    recordings = [driven(r, model) for r in recordings]
+    chosen = chosen_ids(only, exclude)
+    reasons = {i: reason for i in library() if (reason := 'excluded' if i not in chosen else
+                                                hidden_by(i, model, recordings))}
+    ids = [i for i in chosen if i not in reasons]
+    if not ids:
+        raise InputError('effects: none remains that is visible on this drive and its encoders, '
+                         'expected at least one')
+    steps = count(1)
+
+    def reported(text: str) -> None:
+        """Report that `text` is under way, one of steps whose number is not known beforehand."""
+        if progress is not None:
+            progress(done := next(steps), done + 1, text)
+    evidence = evidence_of(recordings, model, ids, jobs, reported)
+    otherwise = read_as_doubted(evidence)
+    decision = decided_between(evidence)
+    notes = [*decision.notes, *doubts(decision, otherwise)]
+    stated, lasts = (m.process_torque_time for m in (model, decision.evidence.model))
+    if lasts != stated:
+        notes.append(f'beside the verdict, torque that no model explains lasts {lasts:g} s, not '
+                     f'{stated:g} s (process_torque_time)')
+    if ACTUATOR_DELAY.id in decision.ids and any(is_open(r, model) for r in recordings):
+        notes.append('a log below 200 Hz tells a delay of the torque only to half a sample, '
+                     f'{0.5e3 * recordings[0].dt:.3g} ms: how it acted between the stamps is open')
+    if decision.remains and len(recordings) > 1:
+        same = _shown_by_each(decision, [_alone(r, decision.evidence, ids) for r in recordings])
+        if same is not None:
+            decision = same
+            notes.append('the effect differs between the recordings, each of which shows it '
+                         'alone: no single value closes the gap in all')
+    lattices = tuple(name for i, name in enumerate(LATTICES)
+                     if evidence.quantum[i] > THRESHOLDS.lattice * decision.evidence.sigma[i])
+    excluded = [name for name in lattices if name in exclude]
+    if excluded and not decision.ids and not decision.remains:
+        decision = replace(decision, remains=True)
+        notes.append(f'readings stand on steps: {excluded[0]}, which is excluded')
+    decision = judge.with_level_of_innovations(decision)
+    basis = explained(decision, tuple(n for n in lattices if n in ids))
+    verdict = replace(report(basis, validate, seed, notes), not_tried=reasons)
+    if excluded and verdict.verdict == 'unknown':
+        place = location_of(excluded[0])
+        verdict = replace(verdict, location=place, where={**verdict.where, 'location': place},
+                          remainder={**(verdict.remainder or {}), 'location': place})
+    if verdict.verdict == 'effect' and len(recordings) > 1:
+        fit = decision.fit
+        verdict = replace(verdict, between_recordings={
+            name: {key: asdict(value) for key, value in values.items()}
+            for name, values in between_recordings(
+                recordings, fit.candidate, fit.z, decision.evidence.sigma).items()})
+    return verdict
+
+
+def decided(evidence: Evidence) -> Decision:
+    """
+    Return the decision, with coloured noise of the encoders where white noise leaves a remainder.
+
+    Args:
+        evidence: the recordings, their noise white.
+    """
+    decision = in_its_time(decide(evidence))
+    evidence = replace(evidence, model=decision.evidence.model)
+    if decision.remains and not evidence.balances and (
+            evidence.quantum <= THRESHOLDS.lattice * evidence.sigma).all():
+        # Where one effect leaves white noise, it is white.
+        for lowest in (MOTION, judge.FITTED):
+            noise = judge.measure(decision, lowest)
+            if noise is None:
+                break
+            sigma, colour = noise
+            decision = decide(replace(evidence, sigma=sigma, colour=colour))
+    if decision.remains and not decision.ids and trained_without_error(decision):
+        whole = decide(replace(decision.evidence, all_trained=True))
+        if not whole.remains:
+            return replace(whole, notes=(
+                'only the held-out windows show the model error: all windows were fitted, so '
+                'gap_after is not from unseen ones; validate with a second recording',))
+    return decision
+
+
+def trained_without_error(decision: Decision) -> bool:
+    """Return whether the model needs no torque noise in the windows that were fitted."""
+    evidence, none = decision.evidence, decision.none
+    if evidence.unseen is None:
+        return False
+    allowed = np.minimum(none.torque, evidence.allowed_noise)
+    quiet = evidence.fine.run(none.model, allowed)
+    return bool(quiet.deviance - none.deviance <= THRESHOLDS.noise_gain)
+
+
+def in_its_time(decision: Decision) -> Decision:
+    """
+    Return the decision where unexplained torque lasts as long as beside the effects.
+
+    The model file states what lasts beside the model without them. An effect that is missing lasts
+    a stroke, so that it passes for such a torque, and its value is drawn towards zero. A further
+    effect is worth its price beside the stated time, too.
+    """
+    evidence = decision.evidence
+    stated = evidence.model.process_torque_time
+    if evidence.balances or stated == 0.0:
+        return decision
+    # The likeliest, without a price: the stated time was chosen beside another model.
+    deviances = by_time(evidence, decision.fits[0], (stated, *LASTING_TIMES))
+    time = min(deviances, key=lambda time: deviances[time])
+    if time == stated:
+        return decision
+    again = decide(evidence.lasting_for(time))
+    price = THRESHOLDS.effect_gain if len(again.ids) > len(decision.ids) else 0.0
+    return again if decision.score - again.score > price else decision
+
+
+def decided_between(evidence: Evidence) -> Decision:
+    """Return the decision for the torque between the stamps of slow logs that it finds itself."""
+    if not any(is_open(recording, evidence.model) for recording in evidence.recordings):
+        return decided(evidence)
+    read = likeliest_reading(evidence)
+    decisions: list[Decision] = []
+    for _ in range(MOST_READINGS):
+        decision = decided(replace(evidence, recordings=read.recordings))
+        decisions.append(decision)
+        # Two effects may stand in for one and another torque between the stamps.
+        simple = [f for f in decision.fits if len(f.candidate.ids) < 2][:SIMPLE]
+        read, fit = min((likeliest(decision.evidence, f) for f in (decision.fit, *simple)),
+                        key=lambda pair: pair[0].score(pair[1]))
+        gain = decision.evidence.score(decision.fit) - read.score(fit)
+        if gain < (0.0 if fit.candidate.n_effect < decision.fit.candidate.n_effect
+                   else THRESHOLDS.scatter_gain):
+            break
+    return min(decisions, key=lambda d: (d.remains, d.score))
+
+
+def read_as_doubted(evidence: Evidence) -> dict[int, InnovationFit]:
+    """
+    Return {number of a recording in doubt: the nominal model fitted to it as the doubt reads it}.
+
+    Args:
+        evidence: the recordings.
+
+    Raises:
+        InputError: the nominal model leaves nothing but noise of a recording that is read so.
+    """
+    out = {}
+    for number, recording in enumerate(evidence.recordings):
+        doubt = recording.doubt
+        if doubt is None or recording.motor is not None:
+            continue
+        sigma = np.abs(evidence.sigma[::-1] if doubt.swap else evidence.sigma) * np.abs(
+            np.array(doubt.scale))
+        read = recording.read_otherwise(doubt).with_servo(evidence.model.controller)
+        otherwise = Evidence((read,), evidence.model, sigma, ())
+        fit = fitted(otherwise.whole, unfitted(otherwise.whole, otherwise.starts.none()))
+        if adequacy_of(otherwise, fit).adequate:
+            raise InputError(f'{recording.name}: {doubt.text}')
+        out[number] = fit
+    return out
+
+
+def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[str]:
+    """
+    Return what a check of channels, signs and units said, and effects explain better.
+
+    Args:
+        decision: of the judge, on recordings as they are.
+        otherwise: of read_as_doubted.
+
+    Raises:
+        InputError: the nominal model is likelier on a recording as the doubt reads it than any
+            fit is on it as it stands.
+    """
+    out, evidence, closed = [], decision.evidence, decision.closed
+    for number, fit in otherwise.items():
+        recording = evidence.recordings[number]
+        nominal_run = evidence.whole.parts[number].run(closed.model, closed.torque).deviance
+        text = '' if recording.doubt is None else recording.doubt.text
+        if fit.deviance < nominal_run:
+            raise InputError(f'{recording.name}: {text}')
+        out.append(f'{text}; but the verdict explains the recording better than that')
+    return out
+
+
+def _alone(recording: UniformRecording, evidence: Evidence, ids: Sequence[str]) -> str | None:
+    """Return the effects that alone explain one recording of several, None without any."""
+    visible_ids = [i for i in ids if visible(i, evidence.model, recording)]
+    if not visible_ids:
+        return None
+    decision = decided(evidence_of([recording], evidence.model, visible_ids, evidence.jobs,
+                                   evidence.progress))
+    return None if decision.remains else '+'.join(decision.ids) or None
+
+
+def _shown_by_each(decision: Decision, names: Sequence[str | None]) -> Decision | None:
+    """Return the decision for the effect that explains each recording alone, None without one."""
+    if len(set(names)) != 1 or names[0] is None:
+        return None
+    fit = next((f for f in decision.fits if f.candidate.name == names[0]), None)
+    return None if fit is None else replace(decision, fit=fit, closed=fit, remains=False)
+
+
+def explained(decision: Decision, lattices: tuple[str, ...]) -> Explained:
+    """
+    Return all that a verdict states about a decision.
+
+    Args:
+        decision: of the judge.
+        lattices: ids of quantisations that may be named.
+    """
+    evidence, fit, none = decision.evidence, decision.fit, decision.none
+    runs = decision.adequacy.runs
+    none_runs = decision.none_adequacy.runs
+    closed_runs = runs if decision.closed is fit else runs_of(
+        evidence, evaluated(evidence.whole, decision.closed))
+    none_runs = with_starts_of(none_runs, closed_runs)
+    closed_runs = with_starts_of(closed_runs, none_runs)
+    published = none_runs
+    if none.candidate.coordinates:
+        published = with_starts_of([
+            open_loop(r, evidence.model, evidence.sigma) for r in evidence.recordings], none_runs)
+        if not evidence.balances:
+            published = tuple(runs_from(other.data, evidence.model, run.states, run.memory)
+                              for run, other in zip(published, none_runs))
+    orders = {name: rows[0] for name, rows in decision.orders}
+    separated = separations(evidence, fit, decision.fits, orders)
+    errors, condition = standard_errors(evidence, decision.closed)
+    if not set(fit.candidate.ids) <= set(errors):
+        errors = {**standard_errors(evidence, fit)[0], **errors}
+    space = InnovationSpace(evidence.fine, evaluated(evidence.fine, none), evidence.starts, orders)
+    gains = {f.candidate.name: decision.gain(f) for f in decision.fits if f.candidate.ids}
+    d = {name: evidence_for(evidence, fit, decision.fits, i)
+         for i, name in enumerate(fit.candidate.ids)}
+    bursts = decision.bursts
+    if bursts is not None:
+        d[DISTURBANCE.id] = bursts.gain
+        gains['+'.join((*fit.candidate.ids, DISTURBANCE.id))] = (
+            evidence.score(none) - decision.score)
+    return Explained(
+        decision, published, none_runs,
+        closed_runs if decision.closed is fit else runs, closed_runs, errors, condition, gains, d,
+        separated, rivals(evidence, fit, decision.fits, separated), partial(matrix, space),
+        lattices)
+
+
+def standard_errors(evidence: Evidence,
+                    fit: InnovationFit) -> tuple[dict[str, dict[str, float]], float | None]:
+    """
+    Return ({id: {parameter: standard error}}, condition of the scaled normal matrix).
+
+    From the Fisher information of the innovations, nominal values free within their prior; larger
+    by the excess of the innovations where that is above 1.
+
+    Args:
+        evidence: the recordings.
+        fit: by innovations.
+    """
+    candidate, z = fit.candidate, fit.z
+    if not len(z):
+        return {}, None
+    at = evaluated(evidence.fine, fit)
+    J = coordinate_columns(evidence.fine, at)
+    S = J.T @ J + np.diag(candidate.prior(z)[1])
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))
+    misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))
+    jacobian = candidate.wave_jacobian(z)
+    errors = np.sqrt(np.maximum(misfit * np.diag(jacobian @ covariance(S) @ jacobian.T), 0.0))
+    return candidate.named_errors(z, errors), float(np.linalg.cond(S * np.outer(scale, scale)))
+
+
+def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:
+    """
+    Return the ids that may be named. Raises InputError for unknown ones.
+
+    Args:
+        only: ids of the effects to try, None for all.
+        exclude: ids of effects that are not tried.
+    """
+    effects = library()
+    for name in (*(only or ()), *exclude):
+        if name not in effects:
+            raise InputError(f'effect: {name!r}, expected one of {", ".join(effects)}')
+    ids = [i for i in effects if i not in exclude and (only is None or i in only)]
+    if not ids:
+        raise InputError('effects: none remains, expected at least one')
+    return ids
+
+
+def hidden_by(name: str, model: DriveModel, recordings: Sequence[UniformRecording]) -> str:
+    """
+    Return why no recording shows an effect, '' if one does.
+
+    Args:
+        name: id of the effect.
+        model: model of the drive.
+        recordings: of it.
+    """
+    if not any(visible(name, model, recording) for recording in recordings):
+        return 'this drive, its encoders or its model do not show it'
+    if name in UNSEEN_BETWEEN and all(is_open(recording, model) for recording in recordings):
+        return f'{1.0 / recordings[0].dt:.3g} samples/s do not show it'
+    return ''
+
+
+def visible(name: str, model: DriveModel, recording: UniformRecording) -> bool:
+    """
+    Return whether the effect `name` shows in readings of this drive, and under this name.
+
+    Args:
+        name: id of an effect.
+        model: model of the drive.
+        recording: recording of the drive.
+    """
+    missing = {('motor_sensor', 'arm_sensor')[i] for i in (0, 1) if i not in recording.channels}
+    effect = library()[name]
+    place = effect.location
+    if effect.torque_only if model.controller else place == 'controller':
+        return False
+    if place in missing or (missing and effect.needs_both_encoders):
+        return False
+    if recording.motor is not None and place == 'motor_sensor' and (missing or effect.lattice):
+        return False
+    if model.axis == 'prismatic' and effect.rotary_only:
+        return False  # nothing turns with a position in m, and a weight is a constant load
+    # In a rigid drive it is indistinguishable from the same on the motor.
+    return model.transmission.kind != 'rigid' or (
+        place != 'transmission' and not effect.merges_if_rigid)

@@ -1,0 +1,332 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Score tests: the gain of further effects, and of free functions, in one linear step from a fit.
+
+Free functions of the motion show what no effect of the library describes.
+"""
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+import scipy
+
+from gearbox_monitor.diagnosis.joint.candidates import (
+    CandidateModel, Coordinate, FREE_VALUE, NOT_FITTED, origin, PERIODIC, PHASED, probes, Starts,
+    with_effects)
+from gearbox_monitor.diagnosis.joint.innovation_fit import (
+    coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit)
+from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, Likelihood
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.effects import MEMORIES
+from gearbox_monitor.plant.effects.controller import SERVO_DELAY, SERVO_INTEGRATOR
+from gearbox_monitor.plant.effects.torque_map import QUANTITIES, TORQUE_MAP
+
+# Of the scale of a coordinate: so little that a nominal value that scatters and the effect that
+# replaces it have the same column; less where a memory has to be there first; where a fit begins.
+A_LITTLE, TINY, BEGUN = 1e-4, 1e-6, 1e-3
+# Values of a servo that has a memory where they are not 0.
+REMEMBERED = (SERVO_INTEGRATOR.id, SERVO_DELAY.id)
+RIDGE = 1e-9      # of the power of a column
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """
+    A further effect: id, order (of a periodic one) and number of the start of its fit.
+
+    gain: in -2 log L of one linear step, or of the start itself; infinite for an effect that is
+    not off where its fits begin, and has none. begins: where a fit may begin, as (coordinates of
+    the effect, None: those of its start; change [P] of the coordinates of the fit).
+    """
+
+    name: str
+    order: int | None
+    number: int
+    gain: float
+    begins: tuple[tuple[Array | None, Array], ...]
+
+
+def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
+         ids: Iterable[str]) -> list[Proposal]:
+    """
+    Return a Proposal for each way in which an effect of `ids` may be added to `fit`, best first.
+
+    Args:
+        likelihood: of the recordings.
+        starts: of the effects.
+        fit: where the model stands.
+        ids: effects to try.
+    """
+    at, model = evaluated(likelihood, fit), fit.model
+    own = coordinate_columns(likelihood, at)
+    tested = score_test(own, fit.candidate.prior(fit.z), at.run.residual.ravel())
+    trials = [(name, order, number, candidate)
+              for name in ids if name not in fit.candidate.ids and name not in NOT_FITTED
+              for order in (starts.orders if name in PERIODIC else (None,))
+              for number, candidate in enumerate(starts.candidates(name, order))]
+    out = []
+    as_it_is = (None, np.zeros(len(fit.z)))
+    for name, order, number, candidate in trials:
+        free = [c for c in candidate.coordinates if c.owner == 0]
+        at_rest = origin(model, name, order)
+        if at_rest and number:
+            # All of its starts have one derivative; what they gain themselves is exact.
+            (values,) = candidate.values(candidate.start())[1]
+            trial = with_effects(model, [{'id': name, **values}])
+            gain = at.run.deviance - likelihood.run(trial, fit.torque).deviance
+            out.append(Proposal(name, order, number, gain, (as_it_is,)))
+            continue
+        if not at_rest and name in MEMORIES and free[0].start != 0.0:
+            out.append(Proposal(name, order, number, math.inf, (as_it_is,)))
+            continue
+        columns, sizes = signature(likelihood, at, candidate)
+        gain, step, yielding = tested(columns)
+        # The fit may have moved the values that the effect replaces.
+        free = [replace(c, start=at_rest.get(c.name, c.start)) for c in free]
+        start, taken = _started(name, free, step * sizes, bool(at_rest))
+        rest = np.array([math.log(c.start) if c.log else c.start for c in free])
+        stays = any(at_rest.values())
+        begins = ((start, yielding @ (taken / sizes)), (rest if stays else start, as_it_is[1]))
+        out.append(Proposal(name, order, number, gain if math.isfinite(gain) else 0.0,
+                            begins if stays or begins[0][1].any() else begins[:1]))
+    return sorted(out, key=lambda p: -p.gain)
+
+
+def signature(likelihood: Likelihood, at: FilteredFit,
+              candidate: CandidateModel) -> tuple[Array, Array]:
+    """
+    Return the changes [2 N, C] of whitened innovations by a little of one effect, and how much.
+
+    Args:
+        likelihood: of the recordings.
+        at: fit beside which the effect is added.
+        candidate: of this effect alone.
+
+    Returns:
+        A column for each direction in which the effect is linear, and its size [C] in the unit
+        of the effect's first parameter.
+    """
+    name, model = candidate.ids[0], at.model
+    free = [c for c in candidate.coordinates if c.owner == 0]
+    at_rest, run = origin(model, name, candidate.orders.get(0)), at.run
+    # A memory must be there before its tangent is.
+    if at_rest.get(free[0].name) == 0.0 and name in REMEMBERED:
+        run = likelihood.run(with_effects(model, [
+            {'id': name, free[0].name: TINY * free[0].scale}]), at.torque)
+    elif not at_rest and name in MEMORIES:
+        run = likelihood.run(with_effects(model, [probes(candidate, TINY, {})[0][0]]), at.torque)
+    effects, sizes = zip(*probes(candidate, A_LITTLE, at_rest))
+    scale = 1.0 / np.sqrt(at.run.variance)
+    columns = np.stack([(likelihood.change(run, with_effects(model, [effect])) * scale).ravel()
+                        for effect in effects], axis=1)
+    columns[~np.isfinite(columns)] = 0.0
+    return columns, np.array(sizes)
+
+
+def _started(name: str, free: Sequence[Coordinate], step: Array,
+             replaces: bool) -> tuple[Array, Array]:
+    """
+    Return (coordinates of the effect after a linear `step` [C], how much of it was taken).
+
+    Args:
+        name: id of the effect.
+        free: its coordinates.
+        step: of its amplitude.
+        replaces: whether its first coordinate is a value that the model has.
+    """
+    if name in PHASED:
+        return np.array([c.start for c in free]) + step, step
+    values, first = [c.start for c in free], free[0]
+    taken = np.clip(step[:1], -first.scale, first.scale)
+    at = first.start + float(taken[0])
+    if first.start == 0.0:
+        smallest = BEGUN * first.scale  # a memory that is off has no derivative
+        at = math.copysign(max(abs(at), smallest), at)
+        if not first.low <= at <= first.high:
+            at = smallest if first.high > 0.0 else -smallest
+    else:
+        at = min(max(at, first.low), first.high) if replaces else first.start
+    values[0] = at
+    return (np.array([math.log(v) if c.log else v for c, v in zip(free, values)]),
+            np.array([at - first.start]))
+
+
+def score_test(own: Array, prior: tuple[Array, Array],
+               residual: Array) -> Callable[[Array], tuple[float, Array, Array]]:
+    """
+    Return the test of one linear step along any columns beside a fit.
+
+    It takes derivatives [M, C] of what is tested and returns (gain in -2 log L, step [C], change
+    [P, C] of the fit's own coordinates per unit of the step).
+
+    Args:
+        own: derivatives [M, P] by the coordinates of the fit, which give way.
+        prior: pull [P] and weight [P] of their prior.
+        residual: [M], in standard deviations.
+    """
+    # A value that leaves its tolerance pulls: as an effect it is free of that.
+    inverse = np.linalg.pinv(own.T @ own + np.diag(prior[1]), rcond=1e-12, hermitian=True)
+    yielded = inverse @ (own.T @ residual + prior[0])
+
+    def along(columns: Array) -> tuple[float, Array, Array]:
+        gram, cross = columns.T @ columns, own.T @ columns
+        yielding = inverse @ cross
+        S = gram - cross.T @ yielding
+        S[np.diag_indices_from(S)] += RIDGE * np.diag(gram) + 1e-300
+        h = columns.T @ residual - cross.T @ yielded
+        step = np.linalg.solve(S, h)
+        return float(h @ step), -step, -yielding
+    return along
+
+
+def joined(starts: Starts, fit: InnovationFit, proposal: Proposal) -> list[InnovationFit]:
+    """
+    Return `fit` with the effect of `proposal`, not evaluated, wherever its fit may begin.
+
+    Args:
+        starts: of the effects.
+        fit: of the effects so far.
+        proposal: the further effect.
+    """
+    single = starts.candidates(proposal.name, proposal.order)[proposal.number]
+    out = []
+    for start, change in proposal.begins:
+        own = fit.candidate.bounded(fit.z + change)
+        begin = single.start()
+        if start is not None:
+            begin[[c.owner == 0 for c in single.coordinates]] = start
+        candidate = starts.joint([(fit.candidate, own), (single, begin)])
+        out.append(InnovationFit(candidate, candidate.start_from(fit.candidate, own), fit.torque))
+    return out
+
+
+KNOTS = 10      # even: none stands at speed 0, where friction jumps
+TAIL = 0.5      # percent of the samples beyond the outermost knots, on either end
+BEND = 2.0      # speeds are closer about 0 by this power
+FITTED = 2      # functions that are fitted
+ITERATIONS = 8  # of such a fit
+LITTLE = 1e-4   # of the torque's standard deviation: what a probe has
+WORDS = {('motor_side', 'speed'): 'speed of the motor', ('arm_side', 'speed'):
+         'speed of the arm', ('motor_side', 'angle'): 'angle of the motor',
+         ('arm_side', 'angle'): 'angle of the arm', ('transmission', 'twist'): 'twist',
+         ('motor_side', 'torque'): 'torque', ('motor_side', 'time'): 'time',
+         ('arm_side', 'time'): 'time'}
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """
+    A free function at `place` of the quantity `over`, tested beside a fit.
+
+    gain: in -2 log L of one linear step; price: what the function that gains most exceeds by
+    chance with the probability THRESHOLDS.chance; table: of the torque map (place, variable,
+    knots); values [K] at its knots, N m.
+    """
+
+    place: str
+    over: str
+    gain: float
+    price: float
+    table: Values
+    values: Array
+
+    @property
+    def beyond_chance(self) -> bool:
+        """Whether it gains more than the best of all functions does by chance."""
+        return self.gain > self.price
+
+
+def dependences(likelihood: JointLikelihood, at: FilteredFit,
+                places: Sequence[str]) -> list[Dependence]:
+    """
+    Return the free functions at `places`, tested beside a fit, the one of the largest gain first.
+
+    Args:
+        likelihood: of the recordings.
+        at: fit whose filter was run.
+        places: at which a torque can act in this drive.
+    """
+    rows, model = [part.motion(own) for part, own in zip(likelihood.parts, at.run.runs)], at.model
+    moved = {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
+    tested = score_test(coordinate_columns(likelihood, at), at.candidate.prior(at.z),
+                        at.run.residual.ravel())
+    scale = 1.0 / np.sqrt(at.run.variance)
+    size = LITTLE * max(float(np.std(moved['torque'])), 1e-9)
+    choices = [(place, variable, knots_over(moved[WORDS[place, variable]], variable))
+               for place, variable in QUANTITIES if place in places]
+    choices = [choice for choice in choices if len(choice[2]) > 1]
+    out = []
+    for place, variable, knots in choices:
+        table = {'place': place, 'variable': variable, 'knots': knots}
+        columns = np.stack([
+            (likelihood.change(at.run, with_effects(model, [map_of(table, size * row)]))
+             * scale).ravel() / size for row in np.eye(len(knots))], axis=1)
+        columns[~np.isfinite(columns)] = 0.0
+        gain, step, _ = tested(columns)
+        price = float(scipy.special.chdtri(len(knots), THRESHOLDS.chance / len(choices)))
+        out.append(Dependence(place, WORDS[place, variable], gain if np.isfinite(gain) else 0.0,
+                              price, table, step))
+    return sorted(out, key=lambda d: d.price - d.gain)
+
+
+def knots_over(x: Array, variable: str) -> list[float]:
+    """Return the knots of a map over the values `x` [N]: as close as they are, or about 0."""
+    if variable == 'speed':
+        share = np.linspace(-1.0, 1.0, KNOTS)
+        knots = np.percentile(np.abs(x), 100.0 - TAIL) * np.sign(share) * np.abs(share) ** BEND
+    else:
+        knots = np.percentile(x, np.linspace(TAIL, 100.0 - TAIL, KNOTS))
+    distinct = np.concatenate([[True], np.diff(knots) > 1e-6 * max(float(np.ptp(knots)), 1e-12)])
+    return [float(k) for k in knots[distinct]]
+
+
+def map_of(table: Values, values: Array) -> Values:
+    """Return the effect torque_map with `values` [K] (N m) at the knots of `table`."""
+    return {'id': TORQUE_MAP.id, **table, 'values': [float(v) for v in values],
+            'deviations': [0.0] * len(values)}
+
+
+def with_map(candidate: CandidateModel, table: Values, scale: float) -> CandidateModel:
+    """
+    Return `candidate` with a torque map whose values are coordinates.
+
+    Args:
+        candidate: effects so far.
+        table: of the map.
+        scale: usual torque, N m; a weak prior that holds values of which no reading tells.
+    """
+    owner = len(candidate.ids)
+    return replace(
+        candidate, ids=(*candidate.ids, TORQUE_MAP.id),
+        tables={**candidate.tables, owner: table}, coordinates=(*candidate.coordinates, *(
+            Coordinate(owner, f'{FREE_VALUE}{k}', 0.0, 0.1 * scale, prior=scale)
+            for k in range(len(table['knots'])))))
+
+
+def mapped(likelihood: JointLikelihood, fit: InnovationFit, places: Sequence[str],
+           scale: float) -> InnovationFit | None:
+    """
+    Return `fit` with the torque map of the largest likelihood, None for no gain in BIC.
+
+    Args:
+        likelihood: of the recordings.
+        fit: where the innovations are likeliest without a map.
+        places: at which a torque can act in this drive.
+        scale: usual torque, N m.
+    """
+    at = evaluated(likelihood, fit)
+    cost = float(np.log(likelihood.readings))
+    fits = []
+    for dependence in dependences(likelihood, at, places)[:FITTED]:
+        candidate = with_map(fit.candidate, dependence.table, scale)
+        start = InnovationFit(candidate, np.concatenate([fit.z, dependence.values]), fit.torque)
+        fits.append(fitted(likelihood, start, ITERATIONS))
+    closest = min(fits, key=lambda f: f.deviance + f.candidate.n_effect * cost, default=None)
+    if closest is None or fit.deviance - closest.deviance < cost * (
+            closest.candidate.n_effect - fit.candidate.n_effect):
+        return None
+    return closest

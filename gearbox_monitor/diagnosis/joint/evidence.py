@@ -1,0 +1,289 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a diagnosis has to go by: recordings, model, noise, and likelihoods of their parts."""
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from gearbox_monitor.diagnosis.joint.candidates import Starts
+from gearbox_monitor.diagnosis.joint.innovation_fit import (
+    evaluated, fitted, InnovationFit, unfitted)
+from gearbox_monitor.diagnosis.joint.innovations import (
+    InnovationLikelihood, JointLikelihood, SPARSE)
+from gearbox_monitor.diagnosis.joint.noise_model import noise_floor, white_level
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
+from gearbox_monitor.diagnosis.joint.windows import (
+    hidden_begins, seconds_at_rest, SETTLING, window_data, WindowData)
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
+from gearbox_monitor.signals.recording import UniformRecording
+
+# s, how long torque that no model explains may last on a real drive; iterations of a fit with each
+LASTING_TIMES, TIME_ITERATIONS = (0.1, 0.3, 1.0), 8
+
+
+def silent(text: str) -> None:
+    """Report nothing of `text`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """
+    Recordings of one drive under one nominal model.
+
+    sigma [2]: noise of the encoders, rad; colour [2]: correlation of neighbouring readings, None:
+    white. ids: effects that may be named. quantum [2]: quantisation steps of the encoders, rad.
+    all_trained: whether no window is held out. with_map: whether a torque map of
+    the remainder may be fitted. finer: how many times as many steps the model takes as the
+    nominal drive asks for. reference: fit in whose free runs filters begin where an encoder is
+    missing, None: the nominal model. progress(text) is called as the search goes on.
+    """
+
+    recordings: tuple[UniformRecording, ...]
+    model: DriveModel
+    sigma: Array
+    ids: tuple[str, ...]
+    colour: Array | None = None
+    quantum: Array = field(default_factory=lambda: np.zeros(2))
+    all_trained: bool = False
+    with_map: bool = True
+    finer: int = 1
+    reference: InnovationFit | None = None
+    jobs: int = 1
+    progress: Callable[[str], object] = silent
+
+    @cached_property
+    def segments(self) -> tuple[WindowData, ...]:
+        """The recordings with their windows."""
+        # At rest, nothing tells where the side is that no encoder reads.
+        parts = [window_data(r, self.model, self.sigma, self.colour, SETTLING if not self.hides(r)
+                             else max(SETTLING, seconds_at_rest(r, self.sigma)), self.finer)
+                 for r in self.recordings]
+        if self.all_trained:
+            parts = [replace(part, held_out=np.zeros_like(part.held_out)) for part in parts]
+        return tuple(parts)
+
+    @property
+    def rough(self) -> bool:
+        """Whether an encoder is quantised more coarsely than its noise."""
+        return bool((self.quantum > THRESHOLDS.rough_lattice * self.sigma).any())
+
+    @cached_property
+    def starts(self) -> Starts:
+        """Where fits of effects begin."""
+        return Starts(self.model, self.recordings, [part.training for part in self.segments])
+
+    def _likelihood(self, spans: Sequence[slice], coarse: bool = False) -> JointLikelihood:
+        sigma = white_level(self.sigma, self.colour)
+        parts = []
+        for recording, span in zip(self.recordings, spans):
+            if span.stop > span.start:
+                part = likelihood_of(recording, self.model, sigma, [span], coarse,
+                                     1 if coarse else self.finer)
+                if self.hides(recording) and isinstance(part, InnovationLikelihood):
+                    fit = self.reference or unfitted(part, self.starts.none())
+                    part = hidden_begins(part, fit.model, sigma)
+                parts.append(part)
+        return JointLikelihood(parts)
+
+    def hides(self, recording: UniformRecording) -> bool:
+        """Return whether a side moves on its own that no encoder of the `recording` reads."""
+        return len(recording.channels) == 1 and self.model.transmission.kind != 'rigid'
+
+    @cached_property
+    def coarse(self) -> JointLikelihood:
+        """Likelihood of the training parts, on larger steps."""
+        return self._likelihood([part.training for part in self.segments], coarse=True)
+
+    @cached_property
+    def fine(self) -> JointLikelihood:
+        """Likelihood of the training parts."""
+        return self._likelihood([part.training for part in self.segments])
+
+    @cached_property
+    def whole(self) -> JointLikelihood:
+        """Likelihood of all that is evidence."""
+        return self._likelihood([part.span for part in self.segments])
+
+    @cached_property
+    def unseen(self) -> JointLikelihood | None:
+        """Likelihood of what is held out, None if nothing is."""
+        spans = [part.unseen for part in self.segments]
+        return self._likelihood(spans) if any(s.stop > s.start for s in spans) else None
+
+    def lasting_for(self, seconds: float) -> 'Evidence':
+        """Return the evidence where unexplained torque lasts so long."""
+        return replace(self, model=replace(self.model, process_torque_time=seconds))
+
+    @property
+    def sparse(self) -> JointLikelihood:
+        """Likelihood of all that is evidence, of as few readings as where torque lasts."""
+        return JointLikelihood([part.thinned(max(1, round(SPARSE / part.recording.dt)))
+                                for part in self.whole.parts])
+
+    @property
+    def step(self) -> float:
+        """Length of an integration step, s."""
+        return min(part.recording.dt / part.simulator.n for part in self.whole.parts)
+
+    @property
+    def lasting(self) -> bool:
+        """Whether torque that no model explains lasts, as on a real drive."""
+        return self.model.lasting
+
+    @property
+    def balances(self) -> bool:
+        """Whether the motion is put in, so that the balance of torques is the evidence."""
+        return self.recordings[0].motor is not None
+
+    @property
+    def noisy(self) -> bool:
+        """Whether the model file says that values or the torque are not exact."""
+        model = self.model
+        return model.tolerance > 0.0 or bool(model.process_torque) or self.lasting
+
+    @property
+    def torque(self) -> float:
+        """Standard deviation of the torque, N m."""
+        return max(float(np.std(np.concatenate([r.torque for r in self.recordings]))), 1e-9)
+
+    @property
+    def scales(self) -> Array:
+        """Size [2] of torque, N m, and twist, rad."""
+        return np.array([self.torque, max(float(np.std(r.positions[:, 0] - r.positions[:, 1]))
+                                          for r in self.recordings) + 1e-12])
+
+    @property
+    def allowed_noise(self) -> Array:
+        """Torque noise [2] on motor and arm that is no model error, N m rms in a sample."""
+        allowed = self.whole.least_noise
+        if self.model.process_torque:
+            allowed = np.maximum(allowed, self.model.process_torque)
+        if self.lasting:
+            allowed = np.maximum(allowed, THRESHOLDS.lasting_torque * self.torque)
+        elif self.noisy:
+            allowed = np.maximum(allowed, THRESHOLDS.torque_noise * self.torque)
+        return allowed
+
+    def score(self, fit: InnovationFit) -> float:
+        """Return the BIC (Schwarz 1978) of a fit to the training parts."""
+        return fit.deviance + fit.candidate.n_effect * float(np.log(self.fine.readings))
+
+
+def by_time(evidence: Evidence, fit: InnovationFit, times: Iterable[float]) -> dict[float, float]:
+    """
+    Return {how long unexplained torque lasts, s: -2 log L of the fit with it}.
+
+    A fit for each time: with torque that lasts, values move, and a friction may go into it. All
+    times see the same readings.
+
+    Args:
+        evidence: recordings that the torque drives.
+        fit: with whose values fits begin.
+        times: s; 0: white noise.
+    """
+    out = {}
+    for time in sorted(set(times)):
+        likelihood = evidence.lasting_for(time).sparse
+        start = unfitted(likelihood, fit.candidate, fit.z)
+        out[time] = fitted(likelihood, start, TIME_ITERATIONS).deviance
+    return out
+
+
+def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: Sequence[str],
+                jobs: int = 1, progress: Callable[[str], object] = silent) -> Evidence:
+    """
+    Return the Evidence of recordings of one drive.
+
+    Args:
+        recordings: of one drive.
+        model: its nominal model.
+        ids: effects that may be named.
+        jobs: number of threads.
+        progress: called with a text.
+    """
+    levels, steps = zip(*(noise_floor(recording, model) for recording in recordings))
+    sigma, quantum = np.zeros(2), np.zeros(2)
+    for channel in (0, 1):
+        # Of a hidden encoder the copy stands in.
+        own = [i for i, r in enumerate(recordings) if channel in r.channels] or [0]
+        sigma[channel] = max(levels[i][channel] for i in own)
+        quantum[channel] = max(steps[i][channel] for i in own)
+    with_map = TORQUE_MAP.id in ids and not any(
+        effect['id'] == TORQUE_MAP.id for effect in model.effects)
+    return Evidence(tuple(recordings), model, sigma,
+                    tuple(i for i in ids if i != TORQUE_MAP.id), quantum=quantum,
+                    with_map=with_map, jobs=jobs, progress=progress)
+
+
+SLOW = 198.0  # Hz: from 200 on, less what stamps wander, half a sample is within other tolerances
+ITERATIONS = 8  # of a fit to recordings that are read in another way
+TURNS = 6  # of reading and fitting
+LEAST_GAIN = 1.0  # of a turn, in BIC
+NEAR = 0.1  # relative: values of a model that was fitted to recordings read in another way
+LATEST = 0.5  # sample times by which a torque that was sampled acts later at most
+
+
+def is_open(recording: UniformRecording, model: DriveModel) -> bool:
+    """Return whether `recording` leaves open how torque acted on `model` between its stamps."""
+    return (recording.dt * SLOW > 1.0 and model.controller is None
+            and model.driven_by == 'torque')
+
+
+def likeliest(evidence: Evidence, fit: InnovationFit) -> tuple[Evidence, InnovationFit]:
+    """
+    Return (the recordings, read so that `fit` is likeliest; `fit`, fitted to them as read so).
+
+    Args:
+        evidence: the recordings, as they were read for `fit`.
+        fit: of one model to all of them.
+    """
+    for _ in range(TURNS):
+        score = evidence.score(fit)
+        read = replace(evidence, recordings=tuple(
+            _read(evidence, fit, number) for number in range(len(evidence.recordings))))
+        refit = fitted(read.fine, fit, ITERATIONS)
+        if read.score(refit) > score - LEAST_GAIN:
+            break
+        evidence, fit = read, refit
+    return evidence, fit
+
+
+def likeliest_reading(evidence: Evidence) -> Evidence:
+    """Return the recordings, read so that the model without effects is likeliest."""
+    none = unfitted(evidence.fine, evidence.starts.none())
+    return likeliest(evidence, evaluated(evidence.fine, none))[0]
+
+
+def read_for(recordings: Sequence[UniformRecording], model: DriveModel
+             ) -> tuple[UniformRecording, ...]:
+    """
+    Return recordings, read so that `model` is likeliest, its values fitted along.
+
+    Args:
+        recordings: of the drive.
+        model: of it.
+    """
+    return likeliest_reading(evidence_of(
+        recordings, replace(model, tolerance=NEAR), ())).recordings
+
+
+def _read(evidence: Evidence, fit: InnovationFit, number: int) -> UniformRecording:
+    """Return one of the recordings, read so that `fit` as it stands is likeliest."""
+    recording, model = evidence.recordings[number], fit.model
+    if not is_open(recording, evidence.model):
+        return recording
+
+    def _deviance(shift: float | None) -> float:
+        part = replace(evidence, recordings=(replace(recording, shift=shift),))
+        return float(part.fine.run(model, fit.torque).deviance)
+    sampled = scipy.optimize.minimize_scalar(
+        _deviance, bounds=(0.0, LATEST), method='bounded', options={'xatol': 2e-3})
+    return replace(recording, shift=None if _deviance(None) <= sampled.fun
+                   else float(sampled.x))

@@ -1,0 +1,459 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The grey-box likelihood of a recording: innovations of an EKF of the drive with torque noise.
+
+-2 log L is exact for the filter (Kristensen, Madsen and Jorgensen, 2004). White torque on motor
+and arm, of a size that the likelihood itself finds, bears what a model does not explain: the
+filter follows the drive however wrong the model is, and the torque vanishes as the model becomes
+right.
+"""
+from collections.abc import Iterable, Sequence
+from copy import copy
+from dataclasses import dataclass
+import math
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.diagnosis.joint.shooting import Simulator
+from gearbox_monitor.estimation import innovation_filter as kernels
+from gearbox_monitor.estimation.innovation_filter import (
+    FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER, SampleSchedule)
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.plant.batch import LANES, N_LANE_STATE
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
+from gearbox_monitor.plant.effects.composition import DELAY1, DELAY2
+from gearbox_monitor.plant.effects.registry import INTEGRAL, LATE_A, LATE_B, LATE_C
+from gearbox_monitor.plant.simulate import N_STATE, packed_drive, PackedDrive, plugin_of
+from gearbox_monitor.signals.recording import UniformRecording
+
+FIRST_NOISE = 0.05  # of the standard deviation of the torque
+BEGIN = 0.04        # s of readings from which the states at the begin of a part are taken
+SPEED_ERROR = 0.3   # rad/s, by which a speed from so few readings may be off at least
+MOVES = (1e-6, 1e-6, 1e-5, 1e-5)  # rad and rad/s, by which states are moved for the tangent
+MEMORY_MOVE = 1e-5  # of the size of a memory
+SPARSE = 0.02       # s from reading to reading where unexplained torque lasts: steps of less tell
+# of friction within milliseconds alone, which no model of a real drive has
+ONCE = 1e-6         # of a sample: events that are as close happen at once
+STRAY = 0.1         # of the encoders' noise, by which the least torque noise moves a run of 1 s
+MOST = 50.0         # times the standard deviation of the torque: noise with which all is followed
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """The run of a filter under a DriveModel: its input, its record and -2 log L."""
+
+    model: DriveModel
+    drive: PackedDrive
+    schedule: SampleSchedule
+    data: FilterInput
+    start: FilterStart
+    trace: FilterTrace
+    deviance: float
+
+    @property
+    def torque(self) -> Array:
+        """Torque noise [2] on motor and arm, N m rms in a sample."""
+        return self.data.torque
+
+    @property
+    def innovation(self) -> Array:
+        """Innovations [N, 2], rad, 0 where nothing was read."""
+        return self.trace.innovation
+
+    @property
+    def variance(self) -> Array:
+        """Variance of the innovations [N, 2], rad^2, 1 where nothing was read."""
+        return self.trace.variance
+
+    @property
+    def read(self) -> Flags:
+        """Whether an encoder was read [N, 2]."""
+        return self.trace.slope != 0.0
+
+    @property
+    def residual(self) -> Array:
+        """Innovations [N, 2] in their standard deviations, 0 where nothing was read."""
+        return self.trace.innovation / np.sqrt(self.trace.variance)
+
+    @property
+    def deviances(self) -> Array:
+        """-2 log L of each reading [N, 2], 0 where nothing was read."""
+        variance = self.trace.variance
+        return np.where(self.read, self.residual ** 2 - 1.0
+                        + np.log(variance / self.data.variance), 0.0)
+
+
+class InnovationLikelihood:
+    """
+    Likelihood of models for the parts `spans` of a Recording, noise `sigma` [2] rad.
+
+    The parts are filtered side by side. coarse: on larger steps; finer: with so many times as many
+    steps.
+    """
+
+    def __init__(self, recording: UniformRecording, model: DriveModel, sigma: Array,
+                 spans: Sequence[slice], coarse: bool = False, finer: int = 1) -> None:
+        self.simulator = Simulator(recording, model, coarse, finer)
+        self.recording, self.nominal = recording, model
+        self.variance = np.asarray(sigma, float) ** 2
+        self.begin = np.array([span.start for span in spans])
+        self.end = np.array([span.stop for span in spans])
+        self.y = np.ascontiguousarray(recording.y)
+        self._states = np.zeros((len(spans), N_FILTER))
+        lasts = model.process_torque_time
+        self.fade = math.exp(-recording.dt / lasts) if lasts > 0.0 else 0.0
+        self.every = max(1, round(SPARSE / recording.dt)) if lasts > 0.0 else 1
+        self._torque = max(float(np.std(recording.torque)), 1e-9)
+        begin_variance = self.variance
+        self._lanes = np.zeros(N_LANE_STATE)
+        count = max(4, round(BEGIN / recording.dt))
+        for c, k in enumerate(self.begin):
+            t = (np.arange(min(count, self.end[c] - k))) * recording.dt
+            line = np.polyfit(t, self.y[k:k + len(t)], 2)
+            self._states[c, :2], self._states[c, 2:4] = line[2], line[1]
+            off = self.y[k:k + len(t)] - np.stack([np.polyval(row, t) for row in line.T], axis=1)
+            begin_variance = np.maximum(begin_variance, (off * off).mean(axis=0))
+        # The same of all parts: a motion that no parabola follows may begin anywhere.
+        self._variance = np.concatenate([
+            4.0 * begin_variance + 1e-10,
+            SPEED_ERROR ** 2 + begin_variance / (0.25 * BEGIN) ** 2])
+        for hidden in {0, 1} - set(recording.channels):
+            # Readings of the other encoder stand in: off by the twist, in the gap by any speed.
+            gear = model.transmission
+            twist = gear.half_gap + float(np.std(recording.torque)) / gear.stiffness
+            speed = float(np.std(np.gradient(self.y[:, hidden], recording.dt)))
+            self._variance[[hidden, 2 + hidden]] += twist ** 2, speed ** 2
+        if model.transmission.kind == 'rigid':
+            pairs = self._states[:, :4].reshape(-1, 2, 2)[:, :, list(recording.channels)]
+            self._states[:, :4] = np.repeat(pairs.mean(axis=2), 2, axis=1)
+            self._variance = np.repeat(
+                self._variance.reshape(2, 2)[:, list(recording.channels)].max(axis=1), 2)
+
+    def thinned(self, every: int) -> 'InnovationLikelihood':
+        """Return the likelihood of one reading out of `every`."""
+        out = copy(self)
+        out.every = every
+        return out
+
+    def loaded(self, torque: Array) -> 'InnovationLikelihood':
+        """Return the likelihood with more `torque` [N], N m, on the arm; it begins as before."""
+        out = copy(self)
+        out.simulator = self.simulator.loaded(torque)
+        return out
+
+    @property
+    def begin_variance(self) -> Array:
+        """Variance [4] of the positions and speeds in which the parts begin."""
+        return self._variance
+
+    def begun(self, states: Array, deviation: Array) -> 'InnovationLikelihood':
+        """
+        Return the likelihood whose parts begin elsewhere.
+
+        Args:
+            states: positions and speeds of motor and arm where the parts begin [C, 4].
+            deviation: standard deviation of each [4].
+        """
+        out = copy(self)
+        out._states = self._states.copy()
+        out._states[:, :4] = states
+        out._variance = np.asarray(deviation, float) ** 2
+        return out
+
+    @property
+    def least_noise(self) -> Array:
+        """
+        Least torque noise [2] on motor and arm, N m rms in a sample: what a free run cannot show.
+
+        White torque s in samples of dt moves an inertia m in T = 1 s by s sqrt(dt T^3 / 3) / m
+        rad rms. The least noise moves it by a share of the encoders' noise, as the steps of the
+        integration may (shooting.STEP_EIGENVALUE).
+        """
+        model = self.nominal
+        inertia = np.array([model.motor_inertia, model.arm_inertia])
+        if model.transmission.kind == 'rigid':
+            inertia[:] = inertia.sum()
+        sigma = float(np.sqrt(self.variance[list(self.recording.channels)].min()))
+        return np.asarray(STRAY * sigma * inertia * math.sqrt(3.0 / self.recording.dt))
+
+    @property
+    def most_noise(self) -> float:
+        """Torque noise with which any recording is followed, N m rms in a sample."""
+        return MOST * max(self._torque, 1e-3)
+
+    @property
+    def readings(self) -> int:
+        """Number of readings that count."""
+        count = int((self.end - self.begin - 1).sum()) // self.every
+        return count * len(self.recording.channels)
+
+    @property
+    def first_noise(self) -> Array:
+        """Torque noise [2] on motor and arm with which fits begin, N m rms in a sample."""
+        return np.full(2, FIRST_NOISE * max(self._torque, 1e-3))
+
+    def _start(self, model: DriveModel) -> FilterStart:
+        places, moves = [0, 1, 2, 3], list(MOVES)
+        variance = self._variance.tolist()
+        t, servo = model.transmission, model.folded().controller
+        sizes = {LASTING: self._torque} if self.fade else {}
+        for effect in model.effects:
+            if effect['id'] in MEMORIES:
+                begins = EFFECTS[effect['id']].memory_starts
+                sizes[4 + MEMORIES[effect['id']]] = max(begins) if begins else (
+                    model.coulomb_friction / effect['sigma0'])
+        if t.kind in ('play', 'passive_play') and t.hysteresis_width > 0.0:
+            sizes[4] = t.hysteresis_width * (t.stiffness if t.kind == 'play' else 1.0)
+        if servo is not None:
+            delay = servo.delay + (1.0 / servo.rate if servo.rate else 0.0)
+            sizes.update({4 + place: self._torque for place, value in (
+                (INTEGRAL, servo.ki), (LATE_A, delay), (LATE_B, delay), (LATE_C, delay)) if value})
+        for place, size in sizes.items():
+            places.append(place)
+            moves.append(MEMORY_MOVE * size)
+            variance.append(size * size)
+        covariance = np.diag(variance)
+        if t.kind == 'rigid':  # motor and arm are one
+            covariance[[0, 1, 2, 3], [1, 0, 3, 2]] = np.diag(covariance)[:4]
+        return FilterStart(self._states, np.array(places), covariance, np.array(moves))
+
+    def run(self, model: DriveModel, torque: Array) -> Filtered:
+        """
+        Return the Filtered recording under `model` with torque noise `torque` [2].
+
+        Args:
+            model: model of the drive.
+            torque: noise of the torque on motor and arm, N m rms in a sample.
+        """
+        drive, (filtered, _) = _kernels_of(model)
+        start = self._start(model)
+        parts = schedule(drive.e, self.recording.dt, self.simulator.n, self.recording.channels)
+        data = FilterInput(self.y, self.simulator.acting(drive.e), self.simulator.extra,
+                           self.recording.dt, self.begin, self.end, self.variance,
+                           np.asarray(torque, float), self.fade, self.every)
+        n, states, segments = len(self.y), len(start.places), len(parts.span)
+        trace = FilterTrace(
+            np.empty((n, segments, N_FILTER)), np.empty((n, segments, states)),
+            np.empty((n, segments, states, states)), np.empty((n, states, states)),
+            np.zeros((n, 2)), np.ones((n, 2)), np.zeros((n, 2, states)), np.zeros((n, 2)),
+            np.zeros((n, 2)), np.zeros((n, 2)))
+        groups = min(kernels.GROUPS, LANES // (states + 1))
+        room = np.zeros((groups + 1, states + N_FILTER, states))
+        deviance = filtered(drive, parts, data, start, self._lanes.copy(), room, trace)
+        return Filtered(model, drive, parts, data, start, trace, deviance)
+
+    def change(self, run: Filtered, model: DriveModel) -> Array:
+        """
+        Return the change [N, 2] (rad) of the innovations when the model becomes `model`.
+
+        Args:
+            run: run of the filter.
+            model: a model close to that of the run.
+        """
+        drive, (_, sensitivity) = _kernels_of(model)
+        out = np.zeros_like(self.y)
+        sensitivity(
+            (run.drive, drive), run.schedule,
+            run.data._replace(u=self.simulator.acting(drive.e)), run.start.places,
+            self._lanes.copy(), run.trace, np.empty_like(run.trace.end), out)
+        return out
+
+    def with_noise(self, run: Filtered, torque: Array) -> tuple[float, Array, Array]:
+        """
+        Return (-2 log L, innovations [N, 2], their variance [N, 2]) of `run` under other noise.
+
+        To first order: without another run.
+
+        Args:
+            run: filter that was run.
+            torque: noise of the torque on motor and arm, N m rms in a sample.
+        """
+        n = len(run.start.places)
+        change, variance = np.zeros_like(self.y), np.ones_like(self.y)
+        deviance = kernels.with_noise(
+            run.drive, run.schedule, run.data._replace(torque=np.asarray(torque, float)),
+            run.start, run.trace, np.zeros((2 * n + 3, n)), change, variance)
+        return deviance, run.trace.innovation + change, variance
+
+    def motion(self, run: Filtered) -> dict[str, Array]:
+        """Return {quantity: values} of the motion as the filter of `run` has it."""
+        index = np.concatenate([np.arange(begin, end - 1)
+                                for begin, end in zip(self.begin, self.end)])
+        return named_motion(self.recording, run.trace.begin[:, 0], index)
+
+    def smoothed(self, run: Filtered) -> Array:
+        """Return the smoothed states [N, N_STATE] of `run`, NaN outside of its parts."""
+        states = np.full((len(self.y), N_FILTER), np.nan)
+        kernels.smoothed(run.schedule, run.data, run.start.places, run.trace,
+                         np.zeros(2 * len(run.start.places)), states)
+        return states[:, :N_STATE]
+
+
+def named_motion(recording: UniformRecording, states: Array, index: Integers) -> dict[str, Array]:
+    """
+    Return {quantity: values} of the motion in some samples.
+
+    Args:
+        recording: of one drive.
+        states: positions and speeds of motor and arm, what else there is [N, 4 or more].
+        index: numbers of the samples.
+    """
+    x1, x2, x3, x4 = states[index, :4].T
+    return {'speed of the motor': x3, 'speed of the arm': x4, 'angle of the motor': x1,
+            'angle of the arm': x2, 'twist': x1 - x2, 'torque': recording.torque[index],
+            'time': index * recording.dt}
+
+
+def halves(spans: Iterable[slice]) -> list[slice]:
+    """Return the halves of `spans`: two lanes of a filter take as long as one."""
+    return [half for span in spans for middle in [(span.start + span.stop) // 2]
+            for half in (slice(span.start, middle), slice(middle, span.stop))]
+
+
+@dataclass(frozen=True)
+class JointlyFiltered:
+    """Runs of a filter over several recordings, their rows one after the other."""
+
+    runs: tuple[Filtered, ...]
+
+    @property
+    def deviance(self) -> float:
+        """-2 log L of all recordings."""
+        return sum(run.deviance for run in self.runs)
+
+    @property
+    def innovation(self) -> Array:
+        """Innovations [N, 2], rad, 0 where nothing was read."""
+        return np.concatenate([run.innovation for run in self.runs])
+
+    @property
+    def variance(self) -> Array:
+        """Variance of the innovations [N, 2], rad^2, 1 where nothing was read."""
+        return np.concatenate([run.variance for run in self.runs])
+
+    @property
+    def read(self) -> Flags:
+        """Whether an encoder was read [N, 2]."""
+        return np.concatenate([run.read for run in self.runs])
+
+    @property
+    def residual(self) -> Array:
+        """Innovations [N, 2] in their standard deviations, 0 where nothing was read."""
+        return np.concatenate([run.residual for run in self.runs])
+
+
+class JointLikelihood:
+    """
+    Likelihood of models for several recordings of one drive, each with encoders of its own.
+
+    parts: likelihood of each recording.
+    """
+
+    def __init__(self, parts: Sequence[Any]) -> None:
+        self.parts = tuple(parts)
+
+    @property
+    def readings(self) -> int:
+        """Number of readings that count."""
+        return sum(part.readings for part in self.parts)
+
+    @property
+    def least_noise(self) -> Array:
+        """Least torque noise [2] on motor and arm, N m rms in a sample, of any recording."""
+        return np.min([part.least_noise for part in self.parts], axis=0)
+
+    @property
+    def most_noise(self) -> float:
+        """Torque noise with which any recording is followed, N m rms in a sample."""
+        return max(part.most_noise for part in self.parts)
+
+    @property
+    def first_noise(self) -> Array:
+        """Torque noise [2] on motor and arm with which fits begin, N m rms in a sample."""
+        return np.max([part.first_noise for part in self.parts], axis=0)
+
+    def run(self, model: DriveModel, torque: Array) -> JointlyFiltered:
+        """
+        Return all recordings filtered under `model` with torque noise `torque` [2].
+
+        Args:
+            model: model of the drive.
+            torque: noise of the torque on motor and arm, N m rms in a sample.
+        """
+        return JointlyFiltered(tuple(part.run(model, torque) for part in self.parts))
+
+    def change(self, run: JointlyFiltered, model: DriveModel) -> Array:
+        """
+        Return the change [N, 2] (rad) of the innovations when the model becomes `model`.
+
+        Args:
+            run: run of the filter.
+            model: a model close to that of the run.
+        """
+        return np.concatenate([part.change(own, model)
+                               for part, own in zip(self.parts, run.runs)])
+
+    def with_noise(self, run: JointlyFiltered, torque: Array) -> tuple[float, Array, Array]:
+        """
+        Return (-2 log L, innovations [N, 2], their variance [N, 2]) of `run` under other noise.
+
+        Args:
+            run: filter that was run.
+            torque: noise of the torque on motor and arm, N m rms in a sample.
+        """
+        rows = [part.with_noise(own, torque) for part, own in zip(self.parts, run.runs)]
+        return (sum(row[0] for row in rows), np.concatenate([row[1] for row in rows]),
+                np.concatenate([row[2] for row in rows]))
+
+    def smoothed(self, run: JointlyFiltered) -> list[Array]:
+        """Return smoothed states [N, N_STATE] of each recording of `run`, NaN between parts."""
+        return [part.smoothed(own) for part, own in zip(self.parts, run.runs)]
+
+
+# A run is a Filtered or more of them.
+Likelihood: TypeAlias = InnovationLikelihood | JointLikelihood
+
+
+def _kernels_of(model: DriveModel) -> tuple[PackedDrive, tuple[Any, Any]]:
+    """Return the PackedDrive of `model` and the kernels `filtered` and `sensitivity` for it."""
+    plugin, drive = plugin_of(model)[0], packed_drive(model)
+    if plugin is None:
+        return drive, (kernels.filtered, kernels.sensitivity)
+    return drive, kernels.with_plugin(plugin.torques)
+
+
+def schedule(e: Array, dt: float, parts: int, channels: Sequence[int]) -> SampleSchedule:
+    """
+    Return the SampleSchedule of a sample.
+
+    Args:
+        e: packed effects.
+        dt: length of a sample, s.
+        parts: number of parts of a sample in each of which the torque is constant.
+        channels: encoders that are read.
+    """
+    lag = np.array([e[DELAY1], e[DELAY2]]) / dt
+    shift = np.floor(lag + ONCE)
+    at = 1.0 - np.clip(lag - shift, 0.0, None)
+    at[at > 1.0 - ONCE] = 1.0
+    segments = _apart([*at[list(channels)], 1.0])
+    reads = np.zeros((len(segments), 2), np.int64)
+    for channel in channels:
+        reads[np.abs(segments - at[channel]).argmin(), channel] = 1
+    edges = _apart([*segments, *(np.arange(1, parts + 1) / parts)])
+    begins = np.append(0.0, edges[:-1])
+    part = np.minimum(parts - 1, np.floor(0.5 * (begins + edges) * parts)).astype(np.int64)
+    near = np.abs(edges[:, None] - segments) <= ONCE
+    return SampleSchedule((edges - begins) * dt, part, np.where(
+        near.any(axis=1), near.argmax(axis=1), -1), np.diff(segments, prepend=0.0) * dt, reads,
+        shift.astype(np.int64))
+
+
+def _apart(times: Sequence[float]) -> Array:
+    """Return times within a sample in their order, without those that are as good as equal."""
+    ordered = np.sort(times)
+    return ordered[np.diff(ordered, prepend=-1.0) > ONCE]

@@ -1,0 +1,489 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Fit the nominal values of a drive to recordings, and tell which of them the data determine.
+
+Each value moves on a log scale about that of the model file, under a weak prior: values that the
+data do not determine stay there. A regression of the torque comes first (torque_regression). A
+search by innovations (innovation_fit) begins in its values and in those of the model file; where
+it does not arrive, or leaves more than they do of readings that were not fitted, the values of the
+regression are the result. How long unexplained torque lasts is that of the likeliest fit. Long
+runs are the same filter with hardly any torque noise.
+"""
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+import math
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.diagnosis.joint import closed_model
+from gearbox_monitor.diagnosis.joint.candidates import (
+    BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
+    ZERO)
+from gearbox_monitor.diagnosis.joint.evidence import (
+    by_time, Evidence, evidence_of, is_open, LASTING_TIMES, read_for)
+from gearbox_monitor.diagnosis.joint.innovation_fit import (
+    coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
+from gearbox_monitor.diagnosis.joint.innovations import (
+    halves, InnovationLikelihood, JointLikelihood)
+from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.torque_domain import driven
+from gearbox_monitor.diagnosis.joint.torque_regression import torque_regression, TorqueRegression
+from gearbox_monitor.diagnosis.joint.windows import misfit_of, SECONDS
+from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
+from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import Drawn
+from gearbox_monitor.signals.recording import expect_one_rate, UniformRecording
+
+WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
+WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
+ITERATIONS = 40
+READINGS = 2       # of the torque between the stamps of a slow log
+LEFT = 0.5         # of the torque, that a regression leaves at most
+FIXED = 1e-9       # rad and rad/s: deviation of states in which long runs begin
+LEAST = 1.01       # times the least torque noise: a fit that reaches it needs none
+BLOCKS = 4         # for each value, at least, whose scores scatter
+
+
+@dataclass(frozen=True)
+class FittedValue:
+    """One fitted value: `value` and its standard `error` in `unit`, `start` in the model file."""
+
+    name: str
+    unit: str
+    start: float
+    value: float
+    error: float
+    determined: bool
+
+
+@dataclass(frozen=True, repr=False)
+class NominalFit(Drawn):
+    """
+    Result: model, a DriveModel with the values; values; correlated: [(name, name, r)].
+
+    method: 'search', or 'regression' where its values stand for those of a search. covariance
+    [P, P] of the errors of the values, in their units and order.
+    """
+
+    model: DriveModel
+    values: list[FittedValue]
+    correlated: list[tuple[str, str, float]]
+    gap_before: float | None
+    gap_after: float
+    validation: dict[str, Any] | None = None
+    method: str = 'search'
+    covariance: Array | None = field(default=None, compare=False)
+
+
+def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
+                free: Sequence[str] | None = None, *, validate: UniformRecording | None = None,
+                seconds: float | None = None,
+                progress: Callable[..., object] | None = None) -> NominalFit:
+    """
+    Return the fit of the values `free` to recordings of one drive.
+
+    Args:
+        recordings: recordings of one drive.
+        model: model of the drive with its tolerances.
+        free: names of candidates.NUISANCES, 'kt' (torque constant; not by default: without a known
+            load it shares one scale with the others), 'u0' (torque offset, N m), 'zero' (of the
+            encoders, rad), and ids of effects of the model, for all their parameters; None: all
+            values of the drive.
+        validate: recording that is used for validation only.
+        seconds: length of the windows of the last stage, s; long ones weigh drift (inf: the whole
+            recording).
+        progress: callback with (done, total, text).
+
+    Raises:
+        InputError: names that this drive does not have; Undecided: neither search nor regression
+            is a solution.
+    """
+    expect_one_rate(recordings)
+    report = progress or (lambda *_: None)
+    result = _fit(recordings, model, free, validate, seconds, report)
+    if any(is_open(recording, model) for recording in recordings):
+        for _ in range(READINGS):  # of the torque between the stamps, by the fit before
+            recordings = read_for(recordings, result.model)
+            result = _fit(recordings, model, free, validate, seconds, report)
+    return result
+
+
+@dataclass(frozen=True)
+class BalancedValues:
+    """
+    Values by the balance of momentum alone, without a run of the model.
+
+    values, covariance: see NominalFit. before, after: rms of the torque that the model file and
+    the values leave, N m.
+    """
+
+    values: list[FittedValue]
+    covariance: Array
+    before: float
+    after: float
+
+
+def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
+             free: Sequence[str] | None = None) -> BalancedValues:
+    """
+    Return the values `free` by the regression of the torque: seconds where a fit takes minutes.
+
+    Args:
+        recordings: of one drive, with its torque.
+        model: of the drive.
+        free: as of fit_nominal.
+
+    Raises:
+        InputError: names that this drive does not have. Undecided: no regression.
+    """
+    expect_one_rate(recordings)
+    recordings = [driven(r, model) for r in recordings]
+    model = stated = model.folded()
+    _expect_free(model, free)
+    plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
+    candidate = _free_candidate(Starts(plain, recordings), plain, model, free)
+    regression = torque_regression(recordings, candidate)
+    if regression is None:
+        names = ', '.join(r.name for r in recordings)
+        raise Undecided(f'{names}: the balance of torques determines no values')
+    values, _, covariance = _listed(candidate, regression.z, regression.covariance, stated)
+    return BalancedValues(values, covariance, regression.before, regression.after)
+
+
+def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequence[str] | None,
+         validate: UniformRecording | None, seconds: float | None,
+         report: Callable[..., object]) -> NominalFit:
+    """Return the fit to recordings as they are read; see fit_nominal."""
+    recordings = [driven(r, model) for r in recordings]
+    model = stated = model.folded()
+    for recording in recordings:
+        if len(recording.channels) == 1 and model.transmission.kind != 'rigid':
+            raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
+                             'transmission.kind: rigid; diagnose takes it')
+    model = _with_starts(model, free or ())
+    _expect_free(model, free)
+    plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
+    evidence = evidence_of(recordings, plain, ())
+    # Nothing is held out of long runs, nor of balances, which begin in no state.
+    evidence = replace(evidence, all_trained=bool(seconds) or evidence.balances)
+    candidate = _free_candidate(evidence.starts, plain, model, free)
+    regression = torque_regression(recordings, candidate)
+    starts = [candidate.start(), *([] if regression is None else [regression.z])]
+    report(0, 2, 'fit')
+    fit = _likeliest(evidence, candidate, starts)
+    if not evidence.balances and _disturbed(evidence, fit):
+        report(0.5, 2, 'how long torque lasts')
+        time = lasting_time(evidence, fit)
+        if time != plain.process_torque_time:
+            plain = replace(plain, process_torque_time=time)
+            candidate = replace(candidate, nominal=plain)
+            evidence = evidence.lasting_for(time)
+            fit = _likeliest(evidence, candidate, starts)
+    long = _long_runs(evidence, fit, seconds) if seconds and not evidence.balances else None
+    if long is not None:
+        report(1, 2, f'windows of {seconds:g} s')
+        fit = fitted(long.likelihood, replace(fit, torque=long.torque), ITERATIONS,
+                     free_noise=False)
+    z, method = _decided(fit, regression, evidence.torque,
+                         lambda z: _log_residual(evidence, long, candidate.model(z)))
+    fitted_model = candidate.model(z)
+    report(1.5, 2, 'free runs')
+    runs = [closed_model.open_loop(r, fitted_model, evidence.sigma, seconds=seconds or SECONDS)
+            for r in recordings]
+    covariance = (_covariance(evidence, fit, long) if method == 'search' or regression is None
+                  else regression.covariance)
+    values, correlated, covariance = _listed(candidate, z, covariance, stated)
+    # No state of a window holds the zero of the encoders where the motor's motion is put in.
+    base = replace(plain, zero_tolerance=model.zero_tolerance) if evidence.balances else plain
+    gap_before = None if seconds else misfit_of([
+        closed_model.open_loop(r, base, evidence.sigma) for r in recordings])
+    validation = None if validate is None else closed_model.validate(
+        validate, base, fitted_model, evidence.sigma)
+    if model.controller is None:  # filters have a torque constant, but no gain
+        fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
+    fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
+                           zero_tolerance=model.zero_tolerance)
+    return NominalFit(fitted_model, values, correlated, gap_before, misfit_of(runs), validation,
+                      method, covariance)
+
+
+def _expect_free(model: DriveModel, free: Sequence[str] | None) -> None:
+    """Raise InputError unless `free` are names of values of a model."""
+    names = [*offered(model), *_effects_of(model)]
+    for name in free or ():
+        if name not in names:
+            raise InputError(f'free: {name!r}, expected one of {", ".join(names)}')
+        if list(free or ()).count(name) > 1:
+            raise InputError(f'free: {name!r} twice, expected each name once')
+
+
+def _free_candidate(starts: Starts, plain: DriveModel, model: DriveModel,
+                    free: Sequence[str] | None) -> CandidateModel:
+    """
+    Return the CandidateModel of the values that are free.
+
+    Args:
+        starts: of effects in the recordings.
+        plain: model without tolerances.
+        model: with them.
+        free: names, None for all of the drive.
+    """
+    own = _effects_of(model)
+    scales = {'u0': starts.scales.torque, ZERO: max(starts.scales.twist, 1e-6)}
+    fixed = ('kt', *(GAINS if model.controller and not model.controller.tolerance else ()))
+    free = free or [name for name in offered(model) if name not in fixed]
+    ids = tuple(name for name in free if name in own)
+    coordinates = [_coordinate(name, scales.get(name)) for name in free if name not in own]
+    for i, name in enumerate(ids):
+        coordinates += _of_effect(starts, own[name], i)
+    orders = {i: int(own[name]['N']) for i, name in enumerate(ids) if name in PERIODIC}
+    return CandidateModel(plain, ids, tuple(coordinates), orders)
+
+
+def _with_starts(model: DriveModel, free: Sequence[str]) -> DriveModel:
+    """Return `model` with a place to begin from for values in `free` that are 0 in it."""
+    servo, begin = model.controller, {}
+    if servo is not None:
+        # Of a servo that damps the error of the speed, and of one that knows its load.
+        begin = {'kff': servo.kd or 0.01 * servo.kp,
+                 'kaff': model.motor_inertia + model.arm_inertia}
+    return model.with_values({
+        NUISANCES[name]: value for name, value in begin.items()
+        if name in free and not model.value(NUISANCES[name])})
+
+
+def _likeliest(evidence: Evidence, candidate: CandidateModel,
+               starts: Sequence[Array]) -> InnovationFit:
+    """Return the likeliest fit of a candidate to the training parts from several starts [P]."""
+    likelihood = evidence.fine
+    return min((fitted(likelihood, unfitted(likelihood, candidate, z), ITERATIONS)
+                for z in starts), key=lambda fit: fit.deviance)
+
+
+def _disturbed(evidence: Evidence, fit: InnovationFit) -> bool:
+    """Return whether a fit needs torque that no model explains, beyond what always remains."""
+    return bool((fit.torque > LEAST * evidence.fine.least_noise).any())
+
+
+def lasting_time(evidence: Evidence, fit: InnovationFit) -> float:
+    """
+    Return how long unexplained torque lasts (s) by the likelihood of a fit.
+
+    Another than that of the model has to be worth its price.
+
+    Args:
+        evidence: recordings that the torque drives.
+        fit: of the model with the time that it states.
+    """
+    stated = evidence.model.process_torque_time
+    deviances = by_time(evidence, fit, (stated, 0.0, *LASTING_TIMES))
+    best = min(deviances, key=lambda time: deviances[time])
+    price = math.log(evidence.sparse.readings)
+    return best if deviances[best] + price < deviances[stated] else stated
+
+
+@dataclass(frozen=True, eq=False)
+class _LongRuns:
+    """
+    Likelihood of runs that torque noise hardly corrects, so that what drifts slowly weighs.
+
+    torque: that noise [2], N m rms in a sample; readings: in each run.
+    """
+
+    likelihood: JointLikelihood
+    torque: Array
+    readings: int
+
+
+def _long_runs(evidence: Evidence, fit: InnovationFit, seconds: float) -> _LongRuns:
+    """Return the _LongRuns of so many `seconds`, which begin in the smoothed states of `fit`."""
+    parts, model, length = [], replace(evidence.model, process_torque_time=0.0), 0
+    for recording in evidence.recordings:
+        whole = InnovationLikelihood(recording, evidence.model, evidence.sigma,
+                                     halves([recording.span]))
+        smooth = whole.smoothed(whole.run(fit.model, fit.torque))
+        windows = shooting_windows(recording, min(seconds, recording.duration))
+        part = InnovationLikelihood(recording, model, evidence.sigma, [
+            slice(begin, begin + windows.length) for begin in windows.first.tolist()])
+        parts.append(part.begun(smooth[windows.first, :4], np.full(4, FIXED)))
+        length = max(length, windows.length)
+    likelihood = JointLikelihood(parts)
+    # White torque moves an inertia by the power 3/2 of the time; the least is that of 1 s.
+    share = (SECONDS / (length * evidence.recordings[0].dt)) ** 1.5
+    return _LongRuns(likelihood, likelihood.least_noise * share,
+                     length * max(len(r.channels) for r in evidence.recordings))
+
+
+def _decided(fit: InnovationFit, regression: TorqueRegression | None, torque: float,
+             log_residual: Callable[[Array], float]) -> tuple[Array, str]:
+    """
+    Return (coordinates [P] that stand, 'search' or 'regression').
+
+    The search stands unless the residual of the model file or of the regression is smaller. A
+    regression stands whose residual torque is smaller than that of the model file.
+
+    Args:
+        fit: of the search.
+        regression: of the torque, None without.
+        torque: standard deviation of the torque, N m.
+        log_residual: of coordinates, in the readings that decide; see _log_residual.
+
+    Raises:
+        Undecided: neither is a solution.
+    """
+    of_file, of_search, of_regression = (
+        log_residual(fit.candidate.start()), log_residual(fit.z), math.inf)
+    if regression is not None and regression.after < min(regression.before, LEFT * torque):
+        of_regression = log_residual(regression.z)
+    if math.isfinite(of_search) and of_search <= math.log(THRESHOLDS.no_worse) + min(
+            of_file, of_regression):
+        return fit.z, 'search'
+    if regression is not None and math.isfinite(of_regression):
+        return regression.z, 'regression'
+    raise Undecided('the model file explains the recordings better than the fit: no solution; '
+                    'expected a model of this drive (see check), or fewer values to fit (--free)')
+
+
+def _log_residual(evidence: Evidence, long: _LongRuns | None, model: DriveModel) -> float:
+    """
+    Return the logarithm of the residual of a model: geometric mean of its innovations.
+
+    Infinite or NaN where the model diverges.
+
+    Args:
+        evidence: the recordings: what was not fitted of them counts, where anything was not.
+        long: runs that count where they were fitted.
+        model: of the drive.
+    """
+    if long is not None:
+        judge, torque = long.likelihood, long.torque
+    else:
+        judge, fine = evidence.unseen or evidence.fine, evidence.fine
+        torque = fitted(fine, unfitted(fine, CandidateModel(model, (), ()))).torque
+    return float(0.5 * judge.run(model, torque).deviance / judge.readings)
+
+
+def _coordinate(name: str, scale: float | None) -> Coordinate:
+    if scale is None:
+        low, high = WIDE
+        return Coordinate(-1, name, 1.0, 1.0, low, high, log=True, prior=WEAK)
+    return Coordinate(-1, name, 0.0, scale, prior=WEAK * scale)
+
+
+def _effects_of(model: DriveModel) -> dict[str, Values]:
+    """Return {id: effect} of `model` whose parameters can be fitted by the effect's id."""
+    values = {effect for effect, _ in BY_EFFECT.values()}
+    return {e['id']: e for e in model.folded().effects
+            if e['id'] not in (*values, *NOT_FITTED, TORQUE_MAP.id)}
+
+
+def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
+    """Return the Coordinates of `effect` of the model, from its values there."""
+    return [replace(c, owner=owner, prior=WEAK * (1.0 if c.log else max(c.scale, abs(c.start))))
+            for c in starts.at(effect['id'], effect).coordinates if c.owner == 0]
+
+
+def _covariance(evidence: Evidence, fit: InnovationFit, long: _LongRuns | None) -> Array:
+    """
+    Return the covariance [P, P] of the coordinates, from the derivatives of the innovations.
+
+    A model that is wrong leaves innovations that are not white: their scores are summed in blocks,
+    whose scatter counts (Liang and Zeger, 1986). The residual of a long run is one number.
+
+    Args:
+        evidence: the recordings.
+        fit: of the search.
+        long: runs that were fitted, None: the innovations were.
+    """
+    likelihood, candidate = evidence.fine if long is None else long.likelihood, fit.candidate
+    at = evaluated(likelihood, fit)
+    J, residual = coordinate_columns(likelihood, at, central=True), at.run.residual.ravel()
+    S, prior = J.T @ J, np.diag(candidate.prior(fit.z)[1])
+    misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))
+    noise_alone = misfit <= THRESHOLDS.encoder_noise and not evidence.balances
+    if long is not None or noise_alone and not _disturbed(evidence, fit):
+        if long is not None and not noise_alone:
+            misfit *= long.readings
+        covariance: Array = np.linalg.inv(S / misfit + prior)
+        return covariance
+    count = len(fit.z)
+    seconds = sum(r.duration for r in evidence.recordings)
+    blocks = max(round(seconds / SECONDS), BLOCKS * count)
+    edges = np.linspace(0, len(J), blocks, endpoint=False).astype(int)
+    scores = np.add.reduceat(J * residual[:, None], edges)
+    scores -= scores.mean(axis=0)
+    unit = float(np.trace(np.linalg.solve(S + prior, scores.T @ scores))) / count
+    meat = scores.T @ scores * (blocks / (blocks - count)) + unit * unit * prior
+    inverse: Array = np.linalg.inv(S + unit * prior)
+    return inverse @ meat @ inverse
+
+
+def _listed(candidate: CandidateModel, z: Array, covariance: Array,
+            model: DriveModel
+            ) -> tuple[list[FittedValue], list[tuple[str, str, float]], Array]:
+    """
+    Return ([Value], [(name, name, correlation)], covariance of the values [P, P]) of a fit.
+
+    Args:
+        candidate: model that was fitted.
+        z: its coordinates [P].
+        covariance: of these [P, P].
+        model: model file.
+    """
+    jacobian = candidate.wave_jacobian(z)
+    covariance = jacobian @ covariance @ jacobian.T
+    errors = np.sqrt(np.diag(covariance))
+    starts = start_values(model)
+    fitted_values = start_values(candidate.model(z))
+    (_, own_starts), (_, own_values) = map(candidate.values, (candidate.start(), z))
+    values: list[FittedValue] = []
+    for c, error, at in zip(candidate.coordinates, errors, z):
+        interior = not c.log or math.log(c.low) + 1e-6 < at < math.log(c.high) - 1e-6
+        scale = 1.0 if c.log else c.scale
+        if c.owner < 0:
+            name, unit, start, value = c.name, UNITS[c.name], starts[c.name], (
+                fitted_values[c.name])
+            if name == 'kt' and model.torque_constant == 1.0:
+                unit = ''  # a factor on efforts that are torques
+        else:
+            effect = library()[candidate.ids[c.owner]]
+            name = candidate.parameter(c)
+            scale = 1.0 if name == 'phi' else scale
+            start, value = own_starts[c.owner][name], own_values[c.owner][name]
+            unit = next(p.unit for p in effect.parameters if p.name == name)
+            name = f'{effect.id}.{name}'
+        determined = interior and error < THRESHOLDS.determined * scale
+        values.append(FittedValue(name, on_axis(unit, model.axis), start, value,
+                                  float(error * abs(value) if c.log else error), bool(determined)))
+    r = covariance / np.outer(errors, errors)
+    correlated = [(values[i].name, values[j].name, float(r[i, j])) for i in range(len(values))
+                  for j in range(i) if abs(r[i, j]) > THRESHOLDS.correlated]
+    sizes = np.array([value.error for value in values])
+    return values, correlated, r * np.outer(sizes, sizes)
+
+
+def start_values(model: DriveModel) -> dict[str, float]:
+    """Return {name: value} of everything that can be fitted, as `model` has it."""
+    out = {}
+    for name, where in NUISANCES.items():
+        out[name] = model.value(where)
+    effects = {e['id']: e for e in model.effects}
+    by_effect = {name: effects.get(effect, {}).get(parameter, 0.0)
+                 for name, (effect, parameter) in BY_EFFECT.items()}
+    out['kt'] = model.torque_constant * (1.0 + by_effect['kt'])
+    out['u0'] = model.torque_offset + by_effect['u0']
+    out[ZERO] = by_effect[ZERO]
+    return out
+
+
+UNITS = {'m1': 'kg m^2', 'm2': 'kg m^2', 'D': 'N m s/rad', 'Cv': 'N m s/rad', 'Cc': 'N m',
+         'K': 'N m/rad', 'b': 'rad', 'kp': 'N m/rad', 'kd': 'N m s/rad', 'ki': 'N m/(rad s)',
+         'kff': 'N m s/rad', 'kaff': 'kg m^2', 'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}

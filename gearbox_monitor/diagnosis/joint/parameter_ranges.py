@@ -1,0 +1,468 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Ranges of parameters over a population of drives, and values that recordings of one drive share.
+
+A random effect is a value of one drive that differs between its recordings by a stated scatter.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+import math
+from typing import Any
+
+import numpy as np
+import scipy
+
+from gearbox_monitor.diagnosis.joint.candidates import BY_EFFECT, CandidateModel, NUISANCES
+from gearbox_monitor.diagnosis.joint.innovation_fit import (
+    coordinate_columns, COORDINATE_STEP, evaluated, fitted, unfitted)
+from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
+from gearbox_monitor.diagnosis.joint.nominal import FittedValue
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
+from gearbox_monitor.errors import expect_whole, InputError
+from gearbox_monitor.kernels.linear_least_squares import covariance
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects import library
+from gearbox_monitor.presentation import Saved, Shown
+from gearbox_monitor.signals.recording import UniformRecording
+
+CONFIDENCE = 0.9
+NORMAL = 1.6448536269514722  # deviations of a normal that hold CONFIDENCE
+COMPONENTS = 200  # of the mixture over the variance between drives
+HALVINGS = 60     # of an interval that holds a root
+LEVELS = np.concatenate([[1e-3], np.arange(1, 200) / 200, [1.0 - 1e-3]])
+PART = 0.3        # of a direction, from which a parameter counts as part of it
+SMALLEST = 1e-12  # relative error of a value that has none
+LARGEST = 1e6     # relative error of a value on the scale of logarithms
+
+
+@dataclass(frozen=True)
+class UnitEstimate:
+    """
+    Parameters of one drive, or by one recording.
+
+    name: of it. values {parameter: value}, units {parameter: unit}. covariance [P, P] of the
+    errors, in the units and the order of the values.
+    """
+
+    name: str
+    values: Mapping[str, float]
+    units: Mapping[str, str]
+    covariance: Array
+
+    @classmethod
+    def of(cls, name: str, values: Sequence[FittedValue], covariance: Array | None
+           ) -> 'UnitEstimate':
+        """
+        Return the estimate of a fit.
+
+        Args:
+            name: of it.
+            values: of the fit [P].
+            covariance: [P, P] of their errors, None where they count as independent.
+        """
+        if covariance is None:
+            covariance = np.diag([v.error ** 2 for v in values])
+        return cls(name, {v.name: v.value for v in values}, {v.name: v.unit for v in values},
+                   covariance)
+
+
+@dataclass(frozen=True)
+class Combination:
+    """
+    Direction in which the recordings determine no value.
+
+    exponents {parameter: exponent}: the product of powers (of parameters with a logarithm) that is
+    known is at right angles to it. deviation: standard deviation along it.
+    """
+
+    exponents: Mapping[str, float]
+    deviation: float
+
+    def __str__(self) -> str:
+        if len(self.exponents) == 1:
+            return (f'not determined: {next(iter(self.exponents))}, with a deviation of '
+                    f'{self.deviation:.2g}')
+        terms = ', '.join(f'{name} {weight:+.2f}' for name, weight in self.exponents.items())
+        return (f'known only in combination: {terms} move together, with a deviation of '
+                f'{self.deviation:.2g}')
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ParameterRanges(Shown, Saved):
+    """
+    What a new drive of the kind may have.
+
+    names, units: of the parameters [P]. logarithmic [P]: whether a parameter cannot be negative,
+    and has its distribution on the scale of logarithms (a normal one, cut off at 0, where an
+    estimate is 0). centre, low, high [P]: median and 90 % range.
+    between [P]: standard deviation between drives (relative of a logarithmic one), NaN of one
+    estimate alone. correlation [P, P] of a new drive's parameters, on these scales. combinations:
+    directions without a value. sources: names of the estimates. notes: sentences.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    logarithmic: tuple[bool, ...]
+    centre: Array
+    low: Array
+    high: Array
+    between: Array
+    correlation: Array
+    combinations: tuple[Combination, ...]
+    sources: tuple[str, ...]
+    notes: tuple[str, ...]
+    quantiles: Array
+
+    def sample(self, count: int, seed: int = 0) -> dict[str, Array]:
+        """
+        Return sets of parameters of new drives, correlated as the estimates are.
+
+        Args:
+            count: number of drives N, 1 at least.
+            seed: of the draw; same seed, same drives.
+
+        Returns:
+            {parameter: [N]}, in its unit.
+
+        Raises:
+            InputError: count or seed is no such number.
+        """
+        expect_whole(count, 'count', 1)
+        expect_whole(seed, 'seed')
+        normal = np.random.default_rng(seed).standard_normal((count, len(self.names)))
+        level = scipy.special.ndtr(normal @ self.factor.T)
+        drawn = {}
+        for i, name in enumerate(self.names):
+            value = np.interp(level[:, i], LEVELS, self.quantiles[:, i])
+            drawn[name] = np.exp(value) if self.logarithmic[i] else value
+        return drawn
+
+    @cached_property
+    def factor(self) -> Array:
+        """Matrix [P, P] whose product with standard normal numbers has the correlation."""
+        values, vectors = np.linalg.eigh(self.correlation)
+        return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+    def index(self, name: str) -> int | None:
+        """Return the place of the parameter `name`, None where it has no range."""
+        return self.names.index(name) if name in self.names else None
+
+
+def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> ParameterRanges:
+    """
+    Return the ranges that several estimates allow for a new drive.
+
+    Args:
+        estimates: one of each drive (or recording, for the next recording); one alone gives the
+            range of its own error. Parameters that not all of them have are left out, with a note.
+        notes: sentences that go with the result.
+
+    Raises:
+        InputError: no estimate, or no parameter that all have; numbers that are no estimate, or
+            units that differ.
+    """
+    if not estimates:
+        raise InputError('estimates: none, expected one or several')
+    for estimate in estimates:
+        _check(estimate)
+    names = [name for name in estimates[0].values
+             if all(name in estimate.values for estimate in estimates)]
+    dropped = list(dict.fromkeys(name for estimate in estimates for name in estimate.values
+                                 if name not in names))
+    remarks = list(notes)
+    if dropped:
+        remarks.append(f'{", ".join(dropped)}: not in every estimate, no range')
+    if not names:
+        raise InputError(f'{", ".join(e.name for e in estimates)}: no parameter in common, '
+                         'expected estimates of the same parameters')
+    if len(estimates) == 1:
+        remarks.append('one estimate: the range is that of its error, and says nothing about '
+                       'other drives')
+    units = [_common_unit(estimates, name) for name in names]
+    places = [[list(e.values).index(name) for name in names] for e in estimates]
+    values = np.array([[e.values[name] for name in names] for e in estimates], float)
+    covariances = np.array([np.asarray(e.covariance, float)[np.ix_(at, at)]
+                            for e, at in zip(estimates, places)])
+    positive = np.array([not is_signed(name) for name in names])
+    logarithmic = positive & (values > 0.0).all(axis=0)
+    slope = np.where(logarithmic, np.where(logarithmic, values, 1.0), 1.0)
+    y = np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
+    covariances = covariances / (slope[:, :, None] * slope[:, None, :])
+    # Parameters that may be negative: in shares of their size, so that directions compare.
+    errors = np.sqrt(np.einsum('njj->nj', covariances).mean(axis=0))
+    size = np.where(logarithmic, 1.0, np.maximum(np.abs(values).max(axis=0), errors))
+    size = np.where(size > 0.0, size, 1.0)
+    y, covariances = y / size, covariances / np.outer(size, size)
+    spread, directions = np.linalg.eigh(covariances.mean(axis=0))
+    unknown = spread > THRESHOLDS.determined ** 2
+    along, variance = directions[:, unknown], spread[unknown]
+    across = np.eye(len(names)) - along @ along.T
+    rotated = np.einsum('ij,njk,kl->nil', across, covariances, across)
+    beside, single = np.zeros((len(names), 1)), np.zeros(len(names))
+    open_covariance = np.zeros((len(names), len(names)))
+    for direction, error in zip(along.T, variance):
+        _, differences, _, scatter = mixture(
+            y @ direction, np.einsum('i,nij,j->n', direction, covariances, direction))
+        beside = beside + direction[:, None] ** 2 * (
+            error + differences * (1.0 + 1.0 / len(estimates)))
+        scatter = np.nan_to_num(scatter)
+        single += (direction * scatter) ** 2
+        open_covariance += np.outer(direction, direction) * (error + scatter ** 2)
+    centre = y.mean(axis=0) @ (along @ along.T)
+    turned = y @ across
+    quantiles = np.empty((len(LEVELS), len(names)))
+    between = np.full(len(names), math.nan)
+    deviation = np.empty(len(names))
+    for j in range(len(names)):
+        means, differences, errors_left, between[j] = mixture(turned[:, j], rotated[:, j, j])
+        variances = differences + errors_left
+        quantiles[:, j] = centre[j] + _quantiles(means, variances + beside[j], LEVELS)
+        low, high = _quantiles(means, variances, np.array([0.05, 0.95]))
+        deviation[j] = (high - low) / (2.0 * NORMAL)
+    if len(estimates) == 1:
+        correlation = _normalised(covariances[0])
+    else:
+        # Of the difference between drives, and of the error of their mean.
+        determined = _normalised(_between_correlation(turned, rotated) * np.outer(between, between)
+                              + rotated.mean(axis=0) / len(estimates))
+        correlation = _normalised(determined * np.outer(deviation, deviation) + open_covariance)
+    quantiles *= size
+    cut = positive & ~logarithmic
+    quantiles[:, cut] = np.maximum(quantiles[:, cut], 0.0)
+    low, middle, high = (_at(quantiles, level, logarithmic) for level in (0.05, 0.5, 0.95))
+    return ParameterRanges(
+        tuple(names), tuple(units), tuple(bool(v) for v in logarithmic), middle, low, high,
+        np.sqrt(between ** 2 + single) * size, correlation, _combinations(names, along, variance),
+        tuple(e.name for e in estimates), tuple(remarks), quantiles)
+
+
+def is_signed(name: str) -> bool:
+    """
+    Return whether a parameter may be negative.
+
+    Args:
+        name: of a value of fit-nominal, or EFFECT.PARAMETER.
+
+    Raises:
+        InputError: no parameter of a drive.
+    """
+    if name in NUISANCES or name == 'kt':  # a factor on the torque, not the change of it
+        return False
+    if name.startswith('payload.'):  # of a robot, beyond its file: also less
+        return True
+    effect, _, own = '.'.join(BY_EFFECT.get(name, (name,))).partition('.')
+    for parameter in library()[effect].parameters if effect in library() else ():
+        if parameter.name == own:
+            return parameter.low < 0.0
+    raise InputError(f'{name[:40]!r}, expected the name of a value of a drive or EFFECT.PARAMETER')
+
+
+def _check(estimate: UnitEstimate) -> None:
+    """Raise InputError unless an estimate has numbers that its parameters and errors can be."""
+    covariance = np.asarray(estimate.covariance, float)
+    for i, (name, value) in enumerate(estimate.values.items()):
+        where = f'{estimate.name}: {name}'
+        if not (math.isfinite(value) and np.isfinite(covariance[i]).all()):
+            raise InputError(f'{where}: {value!r} or its error is not finite, expected numbers')
+        try:
+            signed = is_signed(name)
+        except InputError as error:
+            raise InputError(f'{estimate.name}: {error}') from None
+        if value < 0.0 and not signed:
+            raise InputError(f'{where}: {value:g}, expected no negative number')
+        if value and not signed and covariance[i, i] > (LARGEST * value) ** 2:
+            raise InputError(f'{where}: {value:g} +- {math.sqrt(covariance[i, i]):g}, expected an '
+                             f'error of at most {LARGEST:g} times the value')
+    size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    tolerance = 1e-6 * np.outer(size, size)
+    if ((np.diag(covariance) < 0.0).any() or (np.abs(covariance - covariance.T) > tolerance).any()
+            or (np.abs(covariance) > np.outer(size, size) + tolerance).any()):
+        raise InputError(f'{estimate.name}: covariance: neither symmetric nor positive, expected '
+                         'that of the errors')
+
+
+def _common_unit(estimates: Sequence[UnitEstimate], name: str) -> str:
+    """Return the unit of a parameter. Raises InputError where estimates differ in it."""
+    units = {e.units[name]: e.name for e in estimates if name in e.units}
+    if len(units) > 1:
+        raise InputError(f'{name}: ' + ', '.join(
+            f'{unit or "no unit"} in {source}' for unit, source in units.items())
+            + ', expected one unit')
+    return next(iter(units), '')
+
+
+def _at(quantiles: Array, level: float, logarithmic: Any) -> Array:
+    """Return the values [P] at a level of the distributions."""
+    value = np.array([np.interp(level, LEVELS, column) for column in quantiles.T])
+    return np.where(logarithmic, np.exp(np.where(logarithmic, value, 0.0)), value)
+
+
+def _combinations(names: Sequence[str], along: Array, variance: Array) -> tuple[Combination, ...]:
+    """Return the directions [P, D] without a value, the widest first, in words."""
+    rows = []
+    for k in np.argsort(variance)[::-1]:
+        direction = along[:, k] * np.sign(along[np.argmax(np.abs(along[:, k])), k])
+        rows.append(Combination({name: float(weight) for name, weight in zip(names, direction)
+                                 if abs(weight) > PART}, math.sqrt(variance[k])))
+    return tuple(rows)
+
+
+def mixture(y: Array, variance: Array) -> tuple[Array, Array, Array, float]:
+    """
+    Return what a new drive may have: a mixture of normals, and the deviation between drives.
+
+    That is (means [C], variances between drives [C], variances of the means [C], deviation).
+
+    Args:
+        y: estimates [N].
+        variance: of their errors [N].
+    """
+    floor = (SMALLEST * max(float(np.abs(y).max()), 1.0)) ** 2
+    variance = np.maximum(variance, floor)
+    count = len(y)
+    if count == 1:
+        return y.copy(), np.zeros(1), variance.copy(), math.nan
+
+    def scatter(between: Array) -> tuple[Array, Array, Array]:
+        """Return Q, the mean and its variance for variances [C] between drives."""
+        weight = 1.0 / (variance[:, None] + between)
+        total = weight.sum(axis=0)
+        mean = (weight * y[:, None]).sum(axis=0) / total
+        return (weight * (y[:, None] - mean) ** 2).sum(axis=0), mean, 1.0 / total
+    q = scipy.stats.chi2.ppf((np.arange(COMPONENTS) + 0.5) / COMPONENTS, count - 1)
+    target = np.append(q, count - 1.0)  # the last one: the estimate by moments
+    low = np.zeros(len(target))
+    none = scatter(low)[0] <= target
+    high = np.full(len(target), float(((y - y.mean()) ** 2).sum()) + floor) / target
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        excessive = scatter(middle)[0] > target
+        low, high = np.where(excessive, middle, low), np.where(excessive, high, middle)
+    high[none] = 0.0
+    _, mean, spread_at_high = scatter(high)
+    return mean[:-1], high[:-1], spread_at_high[:-1], math.sqrt(high[-1])
+
+
+def _quantiles(means: Array, variances: Array, levels: Array) -> Array:
+    """Return the quantiles at `levels` of a mixture of normals of equal weight."""
+    deviations = np.sqrt(variances)
+    low = np.full(len(levels), float((means - 10.0 * deviations).min()))
+    high = np.full(len(levels), float((means + 10.0 * deviations).max()))
+    for _ in range(HALVINGS // 2):
+        middle = 0.5 * (low + high)
+        lower = scipy.special.ndtr((middle[:, None] - means) / deviations).mean(axis=1) < levels
+        low, high = np.where(lower, middle, low), np.where(lower, high, middle)
+    return 0.5 * (low + high)
+
+
+def _between_correlation(y: Array, covariances: Array) -> Array:
+    """
+    Return the correlation [P, P] between drives, less what few drives show by chance.
+
+    Shrunk towards none by the share that chance has in it (Schaefer and Strimmer, 2005): of
+    drives without a correlation r^2 is 1 / (N - 1) in the mean, so that two show none.
+
+    Args:
+        y: estimates [N, P].
+        covariances: of their errors [N, P, P].
+    """
+    count = len(y)
+    scatter = np.cov(y, rowvar=False).reshape(y.shape[1], -1) - covariances.mean(axis=0)
+    values, vectors = np.linalg.eigh(scatter)
+    r = _normalised((vectors * np.maximum(values, 0.0)) @ vectors.T)
+    off = ~np.eye(len(r), dtype=bool)
+    chance = float(off.sum()) / (count - 1)
+    power = float((r[off] ** 2).sum())
+    share = 1.0 if power <= 0.0 else max(0.0, 1.0 - chance / power)
+    return np.where(off, share * r, 1.0)
+
+
+def _normalised(covariance: Array) -> Array:
+    """Return the correlation of a covariance [P, P]; none of what has no variance."""
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    inverse = np.where(deviation > 0.0, 1.0 / np.where(deviation > 0.0, deviation, 1.0), 0.0)
+    r = np.clip(covariance * np.outer(inverse, inverse), -1.0, 1.0)
+    np.fill_diagonal(r, 1.0)
+    return np.asarray(r)
+
+
+EFFECT_CONFIDENCE = 0.9
+EXACT = 1e-9   # relative error of a value that has none
+
+
+@dataclass(frozen=True)
+class RandomEffect:
+    """
+    A value of a drive: mean over recordings with its 90 % range `low` to `high`.
+
+    between: standard deviation from recording to recording. recordings, errors: value and standard
+    error of each alone.
+    """
+
+    mean: float
+    low: float
+    high: float
+    between: float
+    recordings: list[float]
+    errors: list[float]
+
+
+def pooled(values: Sequence[float], errors: Sequence[float]) -> RandomEffect:
+    """
+    Return the RandomEffect of a value that was measured several times.
+
+    Args:
+        values: of each recording [N], N >= 2.
+        errors: their standard errors [N].
+    """
+    y, variance = np.array(values, float), np.array(errors, float) ** 2
+    variance = np.maximum(variance, (EXACT * max(float(np.abs(y).max()), EXACT)) ** 2)
+    between = mixture(y, variance)[3]
+    weight = 1.0 / (variance + between ** 2)
+    mean = float(weight @ y / weight.sum())
+    scatter = float(weight @ (y - mean) ** 2) / (len(y) - 1)  # 1 where drives differ
+    reach = float(scipy.stats.t.ppf(0.5 + 0.5 * EFFECT_CONFIDENCE, len(y) - 1)) * math.sqrt(
+        scatter / weight.sum())
+    return RandomEffect(mean, mean - reach, mean + reach, between, y.tolist(),
+                        [float(e) for e in errors])
+
+
+def _numbers(candidate: CandidateModel, z: Array) -> dict[tuple[str, str], float]:
+    """Return {(id, parameter): value} of the effects at z, without whole and listed ones."""
+    return {(name, key): value for name, values in zip(candidate.ids, candidate.values(z)[1])
+            for key, value in values.items() if isinstance(value, float)}
+
+
+def between_recordings(recordings: Sequence[UniformRecording], candidate: CandidateModel, z: Array,
+                       sigma: Array) -> dict[str, dict[str, RandomEffect]]:
+    """
+    Return {id: {parameter: RandomEffect}} of the effects of a candidate.
+
+    Args:
+        recordings: of one drive, which the torque or a setpoint drives; two or more.
+        candidate: model with its coordinates.
+        z: coordinates [P] of the fit to all recordings.
+        sigma: noise of the encoders [2], rad.
+    """
+    measured: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    for recording in recordings:
+        likelihood = JointLikelihood([likelihood_of(recording, candidate.nominal, sigma,
+                                                    [recording.span])])
+        fit = evaluated(likelihood, fitted(likelihood, unfitted(likelihood, candidate, z)))
+        columns = coordinate_columns(likelihood, fit)
+        inverse = covariance(columns.T @ columns + np.diag(candidate.prior(fit.z)[1]))
+        steps = COORDINATE_STEP * candidate.steps()
+        moved = [_numbers(candidate, fit.z + step) for step in np.diag(steps)]
+        for key, value in _numbers(candidate, fit.z).items():
+            slope = np.array([(other[key] - value) / step for other, step in zip(moved, steps)])
+            measured.setdefault(key, []).append(
+                (value, math.sqrt(max(float(slope @ inverse @ slope), 0.0))))
+    out: dict[str, dict[str, RandomEffect]] = {}
+    for (name, parameter), pairs in measured.items():
+        values, errors = zip(*pairs)
+        out.setdefault(name, {})[parameter] = pooled(values, errors)
+    return out

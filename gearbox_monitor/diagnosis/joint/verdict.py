@@ -1,0 +1,574 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The verdict of a diagnosis: findings with their values, the remainder, and the evidence."""
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from itertools import chain
+import math
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import scipy
+
+from gearbox_monitor.diagnosis.joint import closed_model, localisation
+from gearbox_monitor.diagnosis.joint.bursts import Burst
+from gearbox_monitor.diagnosis.joint.candidates import (
+    CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
+from gearbox_monitor.diagnosis.joint.effect_scan import Dependence
+from gearbox_monitor.diagnosis.joint.isolability import Separations
+from gearbox_monitor.diagnosis.joint.judge import Decision
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.windows import misfit_of, solve_states, WindowRuns
+from gearbox_monitor.errors import Undecided
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel, weight_of
+from gearbox_monitor.plant.effects import EFFECTS, library
+from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE, GRAVITY
+from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
+from gearbox_monitor.presentation import Paged
+from gearbox_monitor.signals.recording import UniformRecording
+
+NONE, EFFECT, INCOMPLETE, UNKNOWN = 'none', 'effect', 'incomplete', 'unknown'
+KINDS = (NONE, EFFECT, INCOMPLETE, UNKNOWN)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    One effect that a recording shows.
+
+    effect: its id. place: location class of the effect (actuator, motor_side, ...). joint, link:
+    of a robot. channel: reading that shows it. values: parameters in their units. deviations: the
+    standard deviation of each value, None where the recording does not determine it. share: of
+    the squared misfit beyond noise that it explains, 0 to 1, None where none is beyond noise.
+    evidence: 2 log likelihood that it gains less the penalty of its parameters (BIC).
+    confusable: ids that explain the recording as well.
+    """
+
+    effect: str
+    place: str
+    values: Mapping[str, float]
+    deviations: Mapping[str, float | None]
+    evidence: float | None
+    share: float | None = None
+    channel: str | None = None
+    joint: str | None = None
+    link: str | None = None
+    confusable: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, 'values', MappingProxyType(dict(self.values)))
+        object.__setattr__(self, 'deviations', MappingProxyType(dict(self.deviations)))
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Names of the values that the recording does not determine."""
+        return tuple(name for name in self.values if self.deviations.get(name) is None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; joint and link only where there is one."""
+        data: dict[str, Any] = {
+            'effect': self.effect, 'place': self.place, 'channel': self.channel,
+            'values': dict(self.values), 'deviations': dict(self.deviations),
+            'share': self.share, 'evidence': self.evidence, 'confusable': list(self.confusable)}
+        return data | {key: value for key, value in (('joint', self.joint), ('link', self.link))
+                       if value is not None}
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """
+    What no finding explains.
+
+    place: location class where a torque or an offset takes it up. channel: reading that shows it
+    most, of size `size` there (rms beyond noise, in the unit of the reading). over: variable of
+    the motion that it follows, None where it follows none. times: (begin, end) of bursts, s, each
+    in the recording of the same place in `recordings`, which is empty where there is only one.
+    """
+
+    place: str
+    channel: str | None = None
+    size: float | None = None
+    over: str | None = None
+    joint: str | None = None
+    times: tuple[tuple[float, float], ...] = ()
+    recordings: tuple[str, ...] = ()
+    figures: Mapping[str, float] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; joint, times and recordings only where there are any."""
+        data: dict[str, Any] = {'location': self.place, 'place': self.place,
+                                'channel': self.channel, 'size': self.size, 'over': self.over,
+                                **self.figures}
+        if self.joint is not None:
+            data['joint'] = self.joint
+        if self.times:
+            data['times'] = [list(pair) for pair in self.times]
+        if self.recordings:
+            data['recordings'] = list(self.recordings)
+        return data
+
+
+def kind_of(findings: bool, remainder: bool) -> str:
+    """
+    Return the kind of a verdict.
+
+    Args:
+        findings: whether it has findings.
+        remainder: whether something beyond noise remains.
+    """
+    return ((NONE, UNKNOWN), (EFFECT, INCOMPLETE))[findings][remainder]
+
+
+# In the order of the encoders.
+LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
+ARMS = (0.1, 0.3)  # m: distances at which a payload is stated whose weight is not known
+Matrix = tuple[list[str], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """
+    A decision with all that a verdict states about it.
+
+    published, none, runs, closed_runs: free runs of the nominal
+    model, of the fit without effects, of the effects, of the closed model. errors {id: {parameter:
+    standard error}}, condition: of their normal matrix. gains {effects: gain over none in BIC};
+    likelihoods {id: 2 log likelihood that it gains}; separations, rivals, matrix: see isolability.
+    lattices: quantisations that may be named.
+    """
+
+    decision: Decision
+    published: tuple[WindowRuns, ...]
+    none: tuple[WindowRuns, ...]
+    runs: tuple[WindowRuns, ...]
+    closed_runs: tuple[WindowRuns, ...]
+    errors: Mapping[str, Mapping[str, float]]
+    condition: float | None
+    gains: Mapping[str, float]
+    likelihoods: Mapping[str, float]
+    separations: Separations
+    rivals: Mapping[str, Sequence[str]]
+    matrix: Callable[[Iterable[str]], Matrix]
+    lattices: tuple[str, ...]
+
+    @property
+    def recordings(self) -> tuple[UniformRecording, ...]:
+        """Recordings of one drive."""
+        return self.decision.evidence.recordings
+
+    @property
+    def model(self) -> DriveModel:
+        """The nominal model."""
+        return self.decision.evidence.model
+
+    @property
+    def sigma(self) -> Array:
+        """Noise of the encoders [2], rad."""
+        return self.decision.evidence.sigma
+
+    @property
+    def bursts(self) -> tuple[Burst, ...]:
+        """Bursts, the largest first."""
+        return () if self.decision.bursts is None else self.decision.bursts.bursts
+
+    @property
+    def dependence(self) -> Dependence | None:
+        """The free function that the remainder follows beyond chance, None without."""
+        found = self.decision.adequacy.dependence
+        return found if found is not None and found.beyond_chance else None
+
+    @property
+    def widest(self) -> int:
+        """Number of the recording with the largest gap."""
+        return int(np.argmax([misfit_of([run]) for run in self.published]))
+
+
+@dataclass(frozen=True, repr=False)
+class Verdict(Paged):
+    """
+    The verdict of a diagnosis; docs/diagnose.md explains each field.
+
+    model: DriveModel that closes the gap as far as is known; without effect or map, with the
+    values of the model that were estimated along. basis: what the search found. not_tried {effect:
+    why} of the library. model_values {effect: {parameter: value of the nominal model}}.
+    """
+
+    verdict: str
+    effect: str | None
+    location: str | list[str]
+    findings: tuple[Finding, ...]
+    ranked: list[str]
+    confusable: list[str]
+    params: Mapping[str, Mapping[str, float]]
+    gap_before: float
+    gap_after: float
+    floor: float
+    closed_fraction: float | None
+    closed_fraction_ci: list[float] | None
+    channels: Mapping[str, Any]
+    regions: Mapping[str, Any]
+    standard_errors: Mapping[str, Mapping[str, float]]
+    condition: float | None
+    at_bound: list[str]
+    sigma: list[float | None]
+    noise_time: list[float | None]
+    nominal: Mapping[str, float]
+    process_torque: float | None
+    gains: Mapping[str, float]
+    misfit: Mapping[str, Any]
+    where: Mapping[str, Any]
+    identified: list[Mapping[str, Any]]
+    remainder: Mapping[str, Any] | None
+    warnings: list[str]
+    bursts: list[Mapping[str, Any]]
+    equivalent: list[str]
+    model_values: Mapping[str, Mapping[str, float]]
+    model: DriveModel = field(repr=False)
+    basis: Explained = field(repr=False)
+    nominal_shift: Mapping[str, float] | None = None
+    validation: Mapping[str, Any] | None = None
+    not_tried: Mapping[str, str] = field(default_factory=dict)
+    between_recordings: Mapping[str, Any] | None = None
+
+    @property
+    def kind(self) -> str:
+        """One of findings.KINDS."""
+        return self.verdict
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """The verdict as plain data."""
+        return self.to_dict()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, as JSON has it."""
+        data = {f.name: getattr(self, f.name) for f in fields(self)
+                if f.name not in ('model', 'basis')}
+        data['findings'] = [finding.to_dict() for finding in self.findings]
+        for name in ('nominal_shift', 'validation', 'between_recordings'):
+            if data[name] is None:
+                del data[name]
+        return data
+
+
+def location_of(name: str) -> str:
+    """Return the location class of the effect `name`."""
+    return library()[name].location
+
+
+def report(basis: Explained, validate: UniformRecording | None, seed: int,
+           notes: Sequence[str] = ()) -> Verdict:
+    """
+    Return the Verdict with all evidence.
+
+    Args:
+        basis: what the search found.
+        validate: recording for validation, or None.
+        seed: seed of the random numbers.
+        notes: sentences about the search.
+    """
+    decision, adequacy, closed = basis.decision, basis.decision.adequacy, basis.decision.closed
+    candidate, z = decision.fit.candidate, decision.fit.z
+    effects = [*decision.ids]
+    if basis.lattices and not decision.remains and len(effects) < 2:
+        effects = [*effects, *basis.lattices[:2 if not effects else 1]]
+    kind = kind_of(bool(effects), decision.remains)
+    places, remaining = localisation.NOWHERE, None
+    locations = [location_of(i) for i in effects]
+    if effects:  # they name the place; what free signals explain illustrates it
+        places = localisation.places(basis.none, illustrates=True)
+    if decision.remains:
+        places_left = localisation.places(basis.runs)
+        remaining = localisation.tied(places_left, basis.dependence)[0]
+        if kind == UNKNOWN:
+            locations, places = [remaining], {**places_left, 'location': remaining}
+    nuisances, _ = closed.candidate.values(closed.z)
+    model = closed.model
+    params: dict[str, dict[str, float]] = {
+        name: {k: float(v) for k, v in values.items()}
+        for name, values in decision.values.items() if name != DISTURBANCE.id}
+    for i, name in enumerate(LATTICES):
+        if name in effects:
+            params[name] = {'q': float(decision.evidence.quantum[i])}
+            model = with_effects(model, [*model.effects, {'id': name, **params[name]}])
+    errors = {name: dict(values) for name, values in basis.errors.items()
+              if name in candidate.ids}
+    torque_map = _torque_map(model, basis)
+    if torque_map is not None:
+        model = with_effects(model, [torque_map])
+    closure = closed_model.closure(basis.published, basis.closed_runs, bool(closed.candidate.ids),
+                                   seed)
+    if closure['closed_fraction'] is not None and closure['closed_fraction'] < 0.0:
+        closure.update(closed_fraction=None, closed_fraction_ci=None)  # of what is not claimed
+    if not np.isfinite([closure['gap_before'], closure['gap_after']]).all():
+        raise Undecided('free runs of the model are not finite: no solution; check '
+                        'the model file (inertias, stiffness, damping)')
+    shares = {name: (channel, share) for name, channel, share in explained_shares(basis)}
+    findings = tuple(_finding(basis, name, params.get(name, {}), errors.get(name, {}),
+                              shares.get(name, (None, None))) for name in effects)
+    ranked = sorted(basis.gains, key=lambda name: -basis.gains[name])
+    times = noise_times(basis.recordings[0].dt, decision.evidence.colour)
+    channels = sorted({i for r in basis.recordings for i in r.channels})
+    return Verdict(
+        verdict=kind, effect='+'.join(effects) or None,
+        location=NONE if kind == NONE else locations[0] if len(locations) == 1 else locations,
+        findings=findings,
+        ranked=list(dict.fromkeys([*effects, *(i for name in ranked for i in name.split('+'))])),
+        confusable=list(dict.fromkeys(chain(*basis.rivals.values()))) if effects else [],
+        params=params, **closure, standard_errors=errors, condition=basis.condition,
+        at_bound=candidate.at_bound(z),
+        sigma=[float(s) if i in channels else None for i, s in enumerate(basis.sigma)],
+        noise_time=times, nominal=co_estimated(basis.model, nuisances),
+        process_torque=None if decision.evidence.balances else float(decision.fit.torque[0]),
+        gains={name: round(gain, 1) for name, gain in basis.gains.items()
+               if math.isfinite(gain)},
+        misfit={'excess': adequacy.excess, 'structure': adequacy.structure,
+                'noise_gain': adequacy.noise_gain,
+                'follows': None if basis.dependence is None else {
+                    name: getattr(basis.dependence, name) for name in ('place', 'over', 'gain')}},
+        where=places,
+        identified=[{
+            'effect': f.effect, 'location': f.place, 'channel': f.channel,
+            'params': dict(f.values), 'standard_errors': dict(errors.get(f.effect, {})),
+            'explained': f.share} for f in findings if f.effect in candidate.ids],
+        remainder=None if remaining is None else remainder(basis, remaining, torque_map),
+        warnings=[*notes, *warnings(basis, kind, nuisances, times)],
+        bursts=[asdict(burst) for burst in basis.bursts],
+        equivalent=equivalents(findings, basis.model),
+        model_values=model_values(params, basis.model),
+        model=model, basis=basis,
+        nominal_shift=shifts(closed.candidate, nuisances) if nuisances else None,
+        validation=None if validate is None else closed_model.validate(
+            validate, basis.model, model, basis.sigma))
+
+
+def _torque_map(model: DriveModel, basis: Explained) -> dict[str, Any] | None:
+    """Return the torque map of the closed model with its deviations, None without."""
+    effect = next((dict(e) for e in model.effects if e['id'] == TORQUE_MAP.id), None)
+    if effect is None or TORQUE_MAP.id not in basis.decision.closed.candidate.ids:
+        return None
+    return {**effect, 'deviations': list(basis.errors.get(TORQUE_MAP.id, {}).values())
+            or effect['deviations']}
+
+
+def _finding(basis: Explained, name: str, values: Mapping[str, float],
+             errors: Mapping[str, float], attribution: tuple[str | None, float | None]) -> Finding:
+    """Return the effect `name` as a finding; attribution: the reading that shows it, its share."""
+    channel, share = attribution
+    deviations: dict[str, float | None] = {
+        key: errors[key] if _determined(key, value, errors.get(key)) else None
+        for key, value in values.items()}
+    if name in LATTICES:
+        deviations = dict.fromkeys(values, 0.0)
+        channel = basis.recordings[0].readings[LATTICES.index(name)]
+    if name == DISTURBANCE.id:
+        values = basis.decision.values[name]
+        deviations = dict.fromkeys(values)
+    return Finding(name, location_of(name), values, deviations, basis.likelihoods.get(name), share,
+                   channel, confusable=tuple(basis.rivals.get(name, ())))
+
+
+def _determined(name: str, value: float, error: float | None) -> bool:
+    """Return whether a recording determines a value: better than its size, a phase than 1 rad."""
+    size = 1.0 if name == 'phi' else abs(value)
+    return error is not None and (error == 0.0 or error < THRESHOLDS.undetermined * size)
+
+
+def explained_shares(basis: Explained) -> list[tuple[str, str, float | None]]:
+    """
+    Return (effect, reading in which it shows, share of the misfit that it explains) of each.
+
+    share: of the squared misfit beyond noise that returns without the effect, the states of the
+    windows fitted again; None where nothing is beyond noise.
+    """
+    total = sum(float(run.chi2.sum()) - run.residual.size for run in basis.none)
+    out, ids = [], basis.decision.fit.candidate.ids
+    for name in ids:
+        if name == TORQUE_MAP.id:
+            continue
+        losses = np.zeros(2)
+        for none, run in zip(basis.none, basis.runs):
+            without = none.residual if len(ids) == 1 else _without(run, basis.model, name)
+            change = (without ** 2).sum(axis=(0, 1)) - (run.residual ** 2).sum(axis=(0, 1))
+            losses[run.data.channels] += change
+        out.append((name, basis.recordings[0].readings[int(np.argmax(losses))],
+                    float(np.clip(losses.sum() / total, 0.0, 1.0)) if total > 0.0 else None))
+    return out
+
+
+def _without(run: WindowRuns, nominal: DriveModel, name: str) -> Array:
+    """Return the residual [W, L, C] of free runs without the effect `name` beyond the nominal."""
+    bare = replace(run.model, effects=(
+        *(e for e in run.model.effects if e['id'] != name),
+        *(e for e in nominal.effects if e['id'] == name)))
+    states, _ = solve_states(run.data, bare, run.states, run.memory)
+    return run.data.residual(bare, states, run.memory)
+
+
+def remainder(basis: Explained, place: str, torque_map: Mapping[str, Any] | None
+              ) -> dict[str, Any]:
+    """
+    Return the remainder: its place, the reading that shows it, its size there, over what.
+
+    Args:
+        basis: what the search found.
+        place: location class of what remains.
+        torque_map: effect that closes a part of it, None if none does.
+    """
+    squares, counts = np.zeros(2), np.zeros(2)
+    for run in basis.runs:
+        squares[run.data.channels] += (run.residual ** 2).sum(axis=(0, 1))
+        counts[run.data.channels] += run.residual[:, :, 0].size
+    reduced = squares / np.maximum(counts, 1)
+    at = int(np.argmax(reduced))
+    unexplained = Remainder(
+        place, basis.recordings[0].readings[at],
+        float(basis.sigma[at]) * math.sqrt(max(0.0, float(reduced[at]) - 1.0)),
+        None if basis.dependence is None else basis.dependence.over,
+        times=tuple((b.t0, b.t0 + b.duration) for b in basis.bursts))
+    return unexplained.to_dict() | {'torque_map': None if torque_map is None else {
+        k: v for k, v in torque_map.items() if k != 'id'}}
+
+
+def model_values(effects: Iterable[str], model: DriveModel) -> dict[str, dict[str, float]]:
+    """
+    Return what the nominal model has in place of effects, {effect: {parameter: value}}.
+
+    Of an effect that replaces a value or adds to one, that value; of one that the model has, its
+    parameters; others are left out.
+
+    Args:
+        effects: ids.
+        model: the nominal one.
+    """
+    out: dict[str, dict[str, float]] = {}
+    present = {e['id']: e for e in model.effects}
+    for name in effects:
+        effect = library()[name]
+        value = model.value(effect.adds_to) if effect.adds_to else replaced_value(model, name)
+        if value is not None:
+            out[name] = {effect.parameters[0].name: float(value)}
+        elif name in present:
+            out[name] = {k: float(v) for k, v in present[name].items()
+                         if isinstance(v, (int, float))}
+    return out
+
+
+def equivalents(findings: Sequence[Finding], model: DriveModel) -> list[str]:
+    """
+    Return sentences about what else the values of findings may be called.
+
+    Args:
+        findings: of the verdict.
+        model: the nominal model.
+    """
+    values = {finding.effect: finding.values for finding in findings}
+    out = []
+    if 'torque_gain' in values:
+        factor = 1.0 / (1.0 + values['torque_gain']['g'])
+        out.append(f'the same motion results if all inertias, weights, stiffnesses and frictions '
+                   f'are multiplied by {factor:.4g} instead of the torque by '
+                   f'{1.0 / factor:.4g}: only a known load or torque sensor tells')
+    added = values[ARM_INERTIA.id]['m2'] - model.arm_inertia if ARM_INERTIA.id in values else 0.0
+    if added > 0.0 and model.axis == 'prismatic':
+        out.append(f'a payload of {added:.3g} kg has this inertia')
+    elif added > 0.0 and GRAVITY.id in values:
+        weight = values[GRAVITY.id]['G'] - weight_of(model.effects)[0]
+        if weight > 0.0:
+            distance = scipy.constants.g * added / weight
+            out.append(f'a payload of {added / distance ** 2:.3g} kg at {distance:.3g} m from the '
+                       'axis has this inertia and this weight')
+    elif added > 0.0:
+        r1, r2 = ARMS
+        out.append(f'a payload of {added / r1 ** 2:.3g} kg at {r1:g} m from the axis has this '
+                   f'inertia, and so has one of {added / r2 ** 2:.3g} kg at {r2:g} m')
+    return out
+
+
+def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str, float]:
+    """
+    Return {name: nominal value} as estimated along with the effect.
+
+    Args:
+        model: model of the drive.
+        nuisances: relative changes of nominal values by name.
+    """
+    values = {name: float(model.value(where) * (1.0 + nuisances.get(name, 0.0)))
+              for name, where in NUISANCES.items() if name not in GAINS or model.controller}
+    for name, value in (('alpha', model.friction_sharpness), ('alpha_arm', model.arm_sharpness)):
+        if name in nuisances:
+            values[name] = float(value * (1.0 + nuisances[name]))
+    if ZERO in nuisances:
+        values[ZERO] = float(nuisances[ZERO])
+    return values
+
+
+def noise_times(dt: float, phi: Array | None) -> list[float | None]:
+    """
+    Return over which time (s) the noise of each encoder is correlated, None: it is white.
+
+    Args:
+        dt: sample time, s.
+        phi: correlation of neighbouring readings of each encoder.
+    """
+    return [float(-dt / np.log(p)) if p > 0.0 else None
+            for p in (np.zeros(2) if phi is None else phi)]
+
+
+def shifts(candidate: CandidateModel, nuisances: Mapping[str, float]) -> dict[str, float]:
+    """
+    Return {name: shift in standard deviations} of the values estimated along.
+
+    Args:
+        candidate: model to be fitted, with its coordinates.
+        nuisances: relative changes of nominal values by name.
+    """
+    spread = {c.name: c.prior for c in candidate.coordinates if c.owner < 0}
+    return {name: float((np.log1p(value) if name in SHAPES else value) / spread[name])
+            for name, value in nuisances.items()}
+
+
+def warnings(basis: Explained, kind: str, nuisances: Mapping[str, float],
+             times: Sequence[float | None]) -> list[str]:
+    """
+    Return sentences about what weakens the verdict.
+
+    Args:
+        basis: what the search found.
+        kind: of the verdict.
+        nuisances: relative changes of nominal values by name.
+        times: correlation times of the encoder noise [2], s; None: white.
+    """
+    model, candidate, z = basis.model, basis.decision.fit.candidate, basis.decision.fit.z
+    out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '
+           'it is judged with that' for name, time in zip(('motor', 'arm'), times) if time]
+    sharpness = co_estimated(model, nuisances)
+    out += [f'friction of the {side} has another shape than in the model file: its sharpness is '
+            f'{sharpness[name]:.3g}, not {value:.3g} s/rad; its size stands'
+            for name, side, value in (('alpha', 'motor', model.friction_sharpness),
+                                      ('alpha_arm', 'arm', model.arm_sharpness))
+            if name in nuisances and abs(np.log1p(nuisances[name])) > THRESHOLDS.shape]
+    law = candidate.nominal.friction_law.kind
+    if law != model.friction_law.kind:
+        out.append(f'friction of the drive follows the law {law}, not {model.friction_law.kind} '
+                   'of the model file (friction_law): with it, nothing but noise is left')
+    published, closed = (misfit_of(runs) for runs in (basis.published, basis.closed_runs))
+    if kind == NONE and published > THRESHOLDS.misfit * closed:
+        out.append(f'the model file itself misses by {published:.3g} standard deviations: values '
+                   'moved within their tolerances (nominal_shift) explain the recording')
+    bound = candidate.at_bound(z)
+    one_encoder = all(len(r.channels) == 1 for r in basis.recordings)
+    if kind in (UNKNOWN, INCOMPLETE) and one_encoder and model.transmission.kind != 'rigid':
+        out.append('one encoder: where an unknown effect acts is a guess, record both to know')
+    if bound and kind != NONE:
+        out.append(f'{", ".join(bound)}: at the bound of what is possible')
+    if nuisances and candidate.penalty(z) > THRESHOLDS.effect_gain:
+        shift = shifts(candidate, candidate.values(z)[0])
+        farthest = max(shift, key=lambda n: abs(shift[n]))
+        out.append(f'nominal values lie far outside their tolerance (most: {farthest}, '
+                   f'{shift[farthest]:+.1f} tolerances): the tolerance '
+                   'looks too small, or several values have changed')
+    return out

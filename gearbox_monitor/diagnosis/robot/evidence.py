@@ -1,0 +1,427 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Evidence: the likelihood of a mixed model of all joints, by Gram matrices per joint and band.
+
+    effort - model = X beta + Z u + e,   u ~ N(mean, covariance),   e with one variance per joint,
+    recording and band of frequency (Whittle), profiled:
+    deviance = sum n ln(RSS / n) + (u - mean)' covariance^-1 (u - mean)
+
+A nuisance column acts on few joints only: each joint's Gram matrix holds its own columns.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from gearbox_monitor.diagnosis.robot.candidates import Candidate
+from gearbox_monitor.diagnosis.robot.motion import highest_kept
+from gearbox_monitor.diagnosis.robot.rows import NuisanceColumn, Rows
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.kernels.types import Array, Integers
+
+WEAK = 1e-7      # prior precision of a candidate's coefficient, in units of its column
+SINGULAR = 1e-13  # of a candidate's own Schur complement, relative
+ROUNDED = 1.0 + 1e-11  # of a diagonal: columns that nearly agree leave it not below zero
+CANCELLED = 1e-4  # below it the difference of two sums is not accurate
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """Of the coefficients `labels`, in their units: mean [K] and covariance [K, K]."""
+
+    labels: tuple[str, ...]
+    mean: Array
+    covariance: Array
+
+
+@dataclass(frozen=True, eq=False)
+class JointRows:
+    """
+    The rows of a joint, sorted by cell (recording and band).
+
+    z [R, K]: its nuisance columns in units of their deviation; index [K]: which ones of all;
+    y [R]: target less the prior's mean; cells: slices of equal variance; count [C]: effective
+    rows; recording, band [C]: of the cell; segment [R]: number of the segment; order [R]: where a
+    row stood; gram [C, K+1, K+1]. floor [C]: no cell's sum of squares is taken below it.
+    """
+
+    z: Array
+    index: Integers
+    y: Array
+    cells: tuple[slice, ...]
+    count: Array
+    recording: Integers
+    band: Integers
+    segment: Integers
+    order: Integers
+    gram: Array
+    floor: Array
+
+    def spread(self, per_cell: Array) -> Array:
+        """Return the values [R] of cells `per_cell` [C]."""
+        return np.repeat(per_cell, [c.stop - c.start for c in self.cells])
+
+
+@dataclass(frozen=True, eq=False)
+class RobotFit:
+    """
+    A set of candidates, fitted.
+
+    values: coefficients of the chosen; nuisance [K]: in units of deviations, from the mean;
+    covariance [K+E, K+E], scale [E]: of the columns; weights: 1 / variance per joint [C];
+    residual: per joint [R].
+    """
+
+    chosen: tuple[Candidate, ...]
+    deviance: float
+    values: Array
+    nuisance: Array
+    covariance: Array
+    scale: Array
+    weights: tuple[Array, ...]
+    residual: tuple[Array, ...]
+
+    def of(self, number: int) -> slice:
+        """Return where the coefficients of candidate `number` stand in `values`."""
+        begin = sum(c.width for c in self.chosen[:number])
+        return slice(begin, begin + self.chosen[number].width)
+
+
+class AddedEstimate(NamedTuple):
+    """Coefficients of a candidate added alone, their covariance, and the gain in chi squared."""
+
+    values: Array
+    covariance: Array
+    gain: float
+
+
+class RobotEvidence:
+    """
+    The evidence of `recordings` of one robot about candidates.
+
+    prior: what references taught; None, the tolerances of the file. variance [J, bands]: what they
+    left, below which no variance is taken; rows where it is infinite are left out. nuisance:
+    columns by label, the first of each.
+    """
+
+    def __init__(self, recordings: Sequence[Rows], prior: Prior | None = None,
+                 variance: Array | None = None) -> None:
+        self.variance = variance
+        self.recordings = tuple(recordings)
+        self.joints = len(recordings[0].joints)
+        self.nuisance: dict[str, NuisanceColumn] = {}
+        for number, rows in enumerate(recordings):
+            for column in rows.nuisance:
+                self.nuisance.setdefault(_label(column, number), column)
+        self.labels = tuple(self.nuisance)
+        self.deviation = np.array([column.deviation for column in self.nuisance.values()])
+        self.mean, self.precision = self._prior(prior)
+        self.at = tuple(self._joint(j) for j in range(self.joints))
+        self.segments = sum(len(rows.tests.starts) for rows in recordings)
+
+    def _prior(self, prior: Prior | None) -> tuple[Array, Array]:
+        """Return mean and precision of the nuisance, in units of its deviations."""
+        mean, covariance = np.zeros(len(self.labels)), np.eye(len(self.labels))
+        if prior is None:
+            return mean, covariance
+        place = {label: i for i, label in enumerate(self.labels)}
+        shared = [(i, place[label]) for i, label in enumerate(prior.labels) if label in place]
+        theirs, ours = (np.array(x, int) for x in zip(*shared))
+        scale = self.deviation[ours]
+        mean[ours] = prior.mean[theirs] / scale
+        covariance[np.ix_(ours, ours)] = prior.covariance[np.ix_(theirs, theirs)] / np.outer(
+            scale, scale)
+        values, vectors = np.linalg.eigh(covariance)
+        return mean, (vectors / np.maximum(values, 1e-10 * values.max())) @ vectors.T
+
+    def _joint(self, j: int) -> JointRows:
+        place = {label: i for i, label in enumerate(self.labels)}
+        blocks, index = [], {place[_label(c, i)] for i, rows in enumerate(self.recordings)
+                             for c in rows.nuisance if j in c.rows}
+        own = np.array(sorted(index), int)
+        where = {k: i for i, k in enumerate(own)}
+        cell, target, weight, model, segment = [], [], [], [], []
+        begin, bands = 0, len(SETTINGS.bands) - 1
+        for number, rows in enumerate(self.recordings):
+            z = np.zeros((rows.tests.rows, len(own)))
+            for column in rows.nuisance:
+                if j in column.rows:
+                    k = place[_label(column, number)]
+                    z[:, where[k]] = column.rows[j] * self.deviation[k]
+            blocks.append(z)
+            cell.append(number * bands + rows.tests.band)
+            target.append(rows.target[j])
+            per_segment = rows.tests.rows // len(rows.tests.starts)
+            weight.append(np.repeat(rows.tests.covered[:, j], per_segment))
+            segment.append(begin + np.repeat(np.arange(len(rows.tests.starts)), per_segment))
+            model.append(rows.model[j])
+            begin += len(rows.tests.starts)
+        usable = np.flatnonzero(np.concatenate([
+            rows.tests.frequency <= highest_kept(rows.motion)[j]
+            for rows in self.recordings]))
+        if self.variance is not None:
+            usable = usable[np.isfinite(self.variance[j])[np.concatenate(cell)[usable] % bands]]
+        order = usable[np.argsort(np.concatenate(cell)[usable], kind='stable')]
+        z, y, cells = np.concatenate(blocks)[order], np.concatenate(target)[order], np.concatenate(
+            cell)[order]
+        y = y - z @ self.mean[own]
+        edges = np.flatnonzero(np.diff(cells, prepend=-1, append=cells[-1] + 1))
+        slices = tuple(slice(a, b) for a, b in zip(edges[:-1], edges[1:]))
+        covered, torque = np.concatenate(weight)[order], np.concatenate(model)[order]
+        count = np.array([max(covered[s].sum(), 1e-3) for s in slices])
+        full = np.column_stack([z, y])
+        gram = np.stack([full[s].T @ full[s] for s in slices])
+        # Else a joint without effort may explain all by nothing (0 = 0).
+        floor = np.array([np.sum(torque[s] ** 2) for s in slices]) * SETTINGS.floor ** 2
+        kind = cells[edges[:-1]]
+        if self.variance is not None:
+            floor = np.maximum(floor, count * self.variance[j][kind % bands])
+        return JointRows(z, own, y, slices, count, kind // bands, kind % bands,
+                         np.concatenate(segment)[order], order, gram, floor + 1e-30)
+
+    def rows_in(self, candidate: Candidate) -> float:
+        """Return the effective number of rows that a candidate acts on."""
+        return float(sum(self.at[j].count.sum() for j in candidate.columns))
+
+    def _columns(self, chosen: Sequence[Candidate]) -> tuple[list[Array], list[Array], Array]:
+        """Return columns [R, E_j] and their places of each joint, and their scale [E]."""
+        width = sum(c.width for c in chosen)
+        squares, rows, begin = np.zeros(width), 0, 0
+        columns: list[list[Array]] = [[] for _ in range(self.joints)]
+        places: list[list[int]] = [[] for _ in range(self.joints)]
+        for c in chosen:
+            columns_of = slice(begin, begin + c.width)
+            for j, x in c.columns.items():
+                squares[columns_of] += (x ** 2).sum(axis=0)
+                columns[j].append(x[self.at[j].order])
+                places[j] += range(begin, begin + c.width)
+            begin += c.width
+        rows = sum(len(a.y) for a in self.at)
+        scale = np.sqrt(squares / rows) + 1e-12
+        out, where = [], []
+        for j, parts in enumerate(columns):
+            place = np.array(places[j], int)
+            x = np.concatenate(parts, axis=1) if parts else np.zeros((len(self.at[j].y), 0))
+            out.append(x / scale[place])
+            where.append(place)
+        return out, where, scale
+
+    def fit(self, chosen: Sequence[Candidate] = (), weights: Sequence[Array] | None = None,
+            rounds: int = 6) -> RobotFit:
+        """
+        Return the profiled fit of a set of candidates.
+
+        Args:
+            chosen: candidates, without a prior.
+            weights: per joint, to begin with.
+            rounds: of reweighting, at most.
+        """
+        k = len(self.labels)
+        extra, places, scale = self._columns(chosen)
+        grams, index = [], []
+        for a, x, place in zip(self.at, extra, places):
+            n, e = len(a.index), x.shape[1]
+            gram = np.empty((len(a.cells), n + e + 1, n + e + 1))
+            keep, new = np.r_[0:n, n + e], np.arange(n, n + e)
+            gram[:, keep[:, None], keep] = a.gram
+            for g, cell in enumerate(a.cells if e else ()):
+                full = np.column_stack([a.z[cell], x[cell], a.y[cell]])
+                cross = full.T @ x[cell]
+                gram[g][:, new], gram[g][new] = cross, cross.T
+            grams.append(gram)
+            index.append(np.r_[a.index, k + place])
+        if weights is None:
+            weights = [a.count / np.maximum(a.gram[:, -1, -1], 1e-30) for a in self.at]
+        size = k + len(scale)
+        prior = np.zeros((size, size))
+        prior[:k, :k] = self.precision
+        prior[np.arange(k, size), np.arange(k, size)] = WEAK
+        for _ in range(rounds):
+            matrix, right = prior.copy(), np.zeros(size)
+            for gram, w, own in zip(grams, weights, index):
+                total = np.tensordot(w, gram, 1)
+                matrix[own[:, None], own] += total[:-1, :-1]
+                right[own] += total[:-1, -1]
+            matrix[np.arange(size), np.arange(size)] *= ROUNDED
+            factor = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
+            solution = scipy.linalg.cho_solve(factor, right, check_finite=False)
+            squares = []
+            for gram, own, a in zip(grams, index, self.at):
+                c = np.append(-solution[own], 1.0)
+                squares.append(self._shrunk(np.maximum((gram @ c) @ c, a.floor), a))
+            # Weights, solution and covariance that are returned belong together: where a candidate
+            # has the column of a nuisance, their difference is all of its information.
+            used, weights = weights, [a.count / s for a, s in zip(self.at, squares)]
+            if max(np.abs(np.log(w / b)).max() for w, b in zip(weights, used)) < 0.01:
+                break
+        offset = solution[:k]
+        deviance = sum(float((a.count * np.log(s / a.count)).sum())
+                       for a, s in zip(self.at, squares)) + float(
+                           offset @ self.precision @ offset)
+        residual = [a.y - a.z @ solution[a.index] - x @ solution[k + place]
+                    for a, x, place in zip(self.at, extra, places)]
+        inverse = scipy.linalg.cho_solve(factor, np.eye(size), check_finite=False)
+        return RobotFit(tuple(chosen), deviance, solution[k:] / scale, offset, inverse, scale,
+                        tuple(used), tuple(residual))
+
+    def hidden(self, fit: RobotFit) -> float:
+        """
+        Return the deviance of what the newest candidate of `fit` hides.
+
+        Where any input has the same effect, it may have been anywhere in the range that is hidden:
+        it is as improbable as noise of that size, not as the residual.
+        """
+        c = fit.chosen[-1]
+        if not c.hidden:
+            return 0.0
+        (j, x), = c.columns.items()
+        a, weights = self.at[j], fit.weights[j]
+        size = np.array([np.sum(x[a.order[cell], 0] ** 2) for cell in a.cells])
+        ratio = np.log(np.maximum(size, 1e-300) * weights / a.count)
+        return c.hidden * float(a.count @ np.maximum(ratio, 0.0))
+
+    def _shrunk(self, squares: Array, a: JointRows) -> Array:
+        """
+        Return sums of squares [C] drawn towards those of the neighbouring bands.
+
+        A short recording would fit one band at the cost of another.
+        """
+        count = a.count
+        log = np.log(squares / count)
+        distance = np.abs(np.subtract.outer(np.arange(len(count)), np.arange(len(count))))
+        same = np.equal.outer(a.recording, a.recording)
+        close = np.exp(-distance / 1.5) * (distance > 0) * same
+        total = close @ count
+        smooth = np.where(total > 0.0, close @ (log * count) / np.maximum(total, 1e-9), log)
+        shrink = SETTINGS.shrink
+        return count * np.exp((count * log + shrink * smooth) / (count + shrink))
+
+    def estimates(self, fit: RobotFit, candidates: Sequence[Candidate],
+                  part: Sequence[Array] | None = None) -> list[AddedEstimate]:
+        """
+        Return the AddedEstimate of each candidate, added alone at the weights of a fit.
+
+        Args:
+            fit: what is explained already.
+            candidates: to add.
+            part: of each joint which rows [R] an effect may act on, None for all. An effect in a
+                part of the rows is what differs between this part and the others.
+        """
+        extra, places, _ = self._columns(fit.chosen)
+        k = len(self.labels)
+        weight = [a.spread(w) for a, w in zip(self.at, fit.weights)]
+        full = [np.column_stack([a.z, x]) for a, x in zip(self.at, extra)]
+        index = [np.r_[a.index, k + place] for a, place in zip(self.at, places)]
+        out: list[AddedEstimate | None] = [None] * len(candidates)
+        single: dict[int, list[int]] = {}
+        for i, c in enumerate(candidates):
+            if len(c.columns) == 1:
+                single.setdefault(next(iter(c.columns)), []).append(i)
+            else:
+                columns = {j: self._in_part(x, j, part) for j, x in c.columns.items()}
+                score = np.zeros(c.width)
+                for j, x in columns.items():
+                    score += x.T @ (weight[j] * fit.residual[j])
+                out[i] = _estimate(score, *self._schur(fit, columns, full, index, weight))
+        for j, numbers in single.items():
+            x = np.concatenate([candidates[i].columns[j] for i in numbers], axis=1)
+            x = self._in_part(x, j, part)
+            xw = x * weight[j][:, None]
+            score, xz = xw.T @ fit.residual[j], xw.T @ full[j]
+            inner = xz @ fit.covariance[index[j][:, None], index[j]]
+            begin = 0
+            for i in numbers:
+                own = slice(begin, begin + candidates[i].width)
+                begin = own.stop
+                xx = xw[:, own].T @ x[:, own]
+                schur = xx - inner[own] @ xz[own].T
+                size = np.sqrt(np.diag(xx)) + 1e-30
+                if np.linalg.eigvalsh(schur / np.outer(size, size))[0] < CANCELLED:
+                    schur, _ = self._schur(fit, {j: x[:, own]}, full, index, weight)
+                out[i] = _estimate(score[own], schur, np.diag(xx))
+        return [e for e in out if e is not None]
+
+    def _in_part(self, x: Array, joint: int, part: Sequence[Array] | None) -> Array:
+        """Return columns [R, k] of a candidate in the order of its joint, in a part."""
+        x = x[self.at[joint].order]
+        return x if part is None else x * part[joint][:, None]
+
+    def _schur(self, fit: RobotFit, columns: Mapping[int, Array], full: Sequence[Array],
+               index: Sequence[Array], weight: Sequence[Array]) -> tuple[Array, Array]:
+        """
+        Return the Schur complement of columns {joint: [R, k]}, and their squares [k].
+
+        As a sum of squares of what all else leaves of them: what the tolerances nearly explain has
+        a complement of 1e-8 of its squares, which a difference would not hold.
+        """
+        size = len(fit.covariance)
+        width = next(iter(columns.values())).shape[1]
+        cross, squares = np.zeros((size, width)), np.zeros(width)
+        for j, x in columns.items():
+            cross[index[j]] += full[j].T @ (x * weight[j][:, None])
+            squares += weight[j] @ x ** 2
+        share = fit.covariance @ cross
+        k = len(self.labels)
+        schur = share[:k].T @ self.precision @ share[:k] + WEAK * share[k:].T @ share[k:]
+        for j in range(self.joints):
+            reduced = -full[j] @ share[index[j]]
+            if j in columns:
+                reduced += columns[j]
+            schur += (reduced * weight[j][:, None]).T @ reduced
+        return schur, squares
+
+    def sandwich(self, fit: RobotFit) -> Array:
+        """
+        Return the covariance [E, E] of the values chosen in `fit`, from segments' scores.
+
+        It holds where the residual is no white noise (White, 1980; segments as clusters), and is
+        not below that of the likelihood.
+        """
+        k = len(self.labels)
+        extra, places, _ = self._columns(fit.chosen)
+        scores = np.zeros((self.segments, len(fit.covariance)))
+        for a, x, place, w, r in zip(self.at, extra, places, fit.weights, fit.residual):
+            rows = np.column_stack([a.z, x]) * (a.spread(w) * r)[:, None]
+            total = np.zeros((self.segments, rows.shape[1]))
+            np.add.at(total, a.segment, rows)
+            scores[:, np.r_[a.index, k + place]] += total
+        own = fit.covariance[k:]
+        middle = scores @ own.T
+        prior = own[:, :k] @ self.precision @ own[:, :k].T
+        robust = middle.T @ middle + prior
+        model = own[:, k:]
+        share = np.sqrt(np.maximum(np.diag(robust) / np.diag(model), 1.0))
+        return model * np.outer(share, share) / np.outer(fit.scale, fit.scale)
+
+    def posterior(self, fit: RobotFit, dispersion: Array | None = None) -> Prior:
+        """
+        Return what a fit taught of the nuisance, in its units.
+
+        Args:
+            fit: with or without candidates.
+            dispersion: [J], by which the information of each joint is divided, of a fit without
+                candidates; None for 1.
+        """
+        if dispersion is not None:
+            fit = self.fit((), [w / phi for w, phi in zip(fit.weights, dispersion)], 1)
+        d = self.deviation
+        return Prior(self.labels, (self.mean + fit.nuisance) * d,
+                     fit.covariance[:len(d), :len(d)] * np.outer(d, d))
+
+
+def _label(column: NuisanceColumn, number: int) -> str:
+    """Return the label of a nuisance column of recording `number`."""
+    return f'{column.label} of recording {number + 1}' if column.own else column.label
+
+
+def _estimate(score: Array, schur: Array, squares: Array) -> AddedEstimate:
+    """Return coefficients of a linear step, made safe where columns are not excited."""
+    size = np.sqrt(squares) + 1e-30
+    inner = schur / np.outer(size, size) + SINGULAR * np.eye(len(size))
+    covariance = np.linalg.inv(inner) / np.outer(size, size)
+    values = covariance @ score
+    return AddedEstimate(values, covariance, float(score @ values))

@@ -1,0 +1,178 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A log of all joints of a robot, checked and cut into sections at its gaps."""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Array, Integers
+
+TORQUE, CURRENT, SETPOINT = 'torque', 'current', 'setpoint'
+LEAST_SECONDS = 4.0  # a section holds at least one test function and what a smoother loses
+
+
+@dataclass(frozen=True, eq=False)
+class LogSection:
+    """Samples without a gap: t [N] s, position [N, J], input [N, J] (torque or setpoint)."""
+
+    t: Array
+    position: Array
+    input: Array
+
+
+@dataclass(frozen=True, eq=False)
+class RobotLog:
+    """
+    A recording of the joints `joints` in the order of the model.
+
+    kind: of the input: TORQUE (N m), CURRENT (made a torque by constants) or SETPOINT (rad).
+    measured: the torque is measured behind the drive's limits, not commanded. rate: usual samples
+    per second. notes: what was left out or repaired, in words.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    kind: str
+    sections: tuple[LogSection, ...]
+    rate: float
+    measured: bool = False
+    notes: tuple[str, ...] = ()
+
+    @property
+    def seconds(self) -> float:
+        """Time that the sections cover."""
+        return float(sum(section.t[-1] - section.t[0] for section in self.sections))
+
+
+@dataclass(frozen=True, eq=False)
+class RawLog:
+    """
+    Columns as a file holds them: t [N] s; by joint of the model position and input [N].
+
+    kind, measured: as of RobotLog.
+    """
+
+    name: str
+    t: Array
+    position: Mapping[str, Array]
+    input: Mapping[str, Array]
+    kind: str
+    measured: bool = False
+    notes: tuple[str, ...] = ()
+
+
+def _at_stamps(t: Array, values: Array, rows: Integers, kind: str
+               ) -> tuple[Array, Array]:
+    """
+    Return stamps [M] and values [M, 2J] of `rows` [M], where each column has its own rows.
+
+    Positions by a spline, torques between their neighbours; a setpoint holds until the next one.
+
+    Args:
+        t: stamps of all rows [N], s.
+        values: positions and inputs [N, 2J], NaN in rows that are not a column's own.
+        rows: whose stamps count.
+        kind: of the input.
+    """
+    order = np.argsort(t, kind='stable')
+    at, out = t[rows], np.full((len(rows), values.shape[1]), np.nan)
+    for column, x in enumerate(values.T):
+        own = order[np.isfinite(x[order])]
+        own = own[np.diff(t[own], prepend=-np.inf) > 0.0]
+        if len(own) < 2:
+            continue
+        following = np.clip(np.searchsorted(t[own], at), 1, len(own) - 1)
+        wide = max(SETTINGS.gap * float(np.median(np.diff(t[own]))), SETTINGS.gap_seconds)
+        step = t[own[following]] - t[own[following - 1]]
+        bridged = (step <= wide) & (at >= t[own[0]]) & (at <= t[own[-1]])
+        if column < values.shape[1] // 2:
+            y = scipy.interpolate.CubicSpline(t[own], x[own])(at)
+        elif kind == SETPOINT:
+            y = x[own[np.searchsorted(t[own], at, 'right') - 1]]
+        else:
+            y = np.interp(at, t[own], x[own])
+        out[bridged, column] = y[bridged]
+    return at, out
+
+
+def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
+    """
+    Return the RobotLog of a file's columns.
+
+    Args:
+        raw: the columns.
+        joints: of the model, in its order.
+
+    Returns:
+        The log, in sections without gaps.
+
+    Raises:
+        InputError: a joint is missing, values are not finite, or the log is too slow or short.
+    """
+    for joint in joints:
+        if joint not in raw.position or joint not in raw.input:
+            kind = 'position' if joint not in raw.position else raw.kind
+            raise InputError(
+                f'{raw.name}: joint {joint}: no {kind}, expected all joints of the model; the log '
+                f'has {", ".join(raw.position) or "none"} (--recorded NAME=LOGNAME maps a name)')
+        for signal, column in (('position', raw.position[joint]), (raw.kind, raw.input[joint])):
+            if not np.isfinite(column).any():
+                raise InputError(f'{raw.name}: joint {joint}: {signal}: none of {len(column)} '
+                                 'samples is a number, expected numbers')
+    values = np.column_stack([raw.position[j] for j in joints] + [raw.input[j] for j in joints])
+    notes = list(raw.notes)
+    stamped = np.isfinite(raw.t)
+    t, values = raw.t[stamped], values[stamped]
+    own = np.isfinite(values)
+    if np.sum(own.all(axis=1)) < 0.5 * own.sum(axis=0).min():
+        rarest = int(np.argmin(own.sum(axis=0)))
+        rows = np.flatnonzero(own[:, rarest])
+        separate = [joint for i, joint in enumerate(joints) if not own[rows, i].all()]
+        notes.append(f'{", ".join(separate)}: messages of their own, interpolated to the stamps '
+                     f'of {joints[rarest % len(joints)]}')
+        t, values = _at_stamps(t, values, rows, raw.kind)
+    good = np.logical_and.reduce(np.isfinite(values), axis=1)
+    if not good.all():
+        notes.append(f'{int(np.sum(~good))} of {len(good)} samples without all joints are left '
+                     'out')
+    t, values = t[good], values[good]
+    if len(t) < 3:
+        raise InputError(f'{raw.name}: {len(t)} whole samples, expected {LEAST_SECONDS:g} s or '
+                         'more')
+    latest = np.maximum.accumulate(t)
+    # The step in which half of the time passes: many stamps on top of each other do not move it.
+    steps = np.sort(np.diff(latest))
+    period = float(steps[np.searchsorted(np.cumsum(steps), 0.5 * steps.sum())])
+    if not period > 0.0:
+        raise InputError(f'{raw.name}: t: all stamps are the same, expected seconds that rise')
+    rate = 1.0 / period
+    if rate < SETTINGS.least_rate:
+        raise InputError(
+            f'{raw.name}: {rate:.3g} samples/s, expected {SETTINGS.least_rate:g} or more: between '
+            'slower samples a joint moves too far for its speed to be known')
+    # Stamps on top of each other would tear a spline; those that go back are not in order.
+    keep = np.ones(len(t), bool)
+    for i in np.flatnonzero(np.diff(t) < SETTINGS.coincident * period) + 1:
+        keep[i] = t[i] - latest[i - 1] >= SETTINGS.coincident * period
+    dropped = int(np.sum(~keep))
+    if dropped:
+        notes.append(f'{dropped} samples with a stamp at or before another one are left out')
+    t, values = t[keep], values[keep]
+    ends = np.flatnonzero(np.diff(t) > max(SETTINGS.gap * period, SETTINGS.gap_seconds)) + 1
+    count, sections = len(joints), []
+    for rows in np.split(np.arange(len(t)), ends):
+        if len(rows) > 3 and t[rows[-1]] - t[rows[0]] >= LEAST_SECONDS:
+            sections.append(LogSection(t[rows], values[rows, :count], values[rows, count:]))
+    if not sections:
+        raise InputError(f'{raw.name}: {t[-1] - t[0]:.3g} s in {len(ends) + 1} parts, expected '
+                         f'one part without gaps of {LEAST_SECONDS:g} s or more')
+    used = sum(len(section.t) for section in sections)
+    if len(ends):
+        notes.append(f'{len(ends)} gaps in the stamps: {used} of {len(t)} samples are used')
+    return RobotLog(raw.name, tuple(joints), raw.kind, tuple(sections), rate, raw.measured,
+                    tuple(notes))

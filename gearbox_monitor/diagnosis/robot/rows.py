@@ -1,0 +1,392 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The rows of one recording: every term of the balance, tested; and shapes a reference may need.
+
+The shapes are friction and ripple of a joint that its file does not state.
+"""
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, partial
+from types import MappingProxyType
+from typing import TypeAlias
+
+import numpy as np
+import scipy
+
+from gearbox_monitor.diagnosis.robot.motion import (
+    local_cosines, motion_of, RobotMotion, smooth_sign, TestFunctions)
+from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects.balance_column import JointMotion, moved, waves
+from gearbox_monitor.plant.effects.controller import SERVO_GAIN
+from gearbox_monitor.robot.chain import Chain, PER_LINK
+
+Shape: TypeAlias = Callable[[JointMotion], Array]  # -> [N, k]
+DRY, VISCOUS = 'dry', 'viscous'  # friction that scales with the day, each as a whole
+ORDERS, FEW, SPEEDS = 60, 6, (0.03, 0.06, 0.12, 0.25, 0.5)
+
+
+def _angle(m: JointMotion, n: int) -> Array:
+    return waves(n * m.q)
+
+
+def _angle_direction(m: JointMotion, n: int) -> Array:
+    return m.sign[:, None] * waves(n * m.q)
+
+
+def _angle_load(m: JointMotion, n: int) -> Array:
+    return m.load[:, None] * waves(n * m.q)
+
+
+def _slow(m: JointMotion, vs: float) -> Array:
+    return (m.sign * np.exp(-(m.v / vs) ** 2))[:, None]
+
+
+def _slow_angle(m: JointMotion, vs: float) -> Array:
+    return _slow(m, vs) * waves(m.q)
+
+
+def _speed_angle(m: JointMotion, n: int) -> Array:
+    return m.v[:, None] * waves(n * m.q)
+
+
+FIRST: Mapping[str, Shape] = MappingProxyType({   # what every joint may have
+    'direction': lambda m: m.sign[:, None],
+    'speed': lambda m: m.v[:, None],
+    'square of speed': lambda m: (m.v * np.abs(m.v))[:, None],
+    'slow 0.1': partial(_slow, vs=0.1),
+    'load and direction': lambda m: (m.sign * np.abs(m.load))[:, None],
+    'constant': lambda m: np.ones((len(m.t), 1)),
+    'load': lambda m: m.load[:, None],
+    'angle 1': partial(_angle, n=1)})
+
+
+@cache
+def dictionary() -> Mapping[str, Shape]:
+    """Return {name: shape} of what is searched beside FIRST."""
+    shapes: dict[str, Shape] = {f'angle {n}': partial(_angle, n=n) for n in range(2, ORDERS + 1)}
+    for n in range(1, FEW + 1):
+        shapes[f'angle {n} and direction'] = partial(_angle_direction, n=n)
+    for n in range(1, 4):
+        shapes[f'angle {n} and speed'] = partial(_speed_angle, n=n)
+        shapes[f'angle {n} and load'] = partial(_angle_load, n=n)
+    for vs in SPEEDS:
+        shapes[f'slow {vs}'] = partial(_slow, vs=vs)
+        shapes[f'slow {vs} and angle'] = partial(_slow_angle, vs=vs)
+    shapes['root of speed'] = lambda m: (m.sign * np.sqrt(np.abs(m.v)))[:, None]
+    shapes['size of speed'] = lambda m: np.abs(m.v)[:, None]
+    shapes['load and signed direction'] = lambda m: (m.sign * m.load)[:, None]
+    shapes['square of load and direction'] = lambda m: (m.sign * m.load ** 2)[:, None]
+    shapes['load and speed'] = lambda m: (m.v * np.abs(m.load))[:, None]
+    shapes['square of load'] = lambda m: (m.load * np.abs(m.load))[:, None]
+    return MappingProxyType(shapes)
+
+
+def shape_of(name: str) -> Shape:
+    """Return the shape `name`, of FIRST or the dictionary."""
+    return FIRST.get(name) or dictionary()[name]
+
+
+def group_of(name: str) -> str:
+    """Return DRY or VISCOUS of the shape `name` of friction, '' of another one."""
+    if any(word in name for word in ('direction', 'slow', 'root')):
+        return DRY
+    return VISCOUS if 'speed' in name else ''
+
+
+STEADY = 10.0  # Hz, of the effort without its noise
+
+
+@dataclass(frozen=True, eq=False)
+class RobotModel:
+    """
+    A robot and what is known of its accuracy.
+
+    tolerance [J]: relative, of mass, centre and inertia of each link; friction_tolerance: of
+    friction and armature. learnt: friction of any shape and armature come from a reference.
+    kp N m/rad, kd N m s/rad [J]: servo, where setpoints are logged; compensated: it adds the
+    weight of the model. gain_tolerance: relative, of kp and kd.
+    """
+
+    chain: Chain
+    tolerance: Array
+    friction_tolerance: float = SETTINGS.tolerance
+    learnt: bool = False
+    kp: Array | None = None
+    kd: Array | None = None
+    compensated: bool = False
+    gain_tolerance: float = SETTINGS.gain_tolerance
+
+
+@dataclass(frozen=True, eq=False)
+class NuisanceColumn:
+    """
+    A column that is no finding: rows {joint: [R]}, `deviation` of its coefficient.
+
+    group: (joint, DRY or VISCOUS) of friction that scales as a whole with the day, None for
+    others. own: each recording has a coefficient of its own.
+    """
+
+    label: str
+    rows: Mapping[int, Array]
+    deviation: float
+    group: tuple[int, str] | None = None
+    own: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """
+    One recording, tested.
+
+    target [J, R]: effort less model. inertial {(link, joint): [R, 10]}. model [J, R]: of the file.
+    joints: JointMotion of each joint. nuisance: columns. strange [S, J]: share of each segment in
+    which no reference was. scale [J]: gain of the model over that of the servo, None for 1: the
+    balance of setpoints is divided by the gain, and so is a torque that several joints share.
+    """
+
+    name: str
+    robot: RobotModel
+    motion: RobotMotion
+    tests: TestFunctions
+    sign: Array
+    target: Array
+    model: Array
+    inertial: Mapping[tuple[int, int], Array]
+    joints: tuple[JointMotion, ...]
+    nuisance: tuple[NuisanceColumn, ...]
+    measured: bool = False
+    setpoint: bool = False
+    rate: float = 100.0
+    strange: Array | None = None
+    scale: Array | None = None
+
+    def scaled(self, joint: int, rows: Array) -> Array:
+        """Return `rows` of a torque of the bodies at `joint` in the scale of its servo."""
+        return rows if self.scale is None else rows * self.scale[joint]
+
+    def tested(self, joint: int, series: Array, momentum: bool = False) -> Array:
+        """Return the rows [R, k] of `series` [N, k] at `joint`, with `momentum` of its rate."""
+        return (self.tests.of_rate if momentum else self.tests.of)(series, joint)
+
+    @cached_property
+    def tilt(self) -> Mapping[int, Array]:
+        """Rows {joint: [R, 2]} of an acceleration of 1 m/s^2 along x and y of the base."""
+        still, theta = np.zeros_like(self.motion.v), self.robot.chain.theta
+        count = len(self.joints)
+        series = np.zeros((2, count, len(self.motion.t)))
+        for axis in range(2):
+            for r in self.robot.chain.regressors(self.motion.q, still, np.eye(3)[axis]):
+                series[axis, r.joint] += r.g @ theta[r.link]
+        return {j: self.scaled(j, self.tested(j, series[:, j].T)) for j in range(count)}
+
+    @cached_property
+    def inertia(self) -> Array:
+        """Matrices [S, J, J] of the inertia that each joint has of each, in mid-segment."""
+        chain, middle = self.robot.chain, self.tests.starts + self.tests.value.shape[0] // 2
+        q = self.motion.q[middle]
+        out = np.zeros((len(q), *(len(self.joints),) * 2)) + np.diag(chain.armature)
+        for k in range(len(self.joints)):
+            for r in chain.regressors(q, np.broadcast_to(np.eye(len(self.joints))[k], q.shape)):
+                out[:, r.joint, k] += r.p @ chain.theta[r.link]
+        return out
+
+    @cached_property
+    def zero(self) -> tuple[Mapping[int, Array], ...]:
+        """Of each joint the rows {joint: [R, 1]} of a reading that is 1 rad (1 m) too large."""
+        slopes = -self.robot.chain.weight_slopes(self.motion.q)
+        size = np.abs(slopes).max(axis=0)
+        return tuple({k: self.scaled(k, self.tested(k, slopes[:, k, j, None]))
+                      for k in range(len(size)) if size[k, j] > 1e-9} for j in range(len(size)))
+
+
+def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] = (),
+            mean: Mapping[str, float] | None = None) -> Rows:
+    """
+    Return the Rows of a recording.
+
+    Args:
+        log: the recording.
+        robot: its model.
+        shapes: (joint, name) of shapes that a reference needed.
+        mean: {label: coefficient} that a reference taught, for the torque of the model.
+    """
+    motion, setpoint = motion_of(log), log.kind == SETPOINT
+    highest = min(SETTINGS.highest_servo if setpoint else SETTINGS.highest,
+                  SETTINGS.highest_share * log.rate)
+    rows = tested(motion, local_cosines(motion, highest), robot, shapes, mean,
+                  setpoint=setpoint, measured=log.measured)
+    return replace(rows, name=log.name, rate=log.rate)
+
+
+def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
+           shapes: Sequence[tuple[int, str]] = (), mean: Mapping[str, float] | None = None, *,
+           setpoint: bool = False, measured: bool = False) -> Rows:
+    """
+    Return the Rows of a motion.
+
+    Args:
+        motion: of the robot.
+        tests: functions that every term is multiplied by.
+        robot: its model.
+        shapes: (joint, name) of shapes that a reference needed.
+        mean: {label: coefficient} that a reference taught, for the torque of the model.
+        setpoint: whether the input of the motion is a setpoint.
+        measured: whether it is a torque behind the drive.
+    """
+    chain = robot.chain
+    count, n = len(chain.links), len(motion.t)
+    inertial: dict[tuple[int, int], Array] = {}
+    load, weight, momentum, taught_load, taught_momentum = (np.zeros((n, count)) for _ in range(5))
+    taught = _bodies(robot, mean)
+    for r in chain.regressors(motion.q, motion.v):
+        inertial[r.link, r.joint] = tests.of_rate(r.p, r.joint) + tests.of(r.g - r.k, r.joint)
+        theta = chain.links[r.link].theta
+        load[:, r.joint] += (r.g - r.k) @ theta
+        weight[:, r.joint] += r.g @ theta
+        momentum[:, r.joint] += r.p @ theta
+        taught_load[:, r.joint] += (r.g - r.k) @ taught[r.link]
+        taught_momentum[:, r.joint] += r.p @ taught[r.link]
+    # A series of accelerations: for shapes over the load and small shifts in time only.
+    load += _rate(motion, momentum)
+    taught_load += _rate(motion, taught_momentum)    # what a reference taught of the bodies
+    sign = smooth_sign(motion.v, motion.sigma_v)
+    # Friction that is learnt is learnt whole: on another day all of it scales.
+    coulomb, viscous = ((np.zeros(count),) * 2 if robot.learnt else
+                        (chain.coulomb, chain.viscous))
+    passive = viscous * motion.v + chain.spring * (motion.q - chain.spring_zero)
+    model = np.empty((count, tests.rows))
+    for j in range(count):
+        model[j] = sum(inertial[k, j] @ chain.links[k].theta for k in chain.moved_by(j))
+        model[j] += tests.of_rate(chain.armature[j] * motion.v[:, j, None], j)[:, 0]
+        series = passive[:, j, None] + coulomb[j] * sign[:, j, None]
+        model[j] += tests.of(series, j)[:, 0]
+    kp, kd = (np.zeros(count) if x is None else x for x in (robot.kp, robot.kd))
+    error = motion.input - motion.q
+    added = weight if setpoint and robot.compensated else np.zeros_like(weight)
+    effort = kp * error - kd * motion.v + added if setpoint else motion.input
+    target = np.stack([tests.of(effort[:, j, None], j)[:, 0] for j in range(count)]) - model
+    steady = _steady(motion, effort)
+    acceleration = _rate(motion, motion.v)
+    friction = passive + chain.armature * acceleration + coulomb * sign
+    joints = [JointMotion(
+        motion.t, motion.q[:, j], motion.v[:, j], sign[:, j], load[:, j],
+        load[:, j] + friction[:, j] + taught_load[:, j], steady[:, j], error[:, j],
+        motion.input_speed[:, j], added[:, j], kp[j], kd[j],
+        float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
+        float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
+        robot.learnt, np.zeros(n), np.zeros(n), np.zeros(n), effort[:, j],
+        load[:, j] + taught_load[:, j]) for j in range(count)]
+    if robot.learnt and mean:
+        joints = [_taught(m, name, shapes, mean, j, acceleration[:, j])
+                  for j, (m, name) in enumerate(zip(joints, chain.joints))]
+    rows = Rows('', robot, motion, tests, sign, target, model, inertial, tuple(joints), (),
+                measured=measured, setpoint=setpoint)
+    return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
+
+
+def in_scale(rows: Rows, scale: Array, shapes: Sequence[tuple[int, str]] = ()) -> Rows:
+    """
+    Return `rows` with the bodies' torques in the scale of each joint's servo.
+
+    Args:
+        rows: of setpoints, in the scale of the model.
+        scale: gain of the model over that of the servo [J].
+        shapes: (joint, name) of shapes that a reference needed.
+    """
+    rows = replace(rows, scale=scale, inertial={(link, j): x * scale[j]
+                                                for (link, j), x in rows.inertial.items()})
+    return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
+
+
+def _rate(motion: RobotMotion, x: Array) -> Array:
+    """Return dx/dt of `x` [N, K], section by section."""
+    out = np.empty_like(x)
+    for section in motion.sections:
+        t = motion.t[section]
+        out[section] = scipy.interpolate.CubicSpline(t, x[section])(t, 1)
+    return out
+
+
+def _steady(motion: RobotMotion, effort: Array) -> Array:
+    """Return the effort [N, J] without what is faster than STEADY."""
+    filter_ = scipy.signal.butter(3, min(STEADY, 0.4 / motion.step), fs=1.0 / motion.step,
+                                  output='sos')
+    return np.concatenate([scipy.signal.sosfiltfilt(filter_, effort[s], axis=0)
+                           for s in motion.sections])
+
+
+def _bodies(robot: RobotModel, mean: Mapping[str, float] | None) -> Array:
+    """Return what a reference taught of the inertial parameters [J, 10] of the links."""
+    return np.array([[(mean or {}).get(f'{link.name} {p}', 0.0) for p in range(PER_LINK)]
+                     for link in robot.chain.links])
+
+
+def _shaped(m: JointMotion, shapes: Sequence[tuple[int, str]], joint: int
+            ) -> Iterator[tuple[str, int, Array]]:
+    """Yield (shape, number, column [N]) of the shapes that friction of a joint may have."""
+    for shape in (*FIRST, *(name for j, name in shapes if j == joint)):
+        for k, column in enumerate(shape_of(shape)(m).T):
+            yield shape, k, column
+
+
+def _taught(m: JointMotion, name: str, shapes: Sequence[tuple[int, str]],
+            mean: Mapping[str, float], joint: int, acceleration: Array) -> JointMotion:
+    """Return `m` with the torque that a reference taught of the joint."""
+    rotor = mean.get(f'armature {name}', 0.0) * acceleration
+    model = m.model + rotor
+    groups = {DRY: np.zeros_like(model), VISCOUS: np.zeros_like(model), '': np.zeros_like(model)}
+    for shape, k, x in _shaped(m, shapes, joint):
+        groups[group_of(shape)] += mean.get(f'{name}: {shape} {k}', 0.0) * x
+    taught = np.sum(list(groups.values()), axis=0)
+    return replace(m, model=model + taught, taught=taught, dry=groups[DRY], wet=groups[VISCOUS])
+
+
+def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceColumn]:
+    """Return what may be off in `rows`: bodies, armature, friction, time, shapes of friction."""
+    robot, chain, s = rows.robot, rows.robot.chain, SETTINGS
+    columns: list[NuisanceColumn] = []
+    for i, link in enumerate(chain.links):
+        reach = link.reach + 0.03
+        for p in range(PER_LINK) if link.mass > 0.0 else ():
+            size = robot.tolerance[i] * link.mass * (1.0, reach, reach ** 2)[(p > 0) + (p > 3)]
+            columns.append(NuisanceColumn(
+                f'{link.name} {p}', {j: rows.inertial[i, j][:, p] for j in chain.movers[i]}, size))
+    delays = {}
+    for j, name in enumerate(chain.joints):
+        m, torque = rows.joints[j], float(np.std(rows.joints[j].effort)) + 1e-9
+
+        def add(label: str, x: Array, deviation: float, group: str = '', rate: bool = False,
+                j: int = j) -> None:
+            columns.append(NuisanceColumn(label, {j: rows.tested(j, x[:, None], rate)[:, 0]},
+                                          deviation, (j, group) if group else None))
+        spread = s.armature_learnt * torque / 20.0 if robot.learnt else 0.0
+        add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
+            rate=True)
+        # The command itself acts late; the model's torque lacks a load that the file lacks.
+        acting = m.model if rows.setpoint or rows.measured else m.raw
+        delays[j] = rows.tested(j, moved(m.t, acting, 0.0))[:, 0]
+        columns.append(NuisanceColumn(f'lag {name}', {j: delays[j]}, s.lag_joint))
+        slow = m.sign * np.exp(-(m.v / s.creep) ** 2)
+        if not robot.learnt:
+            add(f'viscous {name}', m.v, robot.friction_tolerance * m.viscous + 1e-9, VISCOUS)
+            add(f'coulomb {name}', m.sign, robot.friction_tolerance * m.coulomb + 1e-9, DRY)
+            add(f'creep {name}', slow, m.coulomb + 1e-9, DRY)
+        else:
+            add(f'creep {name}', slow, s.learnt * torque, DRY)
+            for shape, k, x in _shaped(m, shapes, j):
+                size = np.std(x) + 1e-3 * np.abs(x).max() + 1e-12
+                add(f'{name}: {shape} {k}', x, s.learnt * torque / size, group_of(shape))
+        if rows.setpoint:
+            gain = robot.gain_tolerance
+            # The column of the effect itself: two that differ by rounding would explain noise.
+            assert SERVO_GAIN.column is not None
+            add(f'kp {name}', SERVO_GAIN.column.series(m, 0.0)[:, 0], gain)
+            add(f'kd {name}', m.kd * m.v, gain)
+            add(f'setpoint lag {name}', m.kp * m.setpoint_speed, max(0.25 * rows.motion.step,
+                                                                     0.003))
+    columns.append(NuisanceColumn('lag', delays, max(s.lag, 0.25 * rows.motion.step), own=True))
+    return columns

@@ -1,0 +1,608 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The verdict on a whole robot: findings of joints and links, what remains, what would show."""
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+import math
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, Remainder
+from gearbox_monitor.diagnosis.robot.candidates import (
+    Candidate, free_functions, library, visible_in)
+from gearbox_monitor.diagnosis.robot.contest import (
+    Contender, contest, ContestScales, cost, informed, over_dispersion, pruned, scales_of,
+    tempered)
+from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
+from gearbox_monitor.diagnosis.robot.knowledge import (
+    burstiness, energy_over, farther, key_of, Knowledge, scattered, unvisited_shares,
+    with_unvisited, worst_segments)
+from gearbox_monitor.diagnosis.robot.robot_effects import (
+    BASE, BASE_TILT, COUPLING, JOINT_ZERO, LINK_INERTIA, PAYLOAD, ROBOT_EFFECTS)
+from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
+from gearbox_monitor.diagnosis.robot.rows import in_scale, RobotModel, Rows, rows_of
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_OFFSET
+from gearbox_monitor.plant.effects.balance_column import COMMAND
+from gearbox_monitor.plant.effects.controller import (
+    SERVO_DEADBAND, SERVO_GAIN, SERVO_LIMIT, SETPOINT_DELAY)
+from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
+
+TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
+TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined
+SETTING_STEP = 1e-3  # of a setting, over which the slope of its torque is taken
+WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not determined
+AHEAD = 4          # laws of a joint that are tried with a second one
+LARGER = 1.5       # bursts of healthy references that were as large are none
+OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
+OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the true scale
+LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
+FARTHER = 3.0      # times as far from references as their parts: of random motions 1.1 to 2.5
+LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
+TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
+          'm1_change': ('m1', 'armature')}
+
+
+@dataclass(frozen=True)
+class JointGap:
+    """Of a joint: rms of the effort less the model before and after the findings, N m or N."""
+
+    joint: str
+    before: float
+    after: float
+    effort: float
+    evidence: float
+    axis: str
+
+
+@dataclass(frozen=True, eq=False)
+class RobotVerdict:
+    """
+    A diagnosis of a robot.
+
+    findings, remainders; ranked: gaps, the worst first; visible {effect: {place: smallest size
+    that would have been seen}}; not_tried {effect: why}; cautions: what weakens the verdict;
+    unvisited: whether the references lack a part of the motion. fit, evidence: behind it.
+    """
+
+    findings: tuple[Finding, ...]
+    remainders: tuple[Remainder, ...]
+    ranked: tuple[JointGap, ...]
+    visible: Mapping[str, Mapping[str, float]]
+    not_tried: Mapping[str, str]
+    cautions: tuple[str, ...]
+    unvisited: bool
+    fit: RobotFit
+    evidence: RobotEvidence
+
+    @property
+    def kind(self) -> str:
+        """One of findings.KINDS."""
+        return kind_of(bool(self.findings), bool(self.remainders))
+
+
+def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge | None = None,
+             effects: Sequence[str] | None = None) -> RobotVerdict:
+    """
+    Return the verdict on recordings of a robot.
+
+    Args:
+        robot: its model.
+        logs: recordings to judge.
+        knowledge: of references; None, the model's file with its tolerances.
+        effects: ids to try, None for all.
+    """
+    shapes = knowledge.shapes if knowledge else ()
+    mean = knowledge.mean if knowledge else None
+    recordings = [rows_of(log, robot, shapes, mean) for log in logs]
+    if recordings[0].setpoint:
+        unscaled = RobotEvidence(recordings, knowledge.prior if knowledge else None)
+        scale = np.maximum(_servo_scales(unscaled, unscaled.fit())[0], LEAST_SCALE)
+        recordings = [in_scale(rows, scale, shapes) for rows in recordings]
+    if knowledge is None:
+        evidence = RobotEvidence(recordings)
+    else:
+        recordings = [with_unvisited(rows, knowledge.visits, knowledge.sizes)
+                      for rows in recordings]
+        evidence = RobotEvidence(recordings, knowledge.prior, knowledge.variance)
+    laws, free = library(recordings, effects), free_functions(recordings)
+    shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
+    blank = evidence.fit()
+    away = farther(recordings, knowledge.states) / FARTHER if knowledge else 1.0
+    search = _judged(evidence, blank, laws, free, knowledge, shares, max(away, 1.0))
+    remainders = _remainders(evidence, search, knowledge)
+    cautions = _cautions(knowledge.joints, shares, away) if knowledge else ()
+    return RobotVerdict(
+        _findings(evidence, search), remainders, _ranked(evidence, blank, search.fit),
+        smallest_visible(evidence, blank, laws, search.scales),
+        _not_tried(recordings[0], laws),
+        (*cautions, *_of_gains(evidence, search.fit), *_of_small(evidence, search)),
+        bool(cautions), search.fit, evidence)
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A candidate that was taken: its worth and its rivals that explain the same."""
+
+    worth: float
+    rivals: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class RobotSearch:
+    """
+    What a contest has taken.
+
+    fit: with all that pays; steps: one of each chosen candidate; scales: of their evidence.
+    small: the function without a law that beats every law at the end, but adds little to what the
+    candidates explain at its joint: laws that are nearly true leave such.
+    """
+
+    fit: RobotFit
+    steps: Sequence[Step]
+    scales: ContestScales
+    small: Contender | None
+
+
+def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
+            free: Sequence[Candidate], knowledge: Knowledge | None,
+            shares: Sequence[Mapping[str, float]], away: float) -> RobotSearch:
+    """
+    Return the RobotSearch with the scales that the references and the recordings themselves show.
+
+    With references only where they were (`shares` is the rest of each joint's motion), a
+    difference from them is evidence, and the squared error of what they taught grows with the
+    distance (`away`, 1 or more) like that of a random walk; and what parts of the recordings
+    differ by beside all findings shows that the model is not true there: it is over-dispersion
+    as well.
+    """
+    scales = scales_of(laws, free, knowledge, evidence.joints)
+    if knowledge is None:
+        return _search(evidence, blank, laws, free, scales)
+    visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
+    scales = replace(scales, dispersion=scales.dispersion * away / visible)
+    search = _search(evidence, blank, laws, free, scales)
+    if search.fit.chosen:
+        of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
+        own = scattered(evidence, search.fit, of_joints)[1] / visible
+        if any(own[j] > scales.dispersion[j] for c in search.fit.chosen for j in c.columns):
+            scales = replace(scales, dispersion=np.maximum(own, scales.dispersion))
+            search = _search(evidence, blank, laws, free, scales)
+    return search
+
+
+def _search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
+            free: Sequence[Candidate], scales: ContestScales) -> RobotSearch:
+    """Return the RobotSearch that begins with a `blank` fit: one more candidate while it pays."""
+    s, current, small = SETTINGS, blank, None
+    steps: list[Step] = []
+    for step in range(s.most_findings + 1):
+        small = None
+        lawless = contest(evidence, current, free, scales, 6)[:1]
+        entries = contest(evidence, current, laws if step < s.most_findings else (), scales,
+                          s.finalists)
+        law = max((e.worth for e in entries), default=-math.inf)
+        function = lawless[0].worth if lawless else -math.inf
+        if function > max(s.margin, law + s.margin):
+            where = next(iter(lawless[0].candidate.columns))
+            pairs = _pairs(evidence, entries, laws, scales, lawless[0])
+            if pairs:
+                entries = pairs
+            elif function > s.share_unknown * _gain_at(evidence, blank, current, where):
+                current = lawless[0].fit
+                steps.append(Step(function, ()))
+                break
+            else:
+                small = lawless[0]
+        if law < s.margin:
+            break
+        steps.append(Step(entries[0].worth, _rivals(entries, s.margin)))
+        current = entries[0].fit
+        if len(current.chosen) > 1:
+            current, stayed = pruned(evidence, current, scales)
+            steps = [steps[i] for i in stayed]
+    return RobotSearch(current, steps, scales, small)
+
+
+def _pairs(evidence: RobotEvidence, entries: Sequence[Contender], laws: Sequence[Candidate],
+           scales: ContestScales, function: Contender) -> list[Contender]:
+    """
+    Return the law that, with a second one of its joint, is worth more than a function alone.
+
+    A spring at each end of a range is two laws: a function over the angle beats either. Behind it
+    the laws that make another pair which is worth as much; none, if no pair beats the function.
+    """
+    s, joint = SETTINGS, function.candidate.joint
+    own = [c for c in laws if c.joint == joint]
+    pairs: list[tuple[float, Contender, set[tuple[str, str, str]]]] = []
+    paying = [e for e in entries if e.candidate.joint == joint and e.worth >= s.margin]
+    for entry in paying[:AHEAD]:
+        for second in contest(evidence, entry.fit, own, scales, AHEAD)[:1]:
+            if second.worth >= s.margin:
+                pairs.append((entry.worth + second.worth, entry,
+                              {entry.candidate.name, second.candidate.name}))
+    worth, first, names = max(pairs, key=lambda pair: pair[0], default=(-math.inf, None, set()))
+    if first is None or not worth > function.worth:
+        return []
+    return [first, *(entry for rival, entry, both in pairs
+                     if rival > worth - s.margin and both != names)]
+
+
+def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
+    """Return the effects, with their place, that explain a recording like the first."""
+    first = entries[0].candidate
+    rivals = [e.candidate for e in entries[1:]
+              if e.worth > 0.0 and e.likeness > entries[0].likeness - margin
+              and e.candidate.name != first.name]
+    names = [f'{c.effect}@{c.place}' if c.place != first.place else
+             f'{c.effect} ({c.over})' if c.effect == first.effect else c.effect for c in rivals]
+    return tuple(dict.fromkeys((*names, *first.twins)))
+
+
+def _shares(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
+    """
+    Return the share of the squared misfit that each candidate of a fit explains, 0 to 1.
+
+    What comes back without its torque, of what comes back without that of all candidates.
+    """
+    def returns(numbers: Iterable[int]) -> float:
+        out = 0.0
+        for j, (a, w, residual) in enumerate(zip(evidence.at, fit.weights, fit.residual)):
+            torque = np.zeros_like(residual)
+            for i in numbers:
+                if j in fit.chosen[i].columns:
+                    torque += fit.chosen[i].columns[j][a.order] @ fit.values[fit.of(i)]
+            out += float(a.spread(w) @ (2.0 * residual * torque + torque ** 2))
+        return out
+    whole = max(returns(range(len(fit.chosen))), 1e-9)
+    return [min(max(returns([i]) / whole, 0.0), 1.0) for i in range(len(fit.chosen))]
+
+
+def _findings(evidence: RobotEvidence, search: RobotSearch) -> tuple[Finding, ...]:
+    """Return the laws that a search has taken as findings, worthiest first."""
+    fit, scales = search.fit, search.scales
+    spreads = _spreads(evidence, fit)
+    out = []
+    for i, (c, step, share) in enumerate(zip(fit.chosen, search.steps, _shares(evidence, fit))):
+        if c.free or c.values is None:
+            continue
+        b = fit.values[fit.of(i)]
+        spread = spreads[i] * max(over_dispersion(evidence, c, scales, fit), 1.0)
+        scatter = scales.scatter.get(key_of(c))
+        if scatter is not None and len(scatter) == len(b):
+            spread[:len(b), :len(b)] += np.diag(scatter ** 2)
+        determined = _determined(evidence, c, spread)
+        if c.searched:
+            b = np.append(b, c.setting)
+        b, spread = _of_servo(evidence, fit, c, b, spread)
+        values = _values(c, b)
+        deviations = _deviations(c, b, spread, determined)
+        values, deviations = _with_totals(evidence, c, values, deviations)
+        out.append(Finding(
+            c.effect, _location(c), values, deviations, round(step.worth, 3),
+            share, channel=c.over or None, joint=c.joint,
+            link=c.link if c.link else (BASE if c.joint is None else None),
+            confusable=step.rivals))
+    return _joined(out)
+
+
+def _spreads(evidence: RobotEvidence, fit: RobotFit) -> list[Array]:
+    """
+    Return the covariance of the coefficients of each candidate, a searched setting behind them.
+
+    The setting is one more coefficient of the model that is linear about it.
+    """
+    slopes: list[Candidate] = []
+    places: dict[int, int] = {}
+    for i, c in enumerate(fit.chosen):
+        if c.searched and not c.free:
+            places[i] = len(fit.values) + len(slopes)
+            slopes.append(_slope(c, fit.values[fit.of(i)]))
+    whole = evidence.fit((*fit.chosen, *slopes), fit.weights, 2) if slopes else fit
+    covariance = evidence.sandwich(whole)
+    own = [np.r_[fit.of(i), [places[i]] if i in places else []].astype(int)
+           for i in range(len(fit.chosen))]
+    return [covariance[np.ix_(k, k)] for k in own]
+
+
+def _slope(c: Candidate, b: Array) -> Candidate:
+    """Return the slope of the torque of `c` with the coefficients `b` over its setting."""
+    assert c.at_setting is not None
+    step = SETTING_STEP * (c.span or abs(c.setting))
+    lower, upper = c.at_setting(c.setting - step), c.at_setting(c.setting + step)
+    return Candidate('slope', {j: (upper.columns[j] - x) @ b[:, None] / (2.0 * step)
+                               for j, x in lower.columns.items()})
+
+
+def _values(c: Candidate, b: Array) -> dict[str, float]:
+    """Return the values of coefficients `b` of `c`, behind which a searched setting stands."""
+    if c.searched:
+        assert c.at_setting is not None
+        c, b = c.at_setting(float(b[-1])), b[:-1]
+    assert c.values is not None
+    return dict(c.values(b))
+
+
+def _of_servo(evidence: RobotEvidence, fit: RobotFit, c: Candidate, b: Array, spread: Array
+              ) -> tuple[Array, Array]:
+    """
+    Return coefficients and covariance in the scale of the servo's true gain, where it has one.
+
+    The balance of setpoints is divided by the gain, so that gains that are free do not allow the
+    solution 0 = 0: torques of one joint come out in the scale of the model's gain, the true one is
+    a nuisance. Those of bodies, which several joints share, have columns in the servo's scale.
+    """
+    if not evidence.recordings[0].setpoint or c.effect in OF_SETPOINT:
+        return b, spread
+    scale, covariance = _servo_scales(evidence, fit)
+    own, shares = list(c.columns), np.array(list(informed(evidence, c, fit).values()))
+    gain = max(float(shares @ scale[own]), LEAST_SCALE)
+    unsure = float(shares @ covariance[np.ix_(own, own)] @ shares)
+    # A limit is a torque, its coefficient a number; other settings are speeds, angles, times.
+    torque = np.ones(len(b), bool)
+    if c.searched:
+        torque[:] = c.effect != SERVO_LIMIT.id
+        torque[-1] = not torque[-1]
+    by = np.where(torque & (c.effect not in OF_BODIES), gain, 1.0)
+    b = b / by
+    change = np.where(torque, b / gain, 0.0)
+    return b, spread / np.outer(by, by) + unsure * np.outer(change, change)
+
+
+def _servo_scales(evidence: RobotEvidence, fit: RobotFit) -> tuple[Array, Array]:
+    """Return the gain of the model over that of each joint's servo [J], and its covariance."""
+    posterior = evidence.posterior(fit)
+    own = [posterior.labels.index(f'kp {name}')
+           for name in evidence.recordings[0].robot.chain.joints]
+    return 1.0 + posterior.mean[own], posterior.covariance[np.ix_(own, own)]
+
+
+def _determined(evidence: RobotEvidence, c: Candidate, covariance: Array) -> bool:
+    """Return whether the motion excites a candidate's first coefficient."""
+    torque, column = 0.0, 0.0
+    for j, x in c.columns.items():
+        torque += float(np.sum(evidence.at[j].y ** 2))
+        torque += sum(float(np.sum(rows.model[j] ** 2)) for rows in evidence.recordings)
+        column += float(np.sum(x[:, 0] ** 2))
+    return covariance[0, 0] * column < TOO_WIDE ** 2 * torque
+
+
+def _deviations(c: Candidate, b: Array, covariance: Array, determined: bool
+                ) -> dict[str, float | None]:
+    """Return the deviation of each value, by the derivatives of values(b)."""
+    base = _values(c, b)
+    step = 1e-4 * np.maximum(np.abs(b), np.sqrt(np.diag(covariance))) + 1e-12
+    slopes: dict[str, Array] = {name: np.zeros(len(b)) for name in base}
+    for i in range(len(b)):
+        moved = b.copy()
+        moved[i] += step[i]
+        for name, value in _values(c, moved).items():
+            slopes[name][i] = (value - base[name]) / step[i]
+    out: dict[str, float | None] = {}
+    for name, slope in slopes.items():
+        deviation = math.sqrt(max(float(slope @ covariance @ slope), 0.0))
+        place = name in ('cx', 'cy', 'cz') and deviation > WIDE_PLACE
+        wide = c.searched and slope[-1] != 0.0 and deviation > (c.span or c.setting)
+        idle = bool(slope[:c.width][~c.acting].any())
+        stated = determined and not (place or wide or idle)
+        out[name] = 0.0 if not slope.any() else deviation if stated else None
+    return out
+
+
+def _with_totals(evidence: RobotEvidence, c: Candidate, values: dict[str, float],
+                 deviations: dict[str, float | None]
+                 ) -> tuple[dict[str, float], dict[str, float | None]]:
+    """Return values with the whole friction or inertia beside its change, if the file has one."""
+    rows = evidence.recordings[0]
+    for change, (name, field) in TOTALS.items():
+        if change in values and c.joint is not None and not rows.robot.learnt:
+            joint = rows.joints[rows.robot.chain.joints.index(c.joint)]
+            values = {name: values[change] + getattr(joint, field), **values}
+            deviations = {name: deviations[change], **deviations}
+    return values, deviations
+
+
+def _location(c: Candidate) -> str:
+    """Return the location class of an effect."""
+    if c.effect in EFFECTS:
+        return EFFECTS[c.effect].location
+    return 'motor_side' if c.effect == 'quadratic_friction' else 'arm_side'
+
+
+def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return findings with an offset and a Coulomb friction of one joint as one: two heights."""
+    out: list[Finding] = []
+    for f in findings:
+        twin = next((g for g in out if g.joint == f.joint is not None
+                     and {g.effect, f.effect} == TWO_HEIGHTS), None)
+        if twin is None:
+            out.append(f)
+            continue
+        coulomb, offset = (twin, f) if twin.effect == MOTOR_COULOMB.id else (f, twin)
+        out[out.index(twin)] = Finding(
+            MOTOR_COULOMB.id, coulomb.place,
+            {**coulomb.values, 'Ca': -offset.values['u0']},
+            {**coulomb.deviations, 'Ca': offset.deviations['u0']},
+            (coulomb.evidence or 0.0) + (offset.evidence or 0.0),
+            min((coulomb.share or 0.0) + (offset.share or 0.0), 1.0), joint=coulomb.joint,
+            confusable=(COULOMB_ASYMMETRY.id, TORQUE_OFFSET.id))
+    return tuple(sorted(out, key=lambda f: -(f.evidence or 0.0)))
+
+
+def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowledge | None
+                ) -> tuple[Remainder, ...]:
+    """Return what no law explains: functions, bursts, what references do not leave."""
+    out, chain, fit = [], evidence.recordings[0].robot.chain, search.fit
+    for i, (c, step) in enumerate(zip(fit.chosen, search.steps)):
+        if c.free and c.joint is not None:
+            j = chain.joints.index(c.joint)
+            x = c.columns[j] @ fit.values[fit.of(i)]
+            out.append(Remainder('motor_side' if 'friction' in c.over else 'arm_side', 'effort',
+                                 rms_in_motion(evidence, j, x), c.over, c.joint,
+                                 figures={'evidence': round(step.worth, 3)}))
+    size, times = burstiness(evidence, fit)
+    segments, several = worst_segments(evidence, fit), len(evidence.recordings) > 1
+    for j in np.argsort(-size):
+        healthy = knowledge is not None and segments[j] < LARGER * knowledge.bursts[j]
+        usual = 1.0 if knowledge is None else float(knowledge.dispersion[j])
+        if size[j] > SETTINGS.bursts * usual and not healthy and all(
+                r.joint != chain.joints[j] for r in out):
+            out.append(Remainder(
+                'arm_side', 'effort', rms_in_motion(evidence, j, fit.residual[j]), 'bursts',
+                chain.joints[j], tuple((begin, end) for _, begin, end in times[j]),
+                tuple(name for name, *_ in times[j]) if several else (),
+                {'burstiness': round(float(size[j]), 2)}))
+    if knowledge is not None:
+        excess = energy_over(evidence, fit, knowledge.variance) / knowledge.dispersion
+        out += [Remainder('arm_side', 'effort', rms_in_motion(evidence, j, fit.residual[j]), None,
+                          chain.joints[j], figures={'excess': round(float(excess[j]), 2)})
+                for j in np.argsort(-excess) if excess[j] > SETTINGS.excess
+                and all(r.joint != chain.joints[j] for r in out)]
+    return tuple(out)
+
+
+def rms_in_motion(evidence: RobotEvidence, joint: int, rows: Array) -> float:
+    """Return the rms over the time in motion of what has the rows [R] at `joint`."""
+    samples = sum(len(r.tests.starts) * r.tests.value.shape[0] / 2.0 * r.tests.share[joint]
+                  for r in evidence.recordings)
+    return math.sqrt(float(np.sum(rows ** 2)) / max(samples, 1.0))
+
+
+def _gain_at(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit, joint: int) -> float:
+    """Return by how much 2 log likelihood of a joint's rows is above that of `blank`."""
+    count = evidence.at[joint].count
+    return float((count * np.log(fit.weights[joint] / blank.weights[joint])).sum())
+
+
+def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[JointGap, ...]:
+    """Return the gaps of the joints, those with most evidence first."""
+    out = []
+    chain = evidence.recordings[0].robot.chain
+    for j, (name, link) in enumerate(zip(chain.joints, chain.links)):
+        effort = np.concatenate([r.joints[j].effort for r in evidence.recordings])
+        out.append(JointGap(
+            name, rms_in_motion(evidence, j, evidence.at[j].y),
+            rms_in_motion(evidence, j, fit.residual[j]), float(np.std(effort)),
+            _gain_at(evidence, blank, fit, j), 'prismatic' if link.slides else 'rotary'))
+    return tuple(sorted(out, key=lambda g: -g.evidence))
+
+
+def smallest_visible(evidence: RobotEvidence, fit: RobotFit, laws: Sequence[Candidate],
+                     scales: ContestScales) -> dict[str, dict[str, float]]:
+    """
+    Return {effect: {place: smallest size that would have been a finding in this motion}}.
+
+    Args:
+        evidence: of the recordings.
+        fit: of them.
+        laws: candidates.
+        scales: of their evidence.
+    """
+    out: dict[str, dict[str, float]] = {}
+    for c, e in zip(laws, evidence.estimates(fit, laws)):
+        size = visible_size(evidence, fit, c, e.covariance, scales)
+        if size is not None:
+            places = out.setdefault(c.effect, {})
+            places[c.place] = min(places.get(c.place, math.inf), size)
+    return {name: {p: v for p, v in places.items() if v < 1e6} for name, places in out.items()}
+
+
+def visible_size(evidence: RobotEvidence, fit: RobotFit, c: Candidate, covariance: Array,
+                 scales: ContestScales) -> float | None:
+    """
+    Return the smallest size of a candidate that would be a finding, None where it has no one size.
+
+    Args:
+        evidence: of the recordings.
+        fit: of them.
+        c: the candidate.
+        covariance: of its coefficients.
+        scales: of its evidence.
+    """
+    if c.values is None or c.effect in (COUPLING.id, SATURATION.id, SERVO_LIMIT.id):
+        return None
+    along = np.zeros(c.width)
+    along[0] = 1.0
+    if c.effect == PAYLOAD.id and c.link is not None:
+        links = {link.name: link for link in evidence.recordings[0].robot.chain.links}
+        along[1:4] = links[c.link].theta[1:4] / links[c.link].mass
+    gain = float(along @ np.linalg.solve(covariance, along))
+    share = tempered(along, covariance, scales.scatter.get(key_of(c)),
+                     over_dispersion(evidence, c, scales, fit))
+    need = cost(evidence, c, scales) + SETTINGS.margin
+    size = math.sqrt(need / max(gain * share, 1e-300))
+    value = abs(next(iter(c.values(size * along).values())))
+    return value if math.isfinite(value) else None
+
+
+def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:
+    """Return {effect: why it was not tried} of the library's effects."""
+    tried = {c.effect for c in laws}
+    out = {}
+    for effect in EFFECTS.values():
+        if effect.id in tried:
+            continue
+        if effect.column is None:
+            out[effect.id] = 'the balance of torques of one encoder does not show it'
+        elif effect.column.needs == COMMAND and rows.measured:
+            out[effect.id] = 'the torque is measured behind the drive, not commanded'
+        elif not visible_in(effect.column, rows):
+            out[effect.id] = ('needs a recorded torque' if rows.setpoint else 'needs setpoints')
+        else:
+            out[effect.id] = f'{rows.rate:.3g} samples/s or this motion do not show it'
+    out |= {e.id: 'this motion does not show it' for e in ROBOT_EFFECTS if e.id not in tried}
+    return out
+
+
+def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
+    """Return cautions about servos whose gain is not that of the model."""
+    rows = evidence.recordings[0]
+    if not rows.setpoint:
+        return ()
+    return tuple(f'{name}: its servo acts with {1.0 / max(x, LEAST_SCALE):.2g} times the gain of '
+                 'the model; sizes of torques are in its scale'
+                 for name, x in zip(rows.robot.chain.joints, _servo_scales(evidence, fit)[0])
+                 if abs(x - 1.0) > 2.0 * rows.robot.gain_tolerance)
+
+
+def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
+    """Return a caution about the small function without a law, if there is one."""
+    if search.small is None:
+        return ()
+    fit, c = search.small.fit, search.small.candidate
+    (j, x), = c.columns.items()
+    size = rms_in_motion(evidence, j, x @ fit.values[fit.of(len(fit.chosen) - 1)])
+    unit = 'N' if evidence.recordings[0].robot.chain.links[j].slides else 'N m'
+    return (f'{c.joint}: {size:.2g} {unit} rms over {c.over} remains, little beside what the '
+            'findings explain there',)
+
+
+def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], away: float
+              ) -> tuple[str, ...]:
+    """Return what the references did not visit, in words."""
+    out = []
+    if away > 1.0:
+        out.append('no reference had such angles and speeds of all joints together: this motion '
+                   f'is {away * FARTHER:.2g} times as far from them as their own parts are')
+    out += [f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
+            for name, of in zip(joints, shares) for variable, share in of.items()
+            if share > 1.0 - SETTINGS.visited]
+    return tuple(out)
+
+
+def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
+    """Return the verdict as plain data, for JSON."""
+    remainder = [r.to_dict() for r in verdict.remainders]
+    return {
+        'verdict': verdict.kind,
+        'findings': [f.to_dict() for f in verdict.findings],
+        'remainder': remainder[0] if remainder else None,
+        'remainders': remainder,
+        'ranked': [asdict(gap) for gap in verdict.ranked],
+        'visible': {k: dict(v) for k, v in verdict.visible.items()},
+        'not_tried': dict(verdict.not_tried),
+        'cautions': list(verdict.cautions), 'unvisited': verdict.unvisited}

@@ -1,0 +1,25 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Health of a gearbox: trust in the estimates, backlash, its growth and its alarms.
+
+In go estimates, row by row; out come outcomes with a level, windows of features and alerts. The
+same samples give the same outcomes, live and offline.
+
+Public names, by module:
+
+    alert_limits: LIMITS
+    backlash: change_tests, drift_words
+    backlash.change: GROSS, Tracker, TrackerSettings
+    backlash.change_tests: COMPONENTS, FRICTION, TESTS
+    backlash.features: Backlash, NotExcited
+    backlash.recording_windows: combine, Combined, reason_of, RecordingWindows, separable_of
+    backlash.wear: GrowthHistory, span, Trend, when
+    checks: usability
+    checks.outcome: Condition, Level, LEVELS, Outcome, outcome_of, with_more
+    checks.usability: key_of
+    diagnostic_keys: published
+    monitor: CONDITIONS, DRIFT_SHOWS, Monitor
+    staleness: Silence
+"""

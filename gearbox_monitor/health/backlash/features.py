@@ -1,0 +1,542 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Backlash, stiffness, hysteresis and friction from a window of smoothed torque over twist.
+
+One elastic_regression fits them together. Torque and model are averaged over pairs of neighbouring
+groups of samples before they are compared: the noise of a smoothed torque is high-frequency. Each
+group belongs to two pairs, so that nothing is lost between them. Fit on smoothed values only: the
+filter's lag draws a hysteresis loop that is not there.
+"""
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from gearbox_monitor.estimation.rts_smoother import (
+    S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4)
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.elastic_regression import (
+    BLOCKS, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_U, D_X3, data_of, ElasticLaw, GAIN, HALF_GAP,
+    HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
+from gearbox_monitor.kernels.levenberg_marquardt import Damping
+from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.plant.drive import DriveModel
+
+MAX_POINTS = 2500
+GROUPS = 300       # of points; the fit compares averages of two neighbours
+START_POINTS = 250
+REWEIGHTS = 2
+RULE = Damping(1e-3, 10.0, 1e-3, hopeless=1e5, relative=1e-12, level=True)  # differ by 1e10
+TOLERANCE = 1e-7   # of the cost, for another step
+ERRORS = [VISCOUS, COULOMB, GAIN]
+# What windows have in common, see pooling.PooledFeatures.
+COMMON = (VISCOUS, COULOMB, GAIN, STIFFNESS)
+
+
+@dataclass(frozen=True)
+class Backlash:
+    """
+    Features of the window that ends at `stamp_ns`; *_std: standard deviations.
+
+    gap: width of the twists at which no torque may pass (rad): 2 b, of a play 2 (b + c).
+    stiffness in contact (N m/rad). hysteresis: height of the loop (N m), > 0 with the lower branch
+    while the twist grows, < 0 the reverse. zero of the twist (rad). flank: share of
+    samples on the less visited flank. coverage: how often the gap was crossed. viscous (N m
+    s/rad), coulomb (N m): change of the motor's friction against the model; gain: relative change
+    of its torque gain; NaN = not identifiable. lost_motion (rad): see lost_motion_of. separable:
+    whether the window can tell gap and compliance apart; if not, gap and stiffness stand for each
+    other and only the lost motion counts. angle: mean arm position (rad), speed: rms motor speed
+    (rad/s), load: rms of the tau_K that was fitted (N m). width: half width of the play behind the
+    hysteresis (rad), 0 where none is seen; passive: whether the loop is open in the gap, too
+    (passive_play).
+    gap_slopes: change of the fitted gap per viscous, coulomb, gain and stiffness, gap_std_known:
+    gap_std once these are known, see gap_given. gap_alone, gap_alone_std: where
+    pooling.PooledFeatures has refined the gap, what the window gave alone; else NaN.
+    """
+
+    stamp_ns: int
+    gap: float
+    gap_std: float
+    stiffness: float
+    stiffness_std: float
+    hysteresis: float = math.nan
+    hysteresis_std: float = math.nan
+    zero: float = math.nan
+    flank: float = math.nan
+    coverage: float = math.nan
+    viscous: float = math.nan
+    viscous_std: float = math.nan
+    coulomb: float = math.nan
+    coulomb_std: float = math.nan
+    gain: float = math.nan
+    gain_std: float = math.nan
+    lost_motion: float = math.nan
+    lost_motion_std: float = math.nan
+    separable: bool = True
+    angle: float = math.nan
+    speed: float = math.nan
+    load: float = math.nan
+    width: float = 0.0
+    passive: bool = False
+    gap_slopes: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    gap_std_known: float = math.nan
+    gap_alone: float = math.nan
+    gap_alone_std: float = math.nan
+
+    @property
+    def alone(self) -> tuple[float, float]:
+        """Gap and its standard deviation (rad) by this window alone: independent of others."""
+        if math.isnan(self.gap_alone):
+            return self.gap, self.gap_std
+        return self.gap_alone, self.gap_alone_std
+
+    @property
+    def common(self) -> tuple[float, float, float, float]:
+        """What windows have in common: viscous, coulomb, gain, stiffness."""
+        return self.viscous, self.coulomb, self.gain, self.stiffness
+
+    @property
+    def common_std(self) -> tuple[float, float, float, float]:
+        """Return the standard deviations of `common`."""
+        return self.viscous_std, self.coulomb_std, self.gain_std, self.stiffness_std
+
+    def gap_given(self, common: Sequence[float]) -> float:
+        """
+        Return the gap (rad) that the window gives when what is `common` is known.
+
+        NaN: not known.
+        """
+        return self.alone[0] + sum(
+            slope * (value - own)
+            for value, own, slope in zip(common, self.common, self.gap_slopes)
+            if math.isfinite(value) and math.isfinite(own))
+
+
+@dataclass(frozen=True)
+class Friction:
+    """
+    Friction of a window that does not show the gap; fields as those of Backlash.
+
+    gain is NaN: changes of it are watched where the gap is seen.
+    """
+
+    viscous: float
+    viscous_std: float
+    coulomb: float
+    coulomb_std: float
+    angle: float
+    speed: float
+    load: float
+    gain: float = math.nan
+    gain_std: float = math.nan
+
+
+@dataclass(frozen=True)
+class NotExcited:
+    """
+    No gap in the window that ends at `stamp_ns`: `reason` says what the motion lacks.
+
+    lost_motion (rad): needs no torque and no stiffness; NaN where the motion does not show it, and
+    in windows of a running Monitor. friction: of a motion on one flank, None where there is none.
+    """
+
+    stamp_ns: int
+    reason: str
+    lost_motion: float = math.nan
+    lost_motion_std: float = math.nan
+    friction: Friction | None = None
+
+
+def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
+    """
+    Return the features of a window by one robust regression (Huber weights, Levenberg-Marquardt).
+
+    Args:
+        rows: smoothed values [N, N_SMOOTHED] in order of time (columns rts_smoother.S_*).
+        model: the drive that they were estimated with.
+        stamp_ns: end of the window.
+
+    Returns:
+        The features, or NotExcited if the motion does not determine them.
+
+    """
+    reason = _missing(rows)
+    if reason:
+        return NotExcited(stamp_ns, reason)
+    points = rows[::max(1, len(rows) // MAX_POINTS)]
+    group = max(1, len(points) // GROUPS)
+    count = len(points) // group
+    data = data_of(points, model)
+    data[:, D_U] *= -1.0  # a torque gain above the model's is missing in the torque
+    certain = _weights(points, model)
+    weights = certain[:count * group].reshape(count, group).mean(axis=1)
+    expected = _expected(data, model)
+    regression = _regression(data, group, weights.copy())
+
+    def without_gap(reason: str) -> NotExcited:
+        regression.weights[:] = weights
+        return NotExcited(stamp_ns, reason, friction=_friction_on_one_flank(
+            rows, regression, expected, certain))
+
+    if min(_loaded_shares(rows)) < LIMITS.flank:
+        return without_gap('only one flank is loaded: the torque has to change its sign')
+    start, variance = _start(data)
+    for loop in (True, False):  # a loop that leaves no flank is none
+        try:
+            fitted = _fit_all(regression, start, variance, expected, loop)
+        except np.linalg.LinAlgError:
+            return NotExcited(stamp_ns, 'the motion does not determine any fit')
+        theta = fitted.theta
+        if not (np.isfinite(theta).all() and np.isfinite(fitted.covariance).all()):
+            return NotExcited(stamp_ns, 'the motion does not determine any fit')
+        half_width = theta[HALF_GAP] + (0.0 if fitted.passive else abs(theta[WIDTH]))
+        side = _sides(points[:, S_TWIST] - theta[ZERO], half_width)
+        flank = float(min((side > 0).mean(), (side < 0).mean()))
+        if flank >= LIMITS.flank or theta[WIDTH] == 0.0:
+            break
+        regression.weights[:] = weights
+    crossed = side[side != 0]
+    traversals = int((np.diff(crossed) != 0).sum())
+    if flank < LIMITS.flank:
+        return without_gap('only one flank is reached')
+    if traversals < LIMITS.traversals:
+        return NotExcited(stamp_ns, f'backlash crossed {traversals} times in the window, expected '
+                          f'{LIMITS.traversals} or more: there and back')
+    if theta[STIFFNESS] <= LIMITS.loaded * math.sqrt(max(fitted.covariance[STIFFNESS, STIFFNESS],
+                                                         0.0)):
+        return NotExcited(stamp_ns, 'the torque on the flanks does not grow with the twist: the '
+                          'stiffness is not seen')
+    tau_k = _transmitted(data, theta)
+    load = _rms(tau_k, certain)
+    separable = all(
+        _correlation(data[on, D_TWIST], tau_k[on], certain[on]) >= LIMITS.flank_correlation
+        for on in (side == 1, side == -1))
+    return _features(rows, stamp_ns, fitted, flank, traversals, separable, load)
+
+
+def _transmitted(data: Array, theta: Array) -> Array:
+    """Return tau_K [N] of the motor's side in `data` without the errors that `theta` names."""
+    tau_k: Array = data[:, D_TORQUE] - data[:, [COLUMN_OF[i] for i in ERRORS]] @ theta[ERRORS]
+    return tau_k
+
+
+def _rms(values: Array, weights: Array | None = None) -> float:
+    return math.sqrt(np.average(values ** 2, weights=weights))
+
+
+def _missing(rows: Array) -> str:
+    """Return what `rows` lack before anything is fitted, '' for nothing."""
+    if len(rows) < LIMITS.window_points:
+        return f'too few samples: {len(rows)}, at least {LIMITS.window_points} are needed'
+    if not (np.abs(rows) < LIMITS.plausible).all():  # NaN is not, either
+        return 'values that no drive has: the estimate is lost'
+    if not np.ptp(rows[:, S_TWIST]) > 0.0:
+        return 'the twist does not change: the drive stands still'
+    if max(_loaded_shares(rows)) < LIMITS.flank:
+        return (f'the torque stays below its noise ({LIMITS.loaded:g} standard deviations): the '
+                f'drive '
+                'stands still or is not loaded')
+    return ''
+
+
+def _loaded_shares(rows: Array) -> tuple[float, float]:
+    """Return the shares of samples that load the upper and the lower flank."""
+    loaded = rows[:, S_TAU_K] / np.maximum(LIMITS.loaded * rows[:, S_TAU_K_NOISE_STD], 1e-300)
+    return float((loaded > 1.0).mean()), float((loaded < -1.0).mean())
+
+
+def _weights(rows: Array, model: DriveModel) -> Array:
+    """Return weights [N] that fall where the speed may be 0, and friction anything."""
+    doubt = LIMITS.standstill * float(np.median(rows[:, S_TWIST_RATE_NOISE_STD]))
+    if model.coulomb_friction == 0.0 or doubt == 0.0:
+        return np.ones(len(rows))
+    ratio = (rows[:, S_X3] / doubt) ** 2
+    return 0.01 + ratio / (1.0 + ratio)
+
+
+def _regression(data: Array, group: int, weights: Array) -> Regression:
+    """
+    Return the Regression of a window.
+
+    Args:
+        data: [N, N_DATA].
+        group: samples that are averaged.
+        weights: of the groups [N // group].
+
+    """
+    result = Regression(data, ElasticLaw(
+        by_height=True, group=group, paired=True, block=-(-len(weights) // BLOCKS)), weights)
+    span = float(np.ptp(data[:, D_TWIST]))
+    result.high[HALF_GAP], result.high[WIDTH], result.low[WIDTH] = span, 0.5 * span, -0.5 * span
+    return result
+
+
+def _start(data: Array) -> tuple[Array, float]:
+    """Return (theta, variance of residuals) of a dead zone through every so many points."""
+    points = np.ascontiguousarray(data[::max(1, len(data) // START_POINTS)])
+    twist, tau_k = points[:, D_TWIST], points[:, D_TORQUE]
+    span = float(np.ptp(twist))
+    middle = 0.5 * float(twist.max() + twist.min())
+    free = np.zeros(N_SHAPE, bool)
+    free[[STIFFNESS, HALF_GAP, ZERO]] = True
+    regression = _regression(points, 1, np.ones(len(points)))
+    chosen: Array = np.zeros(N_SHAPE)
+    lowest_cost = math.inf
+    for share in (0.1, 0.25, 0.4):  # the cost has a local minimum where a flank is missed
+        theta = np.zeros(N_SHAPE)
+        theta[HALF_GAP], theta[ZERO] = share * span, middle
+        basis = np.sign(twist - middle) * np.maximum(np.abs(twist - middle) - share * span, 0.0)
+        theta[STIFFNESS] = max(float(basis @ tau_k / max(basis @ basis, 1e-300)), 1e-12)
+        cost = regression.solve(theta, free, RULE, TOLERANCE, 20)
+        if cost < lowest_cost:
+            chosen, lowest_cost = regression.optimum.theta, cost
+    return chosen, lowest_cost / len(points)
+
+
+def _expected(data: Array, model: DriveModel) -> Array:
+    """Return the standard deviations [N_SHAPE] expected of the changes, inf for the rest."""
+    load, speed = (float(np.sqrt(np.mean(data[:, i] ** 2))) for i in (D_TORQUE, D_X3))
+    expected = np.full(N_SHAPE, np.inf)
+    if speed > 0.0:
+        expected[VISCOUS] = math.hypot(LIMITS.friction_prior * model.viscous_friction,
+                                       LIMITS.torque_share * load / speed)
+    expected[COULOMB] = math.hypot(LIMITS.friction_prior * model.coulomb_friction,
+                                   LIMITS.torque_share * load)
+    expected[GAIN] = LIMITS.gain_prior
+    return expected
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Parameters and covariance; both with the width free; normal equations; what was fitted."""
+
+    theta: np.ndarray
+    covariance: np.ndarray
+    theta_free: np.ndarray
+    covariance_free: np.ndarray
+    normal: np.ndarray
+    passive: bool
+    gain: bool
+    loop: bool
+
+
+def _fit_all(regression: Regression, theta: Array, variance: float, expected: Array,
+             loop: bool, gap: bool = True) -> _Fit:
+    """
+    Return the _Fit: robust, the torque gain and the hysteresis only where they are seen.
+
+    Args:
+        regression: of the window.
+        theta: start [N_SHAPE].
+        variance: of the residuals there.
+        expected: standard deviations of the changes [N_SHAPE], see _expected.
+        loop: whether a hysteresis is looked for.
+        gap: whether the gap is; otherwise it stays that of `theta`.
+
+    Returns:
+        The _Fit.
+
+    """
+    base = regression.weights.copy()
+    free = np.zeros(N_SHAPE, bool)
+    free[[STIFFNESS, ZERO]], free[WIDTH], free[HALF_GAP] = True, loop, gap
+    for error in ERRORS:
+        free[error] = regression.data[:, COLUMN_OF[error]].any()
+
+    def refit(theta: Array, free: Flags, rounds: int = 0) -> tuple[Array, Array]:
+        nonlocal variance
+        for i in range(rounds + 1):
+            regression.prior = variance / expected ** 2
+            regression.solve(theta, free, RULE, TOLERANCE, 30)
+            theta = regression.optimum.theta
+            if i < rounds:
+                size = np.abs(regression.residuals)
+                scale = 1.4826 * float(np.median(size))
+                variance = scale ** 2
+                regression.weights[:] = base / np.maximum(1.0,
+                                                          size / max(LIMITS.huber * scale, 1e-300))
+        return theta, regression.optimum.covariance(variance)
+
+    theta, covariance = refit(theta, free, rounds=REWEIGHTS)
+    gain = bool(free[GAIN]) and \
+        math.sqrt(max(covariance[GAIN, GAIN], 0.0)) < LIMITS.identified * expected[GAIN]
+    if free[GAIN] and not gain:
+        free[GAIN], theta = False, theta.copy()
+        theta[GAIN] = 0.0
+        theta, covariance = refit(theta, free)
+    theta_free, covariance_free, normal = theta, covariance, regression.optimum.normal()
+    width, doubt = theta[WIDTH], LIMITS.loaded * math.sqrt(max(covariance[WIDTH, WIDTH], 0.0))
+    if width < -doubt:
+        passive_theta = theta.copy()
+        passive_theta[WIDTH], passive_theta[HEIGHT] = -width, -width * theta[STIFFNESS]
+        passive_free = free.copy()
+        passive_free[HEIGHT] = True
+        weights, off = regression.weights.copy(), np.median(np.abs(regression.residuals))
+        regression.weights[:] = base  # those at hand belong to residuals of the other structure
+        law, low = regression.law, regression.low[WIDTH]
+        regression.law = law._replace(passive=True)
+        regression.low[WIDTH] = 2e-3 * regression.high[WIDTH]  # its slope is undefined at 0
+        passive_theta, passive_covariance = refit(passive_theta, passive_free, rounds=REWEIGHTS)
+        regression.law, regression.low[WIDTH] = law, low
+        if np.median(np.abs(regression.residuals)) < off:
+            return _Fit(passive_theta, passive_covariance, passive_theta, passive_covariance,
+                        regression.optimum.normal(), True, gain, loop)
+        regression.weights[:] = weights
+    # Shrunk towards none, without a jump: a loop that is not seen adds noise to the gap only.
+    theta = theta.copy()
+    theta[WIDTH] = width - doubt ** 2 / width if abs(width) > doubt else 0.0
+    less = free.copy()
+    less[WIDTH] = False
+    theta, covariance = refit(theta, less)
+    if theta[WIDTH] != 0.0:
+        covariance = covariance_free
+    else:
+        normal = regression.optimum.normal()
+    return _Fit(theta, covariance, theta_free, covariance_free, normal, False, gain, loop)
+
+
+def _friction_on_one_flank(rows: Array, regression: Regression, expected: Array, certain: Array
+                           ) -> Friction | None:
+    """
+    Return the friction of a motion on one flank; None where it does not determine the friction.
+
+    Args:
+        rows: of the window, see fit.
+        regression: of it; the other flank is put out of its reach.
+        expected: standard deviations of the changes [N_SHAPE], see _expected.
+        certain: weights of the samples, see _weights.
+
+    Returns:
+        The Friction.
+
+    """
+    twist, torque = regression.data[:, D_TWIST], regression.data[:, D_TORQUE]
+    theta, span = np.zeros(N_SHAPE), float(np.ptp(twist))
+    theta[HALF_GAP] = span
+    theta[ZERO] = twist.min() - span if torque.sum() > 0.0 else twist.max() + span
+    centred = twist - twist.mean()
+    theta[STIFFNESS] = max(float(centred @ torque / max(centred @ centred, 1e-300)), 1e-12)
+    variance = float(np.var(torque - theta[STIFFNESS] * twist))
+    try:
+        fitted = _fit_all(regression, theta, variance, expected, loop=False, gap=False)
+    except np.linalg.LinAlgError:
+        return None
+    theta, std = fitted.theta, np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0))
+    if not (np.isfinite(theta).all() and 0.0 < std[COULOMB]
+            < LIMITS.identified * expected[COULOMB]):
+        return None
+    return Friction(
+        float(theta[VISCOUS]), float(std[VISCOUS]), float(theta[COULOMB]), float(std[COULOMB]),
+        float(rows[:, S_X2].mean()), _rms(rows[:, S_X3]),
+        _rms(_transmitted(regression.data, theta), certain))
+
+
+def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals: int,
+              separable: bool, load: float) -> Backlash:
+    theta, covariance = fitted.theta, fitted.covariance
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    to_gap, to_height = np.zeros((2, N_SHAPE))
+    to_gap[HALF_GAP], to_gap[WIDTH] = 2.0, 0.0 if fitted.passive else 2.0 * np.sign(theta[WIDTH])
+    k, c = fitted.theta_free[STIFFNESS], fitted.theta_free[WIDTH]
+    if fitted.passive:
+        hysteresis, to_height[HEIGHT] = -2.0 * theta[HEIGHT], -2.0
+    else:
+        hysteresis, to_height[STIFFNESS], to_height[WIDTH] = 2.0 * k * c, 2.0 * c, 2.0 * k
+    hysteresis_std = math.sqrt(max(to_height @ fitted.covariance_free @ to_height, 0.0))
+    if not fitted.loop:
+        hysteresis = hysteresis_std = math.nan
+    lost_motion, lost_motion_std = lost_motion_of(rows)
+
+    def changed(index: int, identified: bool) -> tuple[float, float]:
+        return (float(theta[index]), float(std[index])) if identified else (math.nan, math.nan)
+
+    moves = bool(rows[:, S_X3].any())
+    viscous, coulomb, gain = (changed(VISCOUS, moves),
+                              changed(COULOMB, moves), changed(GAIN, fitted.gain))
+    stiffness = float(theta[STIFFNESS])
+    gap_std = math.sqrt(max(to_gap @ covariance @ to_gap, 0.0))
+    stiffness_std = float(std[STIFFNESS])
+    slopes = _slopes(fitted.normal, to_gap)
+    remaining = to_gap.copy()
+    remaining[list(COMMON)] -= slopes
+    gap_std_known = math.sqrt(max(remaining @ covariance @ remaining, 0.0))
+    if not separable:  # what the load twists on both flanks may be gap as well
+        gap_std, stiffness_std = math.hypot(gap_std, 2.0 * load / stiffness), stiffness
+    return Backlash(
+        stamp_ns=stamp_ns, gap=float(to_gap @ theta), gap_std=gap_std,
+        stiffness=stiffness, stiffness_std=stiffness_std,
+        hysteresis=float(hysteresis), hysteresis_std=float(hysteresis_std),
+        zero=float(theta[ZERO]), flank=flank, coverage=float(traversals),
+        viscous=viscous[0], viscous_std=viscous[1], coulomb=coulomb[0], coulomb_std=coulomb[1],
+        gain=gain[0], gain_std=gain[1], lost_motion=lost_motion, lost_motion_std=lost_motion_std,
+        separable=separable,
+        angle=float(rows[:, S_X2].mean()), speed=_rms(rows[:, S_X3]), load=load,
+        width=float(abs(theta[WIDTH])), passive=fitted.passive,
+        gap_slopes=tuple(slopes.tolist()), gap_std_known=gap_std_known)
+
+
+def _slopes(normal: Array, to_gap: Array) -> Array:
+    """Return the change of the best gap when one of COMMON is held off its best value."""
+    at = np.flatnonzero(np.diag(normal) > 0.0)
+    inverse, part = np.zeros((N_SHAPE, N_SHAPE)), np.ix_(at, at)
+    inverse[part] = covariance_of(normal[part])
+    fitted = [i for i in COMMON if i in at]
+    result = dict.fromkeys(COMMON, 0.0)
+    if fitted:
+        result.update(zip(fitted, np.linalg.pinv(inverse[np.ix_(fitted, fitted)])
+                          @ inverse[fitted] @ to_gap))
+    return np.array([float(result[i]) for i in COMMON])
+
+
+def shows_motion(rows: Array) -> bool:
+    """Return whether `rows` are enough, and values of a drive, for lost_motion_of."""
+    return len(rows) >= LIMITS.window_points and bool((np.abs(rows) < LIMITS.plausible).all())
+
+
+def lost_motion_of(rows: Array) -> tuple[float, float]:
+    """
+    Return (lost motion, standard deviation) of `rows` in rad, (nan, nan) where not defined.
+
+    Median of the twist while the arm moves up minus that while it moves down; no torque needed.
+    Defined where the twist follows the direction of motion: slow motion against friction.
+    """
+    twist, speed = rows[:, S_TWIST], rows[:, S_X4]
+    moving = np.abs(speed) > 0.2 * float(np.sqrt(np.mean(speed ** 2)))
+    up, down = moving & (speed > 0.0), moving & (speed < 0.0)
+    if min(up.mean(), down.mean()) < 0.1:
+        return math.nan, math.nan
+    high, low = float(np.median(twist[up])), float(np.median(twist[down]))
+    middle = 0.5 * (high + low)
+    agree = (np.sign(twist[moving] - middle) == np.sign(high - low) * np.sign(speed[moving]))
+    if agree.mean() < LIMITS.one_sided:
+        return math.nan, math.nan
+    # Strokes are independent, samples are not.
+    direction = np.sign(speed[moving])
+    strokes = np.split(np.column_stack([twist[moving], direction]),
+                       np.flatnonzero(np.diff(direction)) + 1)
+    medians = {s: [float(np.median(part[:, 0])) for part in strokes
+                   if part[0, 1] == s and len(part) >= 0.02 * len(direction)] for s in (1.0, -1.0)}
+    variance = 0.0
+    for s, chosen in ((1.0, up), (-1.0, down)):
+        n = max(len(medians[s]), 1)
+        spread = float(np.std(medians[s], ddof=1)) if n > 1 else 0.5 * float(np.std(twist[chosen]))
+        variance += spread ** 2 / n
+    return abs(high - low), math.sqrt(variance)
+
+
+def _correlation(twist: Array, tau_k: Array, weights: Array) -> float:
+    """Return the correlation of torque and twist, 0 where one of them is constant or missing."""
+    if not weights.sum() > 0.0:
+        return 0.0
+    twist, tau_k = (v - np.average(v, weights=weights) for v in (twist, tau_k))
+    both = float((weights @ twist ** 2) * (weights @ tau_k ** 2))
+    return float(weights @ (twist * tau_k)) / math.sqrt(both) if both > 0.0 else 0.0
+
+
+def _sides(twist: Array, half_width: float) -> Integers:
+    """Return 1, 0 or -1 [N]: on the upper flank, in the gap, on the lower flank."""
+    return np.where(twist > half_width, 1, np.where(twist < -half_width, -1, 0))

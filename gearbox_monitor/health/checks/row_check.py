@@ -1,0 +1,47 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A check of smoothed torque and twist, which abstains where the motion does not show a result."""
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from gearbox_monitor.health.checks.outcome import Condition
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel
+
+MAX_ROWS = 500  # of a window that are looked at: neighbours are alike
+
+# Conditions that are broken and {key: value}; None: the check abstains.
+Result: TypeAlias = tuple[Sequence[Condition], dict[str, float]] | None
+
+
+@dataclass(frozen=True)
+class RowCheck:
+    """
+    One check of the newest smoothed rows, registered in monitor.ROW_CHECKS.
+
+    name: what its keys begin with; window: s of rows that it looks at; check: takes `thinned` rows
+    [N, N_SMOOTHED] in order of time (columns rts_smoother.S_*) and the drive of the filter; down:
+    results in a row that lower its level, 1 where the windows overlap by far; free_torque: whether
+    it needs a tau_K that the filter does not take from the twist.
+    """
+
+    name: str
+    window: float
+    check: Callable[[Array, DriveModel], Result]
+    down: int = 5
+    free_torque: bool = False
+
+
+def thinned(rows: Array) -> Array:
+    """Return MAX_ROWS, or up to twice as many, of the `rows` [N, M] of a window."""
+    return rows[::max(1, len(rows) // MAX_ROWS)]
+
+
+def middle(values: Array) -> float:
+    """Return the median of `values` [N], the upper one of two."""
+    at = len(values) // 2
+    return float(np.partition(values, at)[at])

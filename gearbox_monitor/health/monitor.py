@@ -1,0 +1,539 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Trust and drift: a Monitor judges once per second what its Estimator yields.
+
+The live node, replay and the tests call the same Monitor, sample by sample (`step`) or in arrays
+(`run`): same samples in, same outcomes out.
+"""
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import replace
+import json
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.estimates import Batch, Estimate, Estimates, Sample, Samples
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
+from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
+from gearbox_monitor.estimation.snapshot import snapshot_errors
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash import change, drift_words, features
+from gearbox_monitor.health.backlash.wear import PooledFeatures, when
+from gearbox_monitor.health.backlash.wear_data import AT_ODDS, ERRORS_LARGER, TRUSTED
+from gearbox_monitor.health.checks import (
+    covariance, elastic_curve, innovation, learned_curve, model_mismatch, observability, passivity,
+    twist_range, usability)
+from gearbox_monitor.health.checks.outcome import (
+    Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, with_more)
+from gearbox_monitor.health.checks.row_check import middle, thinned
+from gearbox_monitor.health.history import COLUMNS, Recent, RowHistory
+from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
+from gearbox_monitor.parameters import CURVES, EstimatorParameters, PAYLOAD
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.robot.description import RobotDescription
+
+if TYPE_CHECKING:  # it brings the diagnosis with it
+    from gearbox_monitor.health.backlash.hidden_arm import HiddenArm
+
+SECOND = sample_loop.SECOND
+COMPONENTS = ('observability', 'prediction error', 'covariance', 'model', 'backlash', 'friction',
+              'input')
+
+REASON_CODES = np.array(list(sample_loop.REASONS))
+STATE_COLUMNS = {'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}
+MEDIAN_STRIDE = 8
+NO_DATA = Outcome(Level.WARN, 'no data yet')
+NOT_EVALUATED = Outcome(Level.WARN, 'not evaluated: filter restarted or data missing within the '
+                        f'last {LIMITS.settle + 1.0:g} s')
+NO_ESTIMATES = Outcome(Level.WARN, 'no estimates')
+# Components that a change of the gearbox or of its friction affects.
+DRIFT_SHOWS = {'prediction error', 'model'}
+JUDGED = COMPONENTS[:4]  # once per second, from the newest estimates
+# Samples that stand in time: an evaluation may be due with them.
+IN_TIME = (sample_loop.ESTIMATE, sample_loop.START, sample_loop.NO_EFFORT,
+           sample_loop.NO_MEASUREMENT)
+AT_BOUND = Condition(
+    'covariance', Level.WARN, 'adaptation at its bound',
+    'an adapted parameter is at its bound (AEKF only)', 'the evaluation',
+    'the model or a start value is wrong: check it', ('adapted_...',))
+CONDITIONS = (
+    *usability.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
+    *passivity.CONDITIONS, *twist_range.CONDITIONS, *elastic_curve.CONDITIONS,
+    *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS, *learned_curve.CONDITIONS)
+# What smoothed torque and twist show, beside the prediction errors and in their component.
+ROW_CHECKS = (passivity.CHECK, twist_range.CHECK, elastic_curve.CHECK)
+ROWS_KEPT = round(max(check.window for check in ROW_CHECKS) * SECOND)  # ns
+ESTIMATES_KEPT = round(LIMITS.error_window * SECOND)
+
+Outcomes = dict[str, Outcome]  # by component
+
+
+def _common_of(snapshot: Values) -> PooledFeatures:
+    """Return what windows had in common in a `snapshot`."""
+    return PooledFeatures(json.loads(snapshot['known']))
+
+
+class Monitor:
+    """
+    Trust and drift of one gearbox.
+
+    model, parameters, robot: as of Estimator. drift: state or baselines of a change.Tracker, or
+    None (then the first windows are healthy). estimator: the Estimator that it judges; outcomes
+    {component: Outcome} in force; windows: Backlash of each window, newest last; temperature: of
+    the gearbox (deg C), None = not known, set it when it changes. phase_ns: evaluations come with
+    the first sample after each whole second of the stamps plus this offset.
+    Raises InputError as Estimator does, and what Tracker raises.
+    """
+
+    def __init__(self, model: DriveModel,
+                 parameters: EstimatorParameters | Values | None = None,
+                 drift: Any = None, robot: RobotDescription | None = None,
+                 phase_ns: int = 0) -> None:
+        self._begin(Estimator(model, parameters, robot), drift, phase_ns)
+
+    def _begin(self, estimator: Estimator, drift: Any, phase_ns: int) -> None:
+        self.estimator = estimator
+        self.outcomes: Outcomes = dict.fromkeys(COMPONENTS, NO_DATA)
+        self.windows: deque[features.Backlash] = deque(maxlen=1000)
+        self.tracker = change.Tracker(
+            change.TrackerSettings.of(estimator.parameters, estimator.model), drift)
+        if self.tracker.stamp_ns:
+            self.outcomes.update(drift_words.outcomes(self.tracker))
+        self.temperature: float | None = None
+        self._phase_ns = phase_ns
+        self._set_reference: float | None = None
+        self._forget()
+
+    # ------------------------------------------------------------------ state
+
+    @property
+    def model(self) -> DriveModel:
+        """The DriveModel of the estimator."""
+        return self.estimator.model
+
+    @property
+    def parameters(self) -> EstimatorParameters:
+        """The parameters of the estimator."""
+        return self.estimator.parameters
+
+    @property
+    def counts(self) -> Integers:
+        """How often each code of sample_loop came, int64 [N_COUNTS]."""
+        return self.estimator.counts
+
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of the last accepted sample, 0 before the first."""
+        return self.estimator.stamp_ns
+
+    @property
+    def input_count(self) -> int:
+        """Number of input samples, refused ones included."""
+        return self.estimator.input_count
+
+    @property
+    def baseline(self) -> change.Baseline | None:
+        """The Baseline of the operating point of the newest window, or None."""
+        return self.tracker.baseline
+
+    @property
+    def tau_k_std_reference(self) -> float | None:
+        """
+        Healthy median of the stated standard deviation of tau_K (N m), None before it is known.
+
+        Taken from the first evaluations; or set it (to one kept in a file), then it outlasts
+        restarts, until a parameter changes that the filter computes with.
+        """
+        return self._reference
+
+    @tau_k_std_reference.setter
+    def tau_k_std_reference(self, value: float | None) -> None:
+        """Set it to `value`, N m."""
+        self._set_reference = self._reference = value
+
+    @property
+    def model_lasts(self) -> tuple[Level, int]:
+        """Level of the model, and the stamp (ns) since which it stands; OK, 0 while unknown."""
+        alarm = self._alarms['model']
+        return (alarm.level, alarm.since_ns) if alarm.judged and alarm.since_ns else (Level.OK, 0)
+
+    def _forget(self) -> None:
+        """Drop all windows: what they hold belongs to another belief."""
+        self._estimates = RowHistory()  # COLUMNS of the newest
+        # Smoothed, for a hidden arm what it fits: of the window, and what ROW_CHECKS read.
+        self._rows = RowHistory()
+        self._begin_window()
+        self._common = PooledFeatures()  # what the windows have in common
+        self._hidden_arm = self._hidden_arm_of({})
+        self._evaluate_at(0)
+        self._reference = self._set_reference
+        self._references: list[float] = []
+        self._systematic = model_mismatch.Systematic()
+        self.outcomes = {**self.outcomes, **dict.fromkeys((*JUDGED, 'input'), NO_DATA)}
+        self._alarms = {name: Alarm(*debounce) for name, debounce in DEBOUNCE.items()}
+        # Of each of ROW_CHECKS: its alarm, its evaluations, and those that reached a result.
+        self._row_alarms = [
+            Alarm(DEBOUNCE['prediction error'][0], check.down) for check in ROW_CHECKS]
+        self._row_counts = np.zeros((len(ROW_CHECKS), 2), np.int64)
+        self._last_counts = self.counts.copy()
+
+    def _hidden_arm_of(self, snapshot: Values) -> 'HiddenArm | None':
+        """Return what fits windows without arm encoder, as a `snapshot` left it; else None."""
+        if self.parameters.arm_joint:
+            return None
+        from gearbox_monitor.health.backlash.hidden_arm import HiddenArm
+        return HiddenArm(self.model, json.loads(snapshot.get('hidden_arm', 'null')))
+
+    def _begin_window(self) -> None:
+        self._rows.clear()
+        self._window_start: int | None = None  # stamp of its first row
+        self._window_whole = True  # whether its rows are at hand from there on
+        # Evaluations in it that any indicator of trust flagged, and one outside DRIFT_SHOWS.
+        self._window_flagged = self._window_broken = 0
+        self._window_nis: list[float] = []  # over degrees of freedom, of the evaluations in it
+
+    def _evaluate_at(self, stamp_ns: int) -> None:
+        """Evaluate with the first sample at or after `stamp_ns`; 0: a second after the next."""
+        self._due_ns = stamp_ns
+        self.estimator.stop_at(stamp_ns)
+
+    def _withdraw(self, outcome: Outcome) -> None:
+        """Replace each OK of JUDGED by `outcome`: it says nothing of the estimates from now on."""
+        self.outcomes = {name: outcome if name in JUDGED and old.level == Level.OK else old
+                         for name, old in self.outcomes.items()}
+        for alarm in (*(self._alarms[name] for name in JUDGED), *self._row_alarms):
+            alarm.doubt()
+
+    def reset(self) -> None:
+        """Restart with the next sample; counters and baseline stay."""
+        self.estimator.reset()
+        self._forget()
+
+    def set_parameters(self, changes: Values) -> bool:
+        """Apply `changes` as Estimator.set_parameters does; return whether it restarts."""
+        packed = self.estimator.packed
+        restarts = self.estimator.set_parameters(changes)
+        if PAYLOAD.issuperset(changes):
+            return restarts
+        self.tracker.settings = change.TrackerSettings.of(self.parameters, self.model)
+        if restarts or not np.array_equal(packed, self.estimator.packed):
+            self._set_reference = None
+        self._forget()
+        return restarts
+
+    def snapshot(self) -> dict[str, str]:
+        """Return everything that estimates and outcomes on drift depend on, as {name: text}."""
+        return {
+            **self.estimator.snapshot(),
+            'drift': json.dumps(self.tracker.to_dict()),
+            'temperature': json.dumps(self.temperature),
+            'window_start': json.dumps(self._window_start),
+            'phase': json.dumps(self._phase_ns),
+            'known': json.dumps(self._common.to_list()),
+            **({} if self._hidden_arm is None else {
+                'hidden_arm': json.dumps(self._hidden_arm.to_list())})}
+
+    @classmethod
+    def restore(cls, snapshot: Values, source: str = 'snapshot') -> 'Monitor':
+        """Return the Monitor that goes on from `snapshot` of `source`. Raises InputError."""
+        monitor = cls.__new__(cls)
+        with snapshot_errors(source):
+            monitor._begin(Estimator.restore(snapshot, source), json.loads(snapshot['drift']),
+                           json.loads(snapshot['phase']))
+            monitor.temperature = json.loads(snapshot['temperature'])
+            monitor._window_start = json.loads(snapshot['window_start'])
+            monitor._window_whole = monitor._window_start is None
+            monitor._common = _common_of(snapshot)
+            monitor._hidden_arm = monitor._hidden_arm_of(snapshot)
+        return monitor
+
+    def adopt_baseline(self, snapshot: Values) -> None:
+        """
+        Take over baselines, drift state and temperature of a `snapshot` of the same moment.
+
+        A baseline may have been saved meanwhile, and the temperature is no sample. What windows
+        have in common comes with them: one that was cut at the start is missing here.
+        """
+        self._common = _common_of(snapshot)
+        self._hidden_arm = self._hidden_arm_of(snapshot)
+        self.tracker = change.Tracker(self.tracker.settings, json.loads(snapshot['drift']))
+        self.temperature = json.loads(snapshot['temperature'])
+        if self.tracker.stamp_ns:
+            self.outcomes = {**self.outcomes, **drift_words.outcomes(self.tracker)}
+
+    # ------------------------------------------------------------------ samples
+
+    def step(self, sample: Sample) -> Estimate | None:
+        """Take one `sample`; return its Estimate, or None if it is refused or the first one."""
+        return self.estimator.step(sample, self._judge)
+
+    def run(self, samples: Samples) -> Estimates:
+        """Take `samples`; return their Estimates, the same bits as step by step."""
+        return self.estimator.run(samples, self._judge)
+
+    def _judge(self, batch: Batch) -> None:
+        self._remember(batch)
+        self._evaluate_if_due(batch.stamp_ns, batch.code)
+
+    # ------------------------------------------------------------------ evaluation
+
+    def _remember(self, batch: Batch) -> None:
+        if len(batch.stamps):
+            self._estimates.add(batch.stamps, batch.rows[:, COLUMNS],
+                                int(batch.stamps[-1]) - ESTIMATES_KEPT)
+        stamps, rows = batch.smoothed_stamps, batch.smoothed
+        if self._hidden_arm is not None:
+            stamps, rows = batch.stamps, self._hidden_arm.columns(batch.rows)
+        if len(stamps):
+            begin = self._window_start or 0  # open until the next evaluation
+            self._rows.add(stamps, rows, min(begin, int(stamps[-1]) - ROWS_KEPT))
+
+    def _evaluate_if_due(self, stamp_ns: int, code: int) -> None:
+        """Evaluate when the next second of stamps begins; `code`: of the sample at `stamp_ns`."""
+        if code == sample_loop.START:
+            self._begin_window()  # positions may count from elsewhere now
+        if code not in IN_TIME:
+            return
+        if self.estimator.accurate_since_ns == stamp_ns:
+            self._withdraw(NOT_EVALUATED)
+        due_ns = self._due_ns
+        if due_ns and due_ns - SECOND <= stamp_ns < due_ns:
+            return
+        elapsed = (stamp_ns - self._phase_ns) % SECOND if due_ns else 0
+        self._evaluate_at(stamp_ns + SECOND - elapsed)
+        if due_ns and stamp_ns >= due_ns:
+            self._evaluate(stamp_ns)
+
+    def _evaluate(self, stamp_ns: int) -> None:
+        settled = self.estimator.accurate_since_ns + round(LIMITS.settle * SECOND)
+        recent = Recent(*self._estimates.between(stamp_ns - ESTIMATES_KEPT + 1, stamp_ns + 1))
+        outcomes = {'input': self._check_input(recent.stamps, stamp_ns)}
+        broken: list[Condition] = []
+        if stamp_ns - settled >= SECOND:
+            recent = recent.after(settled - 1)
+            if len(recent):
+                outcomes['observability'] = self._check_observability(recent)
+                outcome = self._check_prediction_error(recent, stamp_ns)
+                broken, values = self._check_rows(settled, stamp_ns)
+                outcomes['prediction error'] = replace(
+                    outcome, values={**outcome.values, **values})
+                outcomes['covariance'] = self._check_covariance(recent)
+                outcomes['model'] = self._check_model(outcomes, stamp_ns)
+            else:
+                self._withdraw(NO_ESTIMATES)
+        outcomes.update(self._check_backlash(outcomes, bool(broken)))
+        debounced = {name: self._alarms[name].judge(outcome, stamp_ns)
+                     for name, outcome in outcomes.items()}
+        if 'prediction error' in debounced:
+            debounced['prediction error'] = joined([debounced['prediction error'], *(
+                alarm.standing(stamp_ns) for alarm in self._row_alarms if alarm.judged)])
+        if 'model' in debounced:
+            level, since_ns = self.model_lasts
+            debounced['model'] = replace(debounced['model'], values={
+                **debounced['model'].values, 'holds': int(level == Level.OK),
+                'since': when(since_ns)})
+        self.outcomes = {**self.outcomes, **debounced}
+
+    def _check_input(self, stamps: Integers, stamp_ns: int) -> Outcome:
+        new = self.counts - self._last_counts
+        self._last_counts = self.counts.copy()
+        if not self.parameters.arm_joint:
+            new[sample_loop.ARM_MISSING] = 0
+        second = stamps[np.searchsorted(stamps, stamp_ns - SECOND, 'right'):]
+        values = {
+            **{usability.key_of(reason): count
+               for reason, count in _by_reason(self.counts).items()},
+            'samples': self.input_count,
+            'rate_hz': float(len(second)),
+            'longest_gap_s': float(np.diff(second).max() * 1e-9) if len(second) > 1 else 0.0}
+        return usability.check(_by_reason(new), int(new[sample_loop.ESTIMATE]), values)
+
+    def _check_observability(self, recent: Recent) -> Outcome:
+        recent = recent.after(recent.stamps[-1] - round(LIMITS.information_window * SECOND))
+        # Whether the torque can be seen, not its curve: by the equations of the random walk.
+        names = [name for i, name in enumerate(self.estimator.names)
+                 if i <= TAU_K or name in STATE_COLUMNS]
+        measured = np.ascontiguousarray(
+            np.isfinite(recent.pair(sample_loop.E_INNOVATION_MOTOR)))
+        packed = self.estimator.packed_in_use.copy()
+        packed[P0 + TAU_K] = self.parameters.p0_std_torque ** 2
+        states = np.ascontiguousarray(
+            recent.stack([STATE_COLUMNS.get(name, i) for i, name in enumerate(names)]))
+        shares = observability.information_share(
+            states, recent[sample_loop.E_DT], measured, packed)
+        stated = middle(recent[sample_loop.E_TAU_K_NOISE_STD]) / self.parameters.p0_std_torque
+        return observability.check(dict(zip(names, shares.tolist())), stated,
+                                   observability.paper(states[-1], measured[-1], packed))
+
+    def _check_prediction_error(self, recent: Recent, stamp_ns: int) -> Outcome:
+        for_mean, newest = (len(recent.after(stamp_ns - round(window * SECOND)))
+                            for window in (LIMITS.mean_window, LIMITS.gate_window))
+        white, errors, stds = (recent.pair(column) for column in (
+            sample_loop.E_WHITE_1, sample_loop.E_INNOVATION_MOTOR,
+            sample_loop.E_INNOVATION_STD_MOTOR))
+        return innovation.check(white, recent[sample_loop.E_NIS], recent[sample_loop.E_DOF],
+                                errors, stds, for_mean, newest)
+
+    def _check_rows(self, settled: int, stamp_ns: int) -> tuple[list[Condition], dict[str, float]]:
+        """
+        Run ROW_CHECKS on the smoothed rows since `settled`; return (broken conditions, values).
+
+        One that abstains moves its alarm neither way.
+        """
+        broken: list[Condition] = []
+        values: dict[str, float] = {}
+        if not len(self._rows) or not self.parameters.arm_joint:
+            return broken, values
+        for check, alarm, counts in zip(ROW_CHECKS, self._row_alarms, self._row_counts):
+            if check.free_torque and self.parameters.tau_k_model in CURVES:
+                continue
+            begin = max(settled, stamp_ns - round(check.window * SECOND))
+            rows = thinned(self._rows.after(begin))
+            result = check.check(rows[self._certain(rows)], self.estimator.drive)
+            counts[0] += 1
+            if result is not None:
+                counts[1] += 1
+                alarm.judge(outcome_of(result[0], '', {}), stamp_ns)
+                broken += result[0]
+                values.update(result[1])
+            values[f'{check.name}_evaluations'] = int(counts[0])
+            values[f'{check.name}_results'] = int(counts[1])
+        return broken, values
+
+    def _check_covariance(self, recent: Recent) -> Outcome:
+        stated, std = (_median(recent[column]) for column in (
+            sample_loop.E_STD + TAU_K, sample_loop.E_MOTOR_SIDE_NOISE_STD))
+        if self._reference is None:
+            self._references.append(std)
+            if len(self._references) >= LIMITS.reference_evaluations:
+                self._reference = float(np.median(self._references))
+        return self._with_adaptation(covariance.check(stated, std, self._reference))
+
+    def _with_adaptation(self, outcome: Outcome) -> Outcome:
+        """Return `outcome` with the adapted values; a warning if one is at its bound."""
+        adapted = self.estimator.adapted()
+        if not adapted:
+            return outcome
+        guards = self.estimator.adaptation_guards()
+        values = {**outcome.values, **{f'adapted_{k}': v for k, v in adapted.items()},
+                  **{f'adaptation_{k}': v for k, v in guards.items()}}
+        bound = self.estimator.adapted_to_bound()
+        if bound and outcome.level == Level.OK:
+            return outcome_of(
+                [replace(AT_BOUND, says=f'adaptation at its bound: {", ".join(bound)}')],
+                '', values)
+        return replace(outcome, values=values)
+
+    def _check_model(self, outcomes: Outcomes, stamp_ns: int) -> Outcome:
+        # Errors of a lost encoder or a broken stream say nothing about the model.
+        judged = (outcomes['observability'].level < Level.ERROR
+                  and outcomes['input'].level < Level.ERROR)
+        systematic = judged and innovation.systematic(outcomes['prediction error'].values)
+        self._systematic.add(stamp_ns, systematic)
+        outcome = model_mismatch.check(
+            self._systematic, stamp_ns, self.parameters.model_gap_after,
+            self.estimator.drive.arm_load == 'unknown')
+        values = self.estimator.learned_curve()
+        broken = learned_curve.check(values, self.estimator.drive, self.parameters)
+        values.update({f'undetected_{name}': error for name, error in
+                       self.estimator.undetected_errors().items()})
+        if broken:
+            return with_more(outcome, broken, values)
+        return replace(outcome, values={**outcome.values, **values})
+
+    def _check_backlash(self, outcomes: Outcomes, broken: bool) -> Outcomes:
+        """
+        Return {component: Outcome} when a window has ended, else nothing.
+
+        broken: whether one of ROW_CHECKS speaks against the estimates now.
+        """
+        if broken or any(
+                outcome.level > Level.OK for name, outcome in outcomes.items() if name != 'model'):
+            self._window_flagged += 1
+        if any(outcome.level > Level.OK for name, outcome in outcomes.items()
+               if name not in DRIFT_SHOWS):
+            self._window_broken += 1
+        if 'prediction error' in outcomes:
+            values = outcomes['prediction error'].values
+            self._window_nis.append(values.get('nis_over_dof', 1.0))
+        stamps = self._rows.stamps
+        if not len(stamps):
+            return {}
+        begin = self._window_start
+        if begin is None:
+            begin = int(stamps[0])
+        length = round(self.parameters.drift_window * SECOND)
+        result: Outcomes = {}
+        while stamps[-1] >= begin + length:
+            end = begin + length
+            if self._window_whole:
+                result = self._window_ended(*self._rows.between(begin, end), end)
+            # Windows without any row are left out.
+            following = int(stamps[np.searchsorted(stamps, end)])
+            begin += (following - begin) // length * length
+            self._window_whole = True
+            self._window_flagged = self._window_broken = 0
+            self._window_nis = []
+        self._window_start = begin
+        return result
+
+    def _window_ended(self, stamps: Integers, rows: Array, end: int) -> Outcomes:
+        window: features.Backlash | features.NotExcited
+        if self._hidden_arm is not None:
+            window = self._hidden_arm.fit(stamps, rows, end)
+        else:
+            window = features.fit(rows[self._certain(rows)], self.estimator.drive, end)
+            if isinstance(window, features.Backlash):
+                window = self._common.refine(window)
+        if isinstance(window, features.Backlash):
+            self.windows.append(window)
+        self.tracker.update(window, self._trust(), self.temperature, self._comparable())
+        return drift_words.outcomes(self.tracker)
+
+    def _certain(self, rows: Array) -> Flags:
+        """Return which of `rows` [N, N_SMOOTHED] rest on both encoders."""
+        # A twist less certain than from one reading of both: one of them was missing.
+        packed = self.estimator.packed_in_use
+        return rows[:, S_TWIST_NOISE_STD] ** 2 <= packed[R1] + packed[R2]
+
+    def _trust(self) -> int:
+        """Return the trust in the window that ends here, see wear_data."""
+        if self._hidden_arm is not None:  # its fit takes the readings, not the estimates
+            return TRUSTED if self.outcomes['input'].level == Level.OK else AT_ODDS
+        if self._window_flagged <= LIMITS.chance_flags and not self._alarmed(
+                (*COMPONENTS[:3], 'input')):
+            return TRUSTED
+        larger = np.array(self._window_nis) / LIMITS.nis_high
+        if (larger > 1.0).sum() <= LIMITS.chance_flags:
+            return AT_ODDS
+        return ERRORS_LARGER - int(2.0 * np.log2(max(np.nan_to_num(np.median(larger)), 1.0)))
+
+    def _comparable(self) -> bool:
+        """
+        Return whether the window that ends here may be compared with the baseline.
+
+        A change of friction or of the gearbox shows in the prediction errors, too; it must not
+        hide behind them.
+        """
+        return (self._hidden_arm is None and self._window_broken <= LIMITS.chance_flags
+                and not self._alarmed(set(COMPONENTS[:3]) - DRIFT_SHOWS | {'input'}))
+
+    def _alarmed(self, names: Iterable[str]) -> bool:
+        return any(self._alarms[name].since_ns is not None
+                   and self.outcomes[name].level > Level.OK for name in names)
+
+
+def _median(values: Array) -> float:
+    """Return the median of some of the `values` [W]: sorting all is slow, few will do."""
+    ordered = np.sort(values[::MEDIAN_STRIDE])
+    return float(ordered[len(ordered) // 2])
+
+
+def _by_reason(counts: Integers) -> dict[str, int]:
+    """Return {reason: count} of `counts` int64 [N_COUNTS]."""
+    return dict(zip(sample_loop.REASONS.values(), counts[REASON_CODES].tolist()))

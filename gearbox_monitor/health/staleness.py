@@ -1,0 +1,96 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Age of the newest values of a monitor, and its warm-up: when its answers begin to count."""
+import math
+
+from gearbox_monitor.estimation.estimates import Sample
+from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
+from gearbox_monitor.health import elastic_regression
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.checks import usability
+from gearbox_monitor.health.checks.outcome import Level, Outcome
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.kernels.types import Integers
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.robot.description import RobotDescription
+
+
+class Silence:
+    """
+    Watches one Monitor: its stamps must advance from one look to the next.
+
+    why: the reason why no usable sample arrived before the last look, '' if samples arrived.
+    """
+
+    def __init__(self) -> None:
+        # At the last look that found new stamps: stamp, inputs, clock, and counters.
+        self._stamp = self._inputs = self._since = 0
+        self._counts: Integers | None = None
+        self.why = ''
+
+    def outcomes(self, monitor: Monitor, now_ns: int, foreign: int = 0,
+                 cause: tuple[str, str] | None = None) -> dict[str, Outcome]:
+        """
+        Return the outcomes of a monitor, replaced where its stream is dead.
+
+        Args:
+            monitor: the Monitor that takes the samples.
+            now_ns: time of a steady clock, ns.
+            foreign: number of messages that named none of our joints.
+            cause: (reason, advice) of the receiver of messages, if it knows why none of them
+                becomes a sample.
+
+        Returns:
+            {component: Outcome}; a dead stream is never OK.
+
+        """
+        if self._counts is None or monitor.stamp_ns != self._stamp:
+            self._stamp, self._inputs, self._since = monitor.stamp_ns, monitor.input_count, now_ns
+            self._counts, self.why = monitor.counts.copy(), ''
+            return dict(monitor.outcomes)
+        silent = (now_ns - self._since) / SECOND
+        if silent < LIMITS.min_silence:
+            return dict(monitor.outcomes)
+        refused = monitor.input_count - self._inputs
+        counts = {usability.key_of(reason): int(monitor.counts[code])
+                  for code, reason in REASONS.items() if monitor.counts[code]}
+        counts['messages_without_our_joints'] = foreign
+        reason, advice, self.why = 'no samples received', usability.SILENT.advice, 'silent'
+        if cause:
+            (reason, advice), self.why = cause, 'joints'
+        elif refused:
+            new = monitor.counts - self._counts
+            causes = usability.refused({text: int(new[code]) for code, text in REASONS.items()})
+            self.why = '; '.join(cause.advice for cause in causes)
+            advice = self.why or advice
+            reason = (f'{refused} samples came, none was usable'
+                      + ''.join(f', {cause.says}' for cause in causes))
+        outcomes = {name: Outcome(Level.WARN, f'no data for {silent:.1f} s', {})
+                    for name in monitor.outcomes}
+        # Discovery takes a while: before the first sample ever, silence is not yet an error.
+        starting = not monitor.input_count and not foreign and silent < LIMITS.start_time
+        outcomes['input'] = Outcome(Level.WARN if starting else Level.ERROR,
+                                    f'{reason} for {silent:.1f} s: {advice}', counts)
+        return outcomes
+
+
+SECOND_NS = 1_000_000_000
+
+
+def warm_up(model: DriveModel, parameters: EstimatorParameters,
+            robot: RobotDescription | None = None) -> None:
+    """
+    Compile every kernel before the node is ready: the first sample must not wait for it.
+
+    model, parameters, robot: as of Monitor.
+    """
+    window = 0.5 if parameters.arm_joint else 4.0  # the shortest that is fitted
+    monitor = Monitor(model, parameters.replace(drift_window=window), robot=robot)
+    rest = tuple(0.0 for _ in monitor.estimator.robot_joints)
+    if parameters.arm_joint:  # the fit of a window, which this motion does not excite
+        elastic_regression.warm_up()
+    for k in range(2200):  # 4.4 s: trust is judged from the third second on
+        angle = 0.5 * math.sin(0.02 * k)
+        monitor.step(Sample(SECOND_NS + k * 2_000_000, (0.0, 0.0), (angle, -angle), rest))

@@ -1,0 +1,357 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Run a recording through the estimator, block by block in bounded memory.
+
+Replay starts at the estimator's recorded snapshots (state, parameters, input counter) and hands
+each sample to the same Monitor, or to an Estimator alone. Unless a message was lost, the estimates
+equal the live ones bit for bit.
+"""
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+import json
+from typing import Any, cast, Protocol
+
+import numpy as np
+
+from gearbox_monitor.estimation.estimates import Estimates, Samples
+from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
+from gearbox_monitor.estimation.snapshot import SnapshotError
+from gearbox_monitor.files.opening import load_robot
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.kernels.kernel import KERNELS
+from gearbox_monitor.kernels.types import Flags, Integers
+from gearbox_monitor.parameters import PAYLOAD
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.cdr import JointStates, MessageBlock
+from gearbox_monitor.recordings.joint_input import find_input, PAYLOAD_CHANGE
+from gearbox_monitor.recordings.read import BagReader
+from gearbox_monitor.recordings.recorded_samples import (
+    NO_MODEL, NO_SAMPLES, read_snapshots, RecordedSnapshot, samples_of, sliced)
+from gearbox_monitor.robot.description import RobotDescription
+
+STATE = ('z', 'P', 'memory', 'gate', 'clock', 'efforts', 'parameters', 'model')
+# Reasons of snapshots that do not touch the state.
+STATE_UNCHANGED = ('period', 'baseline', PAYLOAD_CHANGE)
+
+
+@dataclass(frozen=True)
+class ReplayPart:
+    """
+    Replay of one block of a recording.
+
+    block: its messages. samples: Samples [N] among them; log_ns: their log times [N]; estimates:
+    of these samples. resumed [K]: stamps of the samples at which a recorded snapshot was restored.
+    """
+
+    block: MessageBlock
+    samples: Samples
+    log_ns: Integers
+    estimates: Estimates
+    resumed: Integers
+
+    @property
+    def end_ns(self) -> int:
+        """Log time of the last message."""
+        return int(self.block.log_ns[-1])
+
+
+class ReplaySink(Protocol):
+    """Takes the parts of a replay."""
+
+    @property
+    def topics(self) -> Sequence[str]:
+        """Topics whose messages it needs."""
+
+    def add(self, part: ReplayPart) -> None:
+        """Take the next `part`."""
+
+    def finish(self) -> None:
+        """Complete the result: all parts were added."""
+
+
+@dataclass(frozen=True)
+class _SnapshotPlaces:
+    """
+    Places of K snapshots in a recording of `count` samples, the first of them stamped `stamp_ns`.
+
+    index [K]: of the first sample that follows each; matched [K]: its own sample is recorded.
+    """
+
+    index: Integers
+    matched: Flags
+    stamp_ns: int
+    count: int
+
+
+class EstimatePlayer:
+    """
+    Replays a bag part by part: the estimates alone, without fixed-lag smoother, trust and drift.
+
+    Without `model` and `parameters` the recorded ones apply, and the estimates can be compared
+    with the recorded ones (`compared`).
+
+    Args:
+        reader: the bag.
+        model: replaces the recorded model.
+        parameters: {name: value} that replace recorded or default parameters of the estimator.
+        topic: see find_input.
+
+    Attributes: `early_inputs`, number of samples that were recorded before the estimator ran;
+    `notes`, sentences for the user.
+
+    Raises:
+        InputError: the bag cannot be replayed.
+    """
+
+    def __init__(self, reader: BagReader, model: DriveModel | None = None,
+                 parameters: Mapping[str, Any] | None = None, topic: str = 'joint_states'
+                 ) -> None:
+        self.reader = reader
+        self.input = find_input(reader, topic)
+        self.topic, self.namespace = self.input.topic, self.input.namespace
+        self.notes: list[str] = []
+        self.early_inputs = 0
+        snapshots = read_snapshots(reader, self.input, model is None)
+        recorded_model: DriveModel = DriveModel()
+        recorded: dict[str, Any] = {}
+        if snapshots:
+            recorded_model, recorded = snapshots[0].settings(str(reader.path))
+        settings = {**recorded, **(parameters or {})}
+        self._robot = recorded_robot(settings, recorded, snapshots)
+        self._engine = self._started(model or recorded_model, settings)
+        self._names = (self.estimator.parameters.motor_joint,
+                       self.estimator.parameters.arm_joint, *self.estimator.robot_joints)
+        self._require_joints()
+        self._snapshots: list[RecordedSnapshot] = []
+        self._starts: list[int] = []
+        self._running, reason = False, ''
+        if model is not None or parameters:
+            reason = 'parameters or model replaced'
+        elif not snapshots:
+            reason = 'the bag holds no snapshot of an estimator'
+        else:
+            try:
+                self._place(snapshots)
+            except SnapshotError as error:
+                reason = str(error)
+        if model is None and not snapshots:
+            self.notes.append(NO_MODEL)
+        self.compared = not reason
+        if reason:
+            self.notes.append(f'not compared: {reason}')
+
+    @property
+    def estimator(self) -> Estimator:
+        """The Estimator, in its present state."""
+        return self._engine if isinstance(self._engine, Estimator) else self._engine.estimator
+
+    @property
+    def monitor(self) -> Monitor | None:
+        """The Monitor, in its present state; None in a player of estimates alone."""
+        return None
+
+    def run(self, sinks: Sequence[ReplaySink]) -> None:
+        """Hand all parts to each of `sinks`, then finish them."""
+        topics = dict.fromkeys(topic for sink in sinks for topic in sink.topics)
+        for part in self.parts(topics):
+            for sink in sinks:
+                sink.add(part)
+        for sink in sinks:
+            sink.finish()
+
+    def parts(self, topics: Iterable[str] = ()) -> Iterator[ReplayPart]:
+        """Yield the ReplayParts; their blocks also hold the messages on `topics`."""
+        decode = self.reader.decoder(self.topic, self._names)
+        index, following = 0, 0  # of the next sample, of the next snapshot
+        for block in self.reader.blocks(tuple(dict.fromkeys((self.topic, *topics)))):
+            samples, log_ns = self._samples_of(decode(block.of(self.topic)))
+            begin, end = 0, len(log_ns)
+            estimates: list[Estimates] = []
+            resumed: list[int] = []
+            while begin < end:
+                previous = following
+                while following < len(self._starts) and self._starts[following] <= index + begin:
+                    self._resume(self._snapshots[following])
+                    following += 1
+                if following > previous:
+                    resumed.append(int(samples.stamp_ns[begin]))
+                stop = min([end, *(start - index
+                                   for start in self._starts[following:following + 1])])
+                if following or not self._starts:
+                    estimates.append(self._engine.run(sliced(samples, begin, stop)))
+                begin = stop
+            index += end
+            yield ReplayPart(block, samples, log_ns,
+                             joined_estimates(estimates or [self._engine.run(NO_SAMPLES)]),
+                             np.array(resumed, np.int64))
+        for snapshot in self._snapshots[following:]:
+            self._resume(snapshot)
+
+    def _samples_of(self, states: JointStates) -> tuple[Samples, Integers]:
+        """Return (Samples, log_ns) of the JointStates `states`."""
+        return samples_of(states, self.estimator.model, bool(self.estimator.robot_joints))
+
+    def _require_joints(self) -> None:
+        """Raise InputError unless both joints are recorded; seldom reads more than a block."""
+        decode = self.reader.decoder(self.topic, self._names)
+        for block in self.reader.blocks([self.topic]):
+            decode(block)
+            if all(name in decode.joints for name in self._names):
+                return
+        self.reader.require_joints(self.topic, self._names, decode.joints)
+
+    def _resume(self, snapshot: RecordedSnapshot) -> None:
+        """Continue from the recorded `snapshot`; an engine in exactly that state stays."""
+        if self._running and snapshot.content.get('reason') == PAYLOAD_CHANGE:
+            _, values = snapshot.settings(str(self.reader.path))
+            self._engine.set_parameters({name: values[name] for name in PAYLOAD})
+        if self._running and self._continues(snapshot):
+            return
+        self._engine, self._running = self._restored(snapshot), True
+
+    def _continues(self, snapshot: RecordedSnapshot) -> bool:
+        """Return whether the engine is exactly in the state of `snapshot`."""
+        return (snapshot.content.get('reason') in STATE_UNCHANGED
+                and _same_state(self._engine.snapshot(), self._restored(snapshot).snapshot()))
+
+    def _started(self, model: DriveModel, parameters: Mapping[str, Any]) -> Estimator | Monitor:
+        return Estimator(model, unsmoothed(parameters), self._robot)
+
+    def _restored(self, snapshot: RecordedSnapshot) -> Estimator | Monitor:
+        return Estimator.restore(snapshot.content, f'{self.reader.path}: snapshot',
+                                 {'smoother_lag': 0.0})
+
+    def _place(self, snapshots: list[RecordedSnapshot]) -> None:
+        """Find the first sample that follows each of `snapshots`. Raises SnapshotError."""
+        places = self._places(snapshots)
+        missed = [k for k, snapshot in enumerate(snapshots)
+                  if places.count and 0 < snapshot.stamp_ns < places.stamp_ns
+                  and not places.matched[k]]
+        # A recorder that joins late gets the latched earlier snapshots, but not the samples that
+        # followed them: replay starts where every input is recorded.
+        if missed and missed[-1] + 1 == len(snapshots):
+            raise SnapshotError('the recording begins behind the last snapshot of the estimator')
+        first = missed[-1] + 1 if missed else 0
+        starts = np.maximum.accumulate(_placed_by_count(snapshots, places)[first:])
+        snapshots = snapshots[first:]
+        for snapshot in reversed(snapshots):
+            self._engine = self._restored(snapshot)  # raises unless all of them can be read
+        if len(snapshots) > 1 and snapshots[0].input_count == 0:
+            # The counter of the second snapshot is the number of samples that were seen live.
+            self.early_inputs = max(0, int(starts[1] - starts[0]) - snapshots[1].input_count)
+            starts[0] += self.early_inputs
+        self._snapshots, self._starts = snapshots, starts.tolist()
+        kernels = {snapshot.content.get('kernels', KERNELS) for snapshot in snapshots}
+        if kernels != {KERNELS}:
+            self.notes.append(f'recorded with {", ".join(sorted(kernels))}, replayed with '
+                              f'{KERNELS}: the last bits may differ')
+
+    def _places(self, snapshots: Sequence[RecordedSnapshot]) -> _SnapshotPlaces:
+        """
+        Return where `snapshots` are in the recording.
+
+        A stamp can repeat after the clock was set: the occurrence nearest in log time counts.
+        """
+        own = np.array([s.stamp_ns for s in snapshots], np.int64)
+        logged = np.array([s.log_ns for s in snapshots], np.int64)
+        counters = np.array([s.input_count for s in snapshots])
+        order = np.argsort(own, kind='stable')
+        by_log_time, count, first = np.zeros(len(own), np.int64), 0, 0
+        place, distance = np.full(len(own), -1), np.full(len(own), np.iinfo(np.int64).max)
+        decode = self.reader.decoder(self.topic, self._names)
+        for block in self.reader.blocks([self.topic]):
+            samples, log_ns = self._samples_of(decode(block))
+            stamps = samples.stamp_ns
+            if not count and len(stamps):
+                first = int(stamps[0])
+            by_log_time += np.searchsorted(log_ns, logged)
+            low = np.searchsorted(own[order], stamps, 'left')
+            high = np.searchsorted(own[order], stamps, 'right')
+            for row in np.flatnonzero(high > low):
+                for k in order[low[row]:high[row]]:
+                    offset = abs(int(log_ns[row] - logged[k]))
+                    if offset < distance[k]:
+                        place[k], distance[k] = count + row + 1, offset
+            count += len(stamps)
+        matched = (place >= 0) & (own > 0)
+        index = np.where(matched, place, np.where((own == 0) & (counters == 0), 0, by_log_time))
+        return _SnapshotPlaces(index, matched, first, count)
+
+
+class Player(EstimatePlayer):
+    """An EstimatePlayer that also smooths, and monitors trust and drift."""
+
+    @property
+    def monitor(self) -> Monitor:
+        """The Monitor, in its present state."""
+        return cast(Monitor, self._engine)
+
+    def _continues(self, snapshot: RecordedSnapshot) -> bool:
+        """Return whether the Monitor is exactly in the state of `snapshot`; adopt its baseline."""
+        same = (snapshot.content.get('reason') in STATE_UNCHANGED
+                and _same_state(self.monitor.snapshot(), snapshot.content))
+        if same:
+            self.monitor.adopt_baseline(snapshot.content)
+        return same
+
+    def _started(self, model: DriveModel, parameters: Mapping[str, Any]) -> Monitor:
+        return Monitor(model, parameters, robot=self._robot)
+
+    def _restored(self, snapshot: RecordedSnapshot) -> Monitor:
+        return Monitor.restore(snapshot.content, f'{self.reader.path}: snapshot')
+
+
+def recorded_robot(settings: Mapping[str, Any], recorded: Mapping[str, Any],
+                   snapshots: Sequence[RecordedSnapshot]) -> RobotDescription | None:
+    """
+    Return the robot that an estimator is run with: that of the snapshots, else that of a file.
+
+    Args:
+        settings: parameters {name: value} of the estimator now.
+        recorded: those in the bag.
+        snapshots: of the bag.
+
+    Returns:
+        Its description, None without one.
+
+    Raises:
+        InputError: the file is no URDF.
+
+    """
+    path = settings.get('robot_description', '')
+    if path and path == recorded.get('robot_description') and 'robot' in snapshots[0].content:
+        return RobotDescription.from_dict(json.loads(snapshots[0].content['robot']))
+    return load_robot(path) if path else None
+
+
+def _placed_by_count(snapshots: Sequence[RecordedSnapshot], places: _SnapshotPlaces) -> Integers:
+    """
+    Return the indices of `places`, corrected for snapshots of a reset.
+
+    They carry no stamp, and their log time means little if the estimator lagged behind the
+    recorder: the counters of samples say how far it is to a neighbour that was matched.
+    """
+    counts = [snapshot.input_count for snapshot in snapshots]
+    starts, placed = places.index.copy(), places.matched.copy()
+    for step, order in ((1, range(len(counts) - 2, -1, -1)), (-1, range(1, len(counts)))):
+        for k in order:
+            if placed[k] or not placed[k + step] or snapshots[k].stamp_ns or not counts[k]:
+                continue
+            starts[k] = max(0, starts[k + step] - (counts[k + step] - counts[k]))
+            placed[k] = True
+    return starts
+
+
+def joined_estimates(parts: Sequence[Estimates]) -> Estimates:
+    """Return the Estimates of all `parts` in order."""
+    if len(parts) == 1:
+        return parts[0]
+    return Estimates(*(np.concatenate([getattr(part, name) for part in parts])
+                       for name in Estimates.__dataclass_fields__))
+
+
+def _same_state(present: Mapping[str, str], recorded: Mapping[str, str]) -> bool:
+    """Return whether the snapshots `present` and `recorded` are of one state."""
+    return all(present[key] == recorded.get(key) for key in STATE)

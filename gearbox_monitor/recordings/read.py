@@ -1,0 +1,475 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Read rosbag2 bags: directories, single ``.mcap`` or ``.db3`` files and the remains of a crash.
+
+What rosbag2 has compressed, files or messages one by one, is unpacked; files into a temporary
+folder until the reader is closed.
+"""
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import cached_property
+import heapq
+import os
+from pathlib import Path
+import re
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestore, Stores
+from rosbags.typesys.store import Typestore
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.types import Integers
+from gearbox_monitor.recordings import storage
+from gearbox_monitor.recordings.cdr import (
+    block_of, CHANNELS, compact, Decoder, empty_index, find_messages, JointStates, Message,
+    MESSAGE_HEAD, MessageBlock, Numbers)
+from gearbox_monitor.recordings.mcap_file import McapFile, ScannedChunk
+from gearbox_monitor.recordings.storage import PACKED, SqliteFile, unpack_message, unpacked_files
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
+BLOCK_MESSAGES = 4096  # of a bag that is read message by message
+MAX_HELD = 1 << 26  # bytes of messages that wait for chunks with earlier ones
+FORMATS = ('.mcap', '.db3')
+ROS1 = b'#ROSBAG V2.0'  # first bytes of a bag of ROS 1
+
+
+def open_bag(path: str | Path) -> 'BagReader':
+    """
+    Return a BagReader of `path`: bag directory, ``.mcap`` or ``.db3`` file, complete or cut.
+
+    Raises InputError if there is nothing to read.
+    """
+    path = Path(path)
+    if os.path.isdir(path):
+        files, packed_messages = _files_of(path)
+    elif os.path.exists(path):
+        files, packed_messages = [path], False
+        if is_ros1(path):
+            raise InputError(f'{path}: a ROS 1 bag, expected one of ROS 2: gearbox_monitor import '
+                             f'{path} NEW converts its joint states')
+    else:
+        raise InputError(f'{path}: no such file or directory, expected a bag')
+    with ExitStack() as stack:
+        local = stack.enter_context(unpacked_files(files))
+        kinds = {file.suffix == '.db3' for file in local}
+        if len(kinds) > 1:
+            raise InputError(f'{path}: holds .mcap and .db3 files, expected one kind')
+        kind = SqliteReader if kinds == {True} else McapReader
+        reader = kind(path, dict(zip(local, files)))
+        reader.packed_messages = packed_messages
+        reader.opened = stack.pop_all()
+    return reader
+
+
+def is_ros1(path: Path) -> bool:
+    """Return whether the file `path` is a bag of ROS 1."""
+    if not path.is_file():
+        return False
+    try:
+        with path.open('rb') as stream:
+            return stream.read(len(ROS1)) == ROS1
+    except OSError:
+        return False
+
+
+def _files_of(path: Path) -> tuple[list[Path], bool]:
+    """Return (recordings of the bag directory `path` in order, messages are packed one by one)."""
+    content = storage.read_information(path)  # if damaged, the recordings themselves suffice
+    files = named_files(path, content)
+    missing = [file for file in files if not os.path.isfile(file)]
+    if missing:
+        problem = 'a pipe or device, not a file' if os.path.exists(missing[0]) else (
+            f'missing, but {path / storage.FILE_NAME} names it')
+        raise InputError(f'{missing[0]}: {problem}')
+    files = files or sorted((file for suffix in FORMATS for pattern in (suffix, suffix + PACKED)
+                             for file in path.glob('*' + pattern)), key=natural)
+    if not files:
+        raise InputError(f'{path}: holds no .mcap or .db3 file, expected a bag directory')
+    return files, str(content.get('compression_mode', '')).lower() == 'message'
+
+
+def named_files(path: Path, content: Mapping[str, Any]) -> list[Path]:
+    """Return the files of the bag directory `path` that its information `content` names."""
+    return [_inside(path, str(name)) for name in content.get('relative_file_paths', ())]
+
+
+def _inside(path: Path, name: str) -> Path:
+    """Return the file `name` of the bag directory `path`, never one outside of it."""
+    file = path / name
+    if '..' not in file.parts and file.is_relative_to(path) and os.path.exists(file):
+        return file
+    # Before 2020 these paths were relative to the directory that holds the bag.
+    return path / Path(name).name
+
+
+def natural(path: str | Path) -> list[int | str]:
+    """Return a key of `path` that sorts bag_2 before bag_10."""
+    return [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', str(path))]
+
+
+class BagReader:
+    """
+    The bag `path`: what all storage formats have in common.
+
+    topics: {topic: (message type, number of messages)}; metadata: {record name: {key: value}};
+    start_ns, end_ns: log times (None in an empty bag); truncated: the recording was cut off;
+    notice: one line for the user about that or about damage, else ''. packed_messages: each
+    message is compressed by itself; opened: what is released with the reader.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.topics: dict[str, tuple[str, int]] = {}
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.start_ns: int | None = None
+        self.end_ns: int | None = None
+        self.truncated = False
+        self.notice = ''
+        self.packed_messages = False
+        self.opened = ExitStack()
+        self._definitions: dict[str, tuple[str, str]] = {}
+        self._decoded: dict[tuple[str, tuple[str, ...]], tuple[JointStates, tuple[str, ...]]] = {}
+
+    def messages(self, topics: Iterable[str] | None = None) -> Iterator[Message]:
+        """Yield the messages on `topics` (None: all) by log time, equal times in file order."""
+        for block in self.blocks(topics):
+            yield from block.messages()
+
+    def blocks(self, topics: Iterable[str] | None = None) -> Iterator[MessageBlock]:
+        """
+        Yield MessageBlocks of the messages on `topics` (None: all), in the same order.
+
+        A block holds about BLOCK_BYTES, whatever the length of the bag.
+        """
+        blocks = self._stored_blocks(topics)
+        return self._unpacked(blocks) if self.packed_messages else blocks
+
+    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
+        """Yield what `blocks` does, messages as they are stored."""
+        raise NotImplementedError
+
+    def _unpacked(self, blocks: Iterable[MessageBlock]) -> Iterator[MessageBlock]:
+        """Yield `blocks` with each message unpacked."""
+        for block in blocks:
+            yield from _blocks_of(block.topics, map(self._unpacked_message, block.messages()))
+
+    def _unpacked_message(self, message: Message) -> Message:
+        topic, log_ns, publish_ns, raw = message
+        try:
+            return topic, log_ns, publish_ns, unpack_message(raw)
+        except InputError as error:
+            raise InputError(f'{self.path}: topic {topic}: {error}') from None
+
+    def close(self) -> None:
+        """Release the files."""
+        self.opened.close()
+
+    def __enter__(self) -> 'BagReader':
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 traceback: TracebackType | None) -> None:
+        self.close()
+
+    def count(self, topic: str) -> int:
+        """Return the number of messages on `topic`, 0 if the bag does not have it."""
+        return self.topics.get(topic, ('', 0))[1]
+
+    def require(self, topic: str, msgtype: str | None = None) -> None:
+        """Raise InputError unless the bag holds `topic`, with `msgtype` if that is not None."""
+        if topic not in self.topics:
+            topics = ', '.join(sorted(self.topics)) or 'none'
+            raise InputError(f'{self.path}: no topic {topic}, the bag has {topics}')
+        kind = self.topics[topic][0]
+        if msgtype is not None and kind != msgtype:
+            raise InputError(f'{self.path}: topic {topic} has type {kind}, expected {msgtype}')
+
+    def decode(self, msgtype: str, raw: bytes) -> Any:
+        """Return the message object of type `msgtype` in the CDR bytes `raw`."""
+        try:
+            if msgtype not in self._typestore.types:
+                self._register(msgtype)
+            return self._typestore.deserialize_cdr(raw, msgtype)
+        except InputError:
+            raise
+        except Exception as error:  # generated code raises many kinds for damaged bytes
+            raise InputError(f'{self.path}: cannot decode a message of type {msgtype}: '
+                             f'{type(error).__name__} {" ".join(str(error).split())}') from None
+
+    @cached_property
+    def _typestore(self) -> Typestore:
+        return get_typestore(Stores.ROS2_JAZZY)
+
+    def joint_names(self, topic: str) -> tuple[str, ...]:
+        """Return the joint names on `topic` in order of appearance."""
+        return self._joint_states(topic, ())[1]
+
+    def joint_states(self, topic: str, names: Sequence[str]) -> JointStates:
+        """Return the JointStates of `topic` with the joints `names` as columns."""
+        states, joints = self._joint_states(topic, tuple(names))
+        self.require_joints(topic, names, joints)
+        return states
+
+    def require_joints(self, topic: str, names: Iterable[str], joints: Iterable[str]) -> None:
+        """
+        Check that a topic has some joints.
+
+        Args:
+            topic: its name, for the message.
+            names: joints that are required; '' stands for a joint that the drive does not have.
+            joints: joints on the topic.
+
+        Raises:
+            InputError: a joint is missing.
+        """
+        for name in names:
+            if name and name not in joints:
+                raise InputError(f'{self.path}: topic {topic} has no joint {name!r}, '
+                                 f'it has {", ".join(joints) or "none"}; expected one of '
+                                 "these, or '' for an encoder that the drive does not have")
+
+    def decoder(self, topic: str, names: Sequence[str]) -> Decoder:
+        """Return the cdr.Decoder of `topic` with the joints `names` as columns."""
+        self.require(topic, JOINT_STATE)
+        return Decoder(names, lambda raw: self.decode(JOINT_STATE, raw),
+                       f'{self.path}: topic {topic}: ')
+
+    def _joint_states(self, topic: str, names: tuple[str, ...]
+                      ) -> tuple[JointStates, tuple[str, ...]]:
+        if (topic, names) in self._decoded:
+            return self._decoded[topic, names]
+        decode = self.decoder(topic, names)
+        parts = [decode(block_of((topic,), []))]
+        parts += [decode(block) for block in self.blocks([topic])]
+        states = JointStates(names, *(
+            np.concatenate([getattr(part, field) for part in parts])
+            for field in list(JointStates.__dataclass_fields__)[1:]))
+        self._decoded = {(topic, names): (states, tuple(decode.joints))}
+        return self._decoded[topic, names]
+
+    def _register(self, msgtype: str) -> None:
+        encoding, text = self._definitions.get(msgtype, ('', ''))
+        if not text:
+            raise InputError(f'{self.path}: holds no definition of the type {msgtype}')
+        parse = {'ros2msg': lambda: get_types_from_msg(text, msgtype),
+                 'ros2idl': lambda: get_types_from_idl(text)}.get(encoding)
+        if parse is None:
+            raise InputError(f'{self.path}: definition of {msgtype} is {encoding!r}, '
+                             'expected ros2msg or ros2idl')
+        self._typestore.register({name: types for name, types in parse().items()
+                                  if name not in self._typestore.types})
+
+
+@dataclass(frozen=True)
+class _PlacedChunk:
+    """A chunk of the bag; file_number: place of its `file`; rank: its place in file order."""
+
+    file_number: int
+    file: McapFile
+    chunk: ScannedChunk
+    rank: int
+
+
+@dataclass(frozen=True)
+class _HeldRows:
+    """Messages that wait for later chunks, and the rank of the chunk of each."""
+
+    block: MessageBlock
+    ranks: Integers
+
+
+class McapReader(BagReader):
+    """Bag `path` of one or more MCAP files, `files`: {path to read: path to show}."""
+
+    def __init__(self, path: Path, files: Mapping[Path, Path]) -> None:
+        super().__init__(path)
+        self._files, self._unreadable = _opened(files)
+        undefined = 0  # messages
+        placed: list[_PlacedChunk] = []
+        for number, file in enumerate(self._files):
+            self.metadata.update(file.metadata)
+            for channel in file.channels.values():
+                schema = file.schemas.get(channel.schema_id)
+                msgtype = schema.name if schema else ''
+                self.topics.setdefault(channel.topic, (msgtype, 0))
+                if schema:
+                    text = schema.data.decode(errors='replace')
+                    self._definitions.setdefault(schema.name, (schema.encoding, text))
+            for chunk in file.chunks:
+                for channel_id, count in chunk.counts.items():
+                    definition = file.channels.get(channel_id)
+                    if definition is None:
+                        undefined += count
+                        continue
+                    msgtype, total = self.topics[definition.topic]
+                    self.topics[definition.topic] = (msgtype, total + count)
+            placed += [_PlacedChunk(number, file, chunk, len(placed) + k) for k, chunk in
+                       enumerate(sorted(file.chunks, key=lambda chunk: chunk.begin))]
+        # By log time; equal times stay in file order.
+        self._chunks = sorted(placed, key=lambda part: (part.chunk.start_ns, part.rank))
+        if placed:
+            self.start_ns = self._chunks[0].chunk.start_ns
+            self.end_ns = max(part.chunk.end_ns for part in placed)
+        self.truncated = bool(self._unreadable) or any(file.truncated for file in self._files)
+        self.notice = self._notice(undefined)
+
+    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
+        names = tuple(self.topics if topics is None else topics)
+        tables = [_topic_numbers(file, names) for file in self._files]
+        tail: _HeldRows | None = None
+        group: list[_PlacedChunk] = []
+        size = 0
+        for position, part in enumerate(self._chunks):
+            if any(tables[part.file_number][channel] >= 0 for channel in part.chunk.counts):
+                group.append(part)
+                size += part.chunk.unpacked_size
+            last = position + 1 == len(self._chunks)
+            if not last and size < BLOCK_BYTES:
+                continue
+            rows = self._rows(names, tables, tail, group)
+            block = rows.block
+            complete = len(block) if last else int(
+                np.searchsorted(block.log_ns, self._chunks[position + 1].chunk.start_ns))
+            tail, group, size = None, [], 0
+            if complete < len(block):
+                tail = _HeldRows(compact(block.take(slice(complete, None))), rows.ranks[complete:])
+                if tail.block.data.nbytes > MAX_HELD:
+                    raise InputError(f'{self.path}: the times of more than {MAX_HELD >> 20} MB of '
+                                     'messages overlap, expected chunks in order of their times')
+                block = block.take(slice(0, complete))
+            if len(block):
+                yield block
+        self.notice = self._notice(0) or self.notice
+
+    def _rows(self, topics: tuple[str, ...], tables: list[Numbers], tail: _HeldRows | None,
+              group: list[_PlacedChunk]) -> _HeldRows:
+        """
+        Return the messages of `tail` and of the chunks `group` by log time.
+
+        Equal times stay in the order of files, chunks and messages: that of the ranks.
+        """
+        pieces = [part.file.unpacked(part.chunk) for part in group]
+        first = [tail.block.data.tobytes()] if tail is not None else []
+        data = np.frombuffer(b''.join([*first, *pieces]) if len(first + pieces) != 1 else
+                             (first + pieces)[0], np.uint8)
+        index = empty_index(len(data) // MESSAGE_HEAD + (len(tail.block) if tail else 0))
+        ranks, row, begin = [np.empty(0, np.int64)], 0, 0
+        if tail is not None:
+            block, row, begin = tail.block, len(tail.block), len(first[0])
+            for column, values in zip(index, (block.offset, block.size, block.topic, block.log_ns,
+                                              block.publish_ns)):
+                column[:row] = values
+            ranks.append(tail.ranks)
+        for part, piece in zip(group, pieces):
+            start, end = row, begin + len(piece)
+            row, _ = find_messages(data, begin, end, tables[part.file_number], False, row, index)
+            ranks.append(np.full(row - start, part.rank))
+            begin = end
+        block = MessageBlock(topics, data, index.offset[:row], index.size[:row],
+                             index.number[:row], index.log_ns[:row].view(np.int64),
+                             index.publish_ns[:row].view(np.int64))
+        rank = np.concatenate(ranks)
+        if not ((np.diff(block.log_ns) >= 0) & (np.diff(rank) >= 0)).all():
+            order = np.lexsort((rank, block.log_ns))
+            block, rank = block.take(order), rank[order]
+        return _HeldRows(block, rank)
+
+    def close(self) -> None:
+        """Close the files."""
+        for file in self._files:
+            file.close()
+        super().close()
+
+    def _notice(self, undefined: int) -> str:
+        """Return one line about what is missing; undefined: messages without a definition."""
+        texts = list(self._unreadable)
+        if self.truncated:
+            cut = [str(file.path) for file in self._files if file.truncated]
+            texts += [f'{file}: recording was cut off, read up to its last whole message'
+                      for file in cut[:1]]
+        damage = [f'{file.path}: damaged {text}' for file in self._files
+                  for text in file.damaged]
+        if damage:
+            texts.append(damage[0] + (f' and {len(damage) - 1} more' if damage[1:] else ''))
+        if undefined:
+            texts.append(f'{self.path}: {undefined} messages lost their channel definition')
+        return '; '.join(texts)
+
+
+def _topic_numbers(file: McapFile, topics: Sequence[str]) -> Numbers:
+    """Return [CHANNELS]: place in `topics` of each channel of `file`, -1 = none."""
+    number = {topic: k for k, topic in enumerate(topics)}
+    table = np.full(CHANNELS, -1, np.int32)
+    for channel_id, channel in file.channels.items():
+        table[channel_id] = number.get(channel.topic, -1)
+    return table
+
+
+def _opened(files: Mapping[Path, Path]) -> tuple[list[McapFile], list[str]]:
+    """
+    Return (McapFiles of the readable `files`, problems of the unreadable ones).
+
+    files: {path to read: path to show}.
+
+    The last file of a cut bag may be empty. Raises InputError if no file can be read.
+    """
+    opened, problems = [], []
+    for file, shown in files.items():
+        try:
+            opened.append(McapFile(file, shown))
+        except InputError as error:
+            problems.append(error)
+    if not opened:
+        raise problems[0]
+    return opened, [str(problem) for problem in problems]
+
+
+def _blocks_of(topics: tuple[str, ...], messages: Iterable[Message]) -> Iterator[MessageBlock]:
+    """Yield the `messages` on `topics` in blocks of bounded size."""
+    waiting: list[Message] = []
+    size = 0
+    for message in messages:
+        waiting.append(message)
+        size += len(message[-1])
+        if len(waiting) == BLOCK_MESSAGES or size > BLOCK_BYTES:
+            yield block_of(topics, waiting)
+            waiting, size = [], 0
+    if waiting:
+        yield block_of(topics, waiting)
+
+
+class SqliteReader(BagReader):
+    """Bag `path` of one or more SQLite files, `files`: {path to read: path to show}."""
+
+    def __init__(self, path: Path, files: Mapping[Path, Path]) -> None:
+        super().__init__(path)
+        self._files: list[SqliteFile] = []
+        with ExitStack() as stack:
+            for file, shown in files.items():
+                self._files.append(SqliteFile(file, shown))
+                stack.callback(self._files[-1].close)
+            stack.pop_all()
+        for content in self._files:
+            for topic, (kind, count) in content.topics.items():
+                self.topics[topic] = (kind, self.topics.get(topic, ('', 0))[1] + count)
+            self._definitions.update(content.definitions)
+        times = [time for content in self._files for time in content.log_times]
+        if times:
+            self.start_ns, self.end_ns = min(times), max(times)
+
+    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
+        names = tuple(self.topics if topics is None else topics)
+        return _blocks_of(names, heapq.merge(*(file.messages(names) for file in self._files),
+                                             key=lambda message: message[1]))
+
+    def close(self) -> None:
+        """Close the databases."""
+        for file in self._files:
+            file.close()
+        super().close()

@@ -1,0 +1,221 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Samples of a recording on the arm side, whole or in parts, and the snapshots of its estimator.
+
+A snapshot holds the state of the estimator, its parameters and its input counter.
+"""
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+import json
+import re
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.snapshot import expect_format, SnapshotError
+from gearbox_monitor.kernels.types import AnyArray, Flags, Integers
+from gearbox_monitor.plant.drive import DriveModel, model_from_dict
+from gearbox_monitor.recordings.cdr import Decoder, JointStates
+from gearbox_monitor.recordings.joint_input import JointInput, snapshot_of
+from gearbox_monitor.recordings.read import BagReader
+from gearbox_monitor.recordings.topics import TRANSMISSION
+
+NO_SAMPLES = Samples(np.empty(0, np.int64), *np.empty((2, 0, 2)))
+
+
+@dataclass(frozen=True)
+class RecordedSamples:
+    """
+    The inputs of a bag, on the arm side.
+
+    samples: Samples [N]; log_ns: their log times [N]; topic: of the joint states; transmission:
+    its name in the estimates.
+    """
+
+    samples: Samples
+    log_ns: Integers
+    topic: str
+    transmission: str = TRANSMISSION
+
+    @property
+    def namespace(self) -> str:
+        """Namespace of the topic."""
+        return self.topic.rsplit('/', 1)[0]
+
+
+def read_samples(reader: BagReader, motor_joint: str, arm_joint: str, model: DriveModel,
+                 topic: str, transmission: str = TRANSMISSION) -> RecordedSamples:
+    """
+    Read all samples of a topic.
+
+    Args:
+        reader: the bag.
+        motor_joint: name of the motor.
+        arm_joint: name of the arm, '' if there is no arm encoder.
+        model: see samples_of.
+        topic: topic of the joint states.
+        transmission: its name in the estimates.
+
+    Returns:
+        The RecordedSamples.
+
+    Raises:
+        InputError: the bag has no such topic or joint.
+    """
+    states = reader.joint_states(topic, (motor_joint, arm_joint))
+    samples, log_ns = samples_of(states, model)
+    return RecordedSamples(samples, log_ns, topic, transmission)
+
+
+def sample_parts(reader: BagReader, topic: str, decode: Decoder, model: DriveModel, size: int,
+                 progress: Callable[[int], object]) -> Iterator[Samples]:
+    """
+    Read the samples of a topic in parts of bounded size.
+
+    Each part begins with the last sample of its predecessor: the interval between them belongs to
+    it.
+
+    Args:
+        reader: the bag.
+        topic: topic of the joint states.
+        decode: decoder of the joints motor and arm.
+        model: see samples_of.
+        size: number of samples per part; the last part has up to twice as many.
+        progress: called with the number of messages read.
+
+    Returns:
+        An iterator over Samples.
+    """
+    parts, count = [NO_SAMPLES], 0
+    for block in reader.blocks([topic]):
+        samples, _ = samples_of(decode(block), model)
+        parts.append(samples)
+        count += len(samples.stamp_ns)
+        progress(len(block))
+        while count >= 2 * size:
+            samples = joined_samples(parts)
+            yield sliced(samples, 0, size)
+            parts, count = [sliced(samples, size - 1, count)], count - size + 1
+    yield joined_samples(parts)
+
+
+def samples_of(states: JointStates, model: DriveModel,
+               robot: bool = False) -> tuple[Samples, Integers]:
+    """
+    Return (Samples [N], log_ns [N]) of the JointStates `states` with the columns motor and arm.
+
+    The gear_ratio and torque_constant of `model` refer them to the arm side. A third column is the
+    setpoint of the motor, which then stands in place of its torque; in a `robot` all columns from
+    the third on are the joints of its description.
+    """
+    rows: slice | Flags = slice(None)
+    if not states.named.all():  # other publishers may use the same topic
+        rows = np.asarray(states.named[:, :2 if robot else None].any(axis=1))
+    position, effort = states.position[rows], states.effort[rows]
+    u, y = np.empty((len(position), 2)), np.empty((len(position), 2))
+    if len(states.names) > 2 and not robot:
+        np.divide(position[:, 2], model.gear_ratio, u[:, 0])
+    else:
+        np.multiply(effort[:, 0], model.effort_scale, u[:, 0])
+    np.divide(position[:, 0], model.gear_ratio, y[:, 0])
+    u[:, 1], y[:, 1] = effort[:, 1], position[:, 1]
+    return Samples(states.stamp_ns[rows], u, y, position[:, 2:] if robot else None), (
+        states.log_ns[rows])
+
+
+def sliced(samples: Samples, begin: int, end: int) -> Samples:
+    """Return the Samples `begin` .. `end` - 1 of `samples`."""
+    return Samples(*(column[begin:end] for column in columns_of(samples)))
+
+
+def columns_of(samples: Samples) -> list[AnyArray]:
+    """Return the arrays of `samples`, in the order of its fields."""
+    joints = [] if samples.joints is None else [samples.joints]
+    return [samples.stamp_ns, samples.u, samples.y, *joints]
+
+
+def joined_samples(parts: Sequence[Samples]) -> Samples:
+    """Return the Samples of all `parts` in order."""
+    if len(parts) == 1:
+        return parts[0]
+    parts = [part for part in parts if len(part.stamp_ns)] or [parts[0]]
+    return Samples(*(np.concatenate(columns) for columns in zip(*map(columns_of, parts))))
+
+
+NO_SERIAL = ('no gearbox_serial is recorded: taken for the same gearbox as all bags without one; '
+             '--gearbox names gearboxes by the path')
+NO_MODEL = ('the bag records no model and --model names none: the values of the packaged '
+            'drive.yaml were used, which are wrong for any other drive')
+
+
+@dataclass(frozen=True)
+class RecordedSnapshot:
+    """One recorded snapshot: `content` {name: text} (Monitor.snapshot) logged at `log_ns`."""
+
+    content: Mapping[str, str]
+    log_ns: int
+
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of the sample that precedes it, 0 without one."""
+        return int(self.content['stamp_ns'])
+
+    @property
+    def input_count(self) -> int:
+        """Number of samples that the estimator had taken."""
+        return int(self.content['input_count'])
+
+    def settings(self, source: str) -> tuple[DriveModel, dict[str, Any]]:
+        """
+        Return (DriveModel, {parameter: value}) that the estimator used.
+
+        Raises InputError, in which `source` names the bag.
+        """
+        try:
+            model, parameters = (dict(json.loads(self.content[name]))
+                                 for name in ('model', 'parameters'))
+        except (KeyError, ValueError, TypeError, RecursionError):
+            raise InputError(f'{source}: snapshot: no model and parameters, expected what an '
+                             'estimator writes') from None
+        return model_from_dict(model, f'{source}: snapshot'), parameters
+
+
+def read_snapshots(reader: BagReader, joint_input: JointInput, is_needed: bool = True
+                   ) -> list[RecordedSnapshot]:
+    """
+    Return the snapshots of an estimator.
+
+    Args:
+        reader: of the bag.
+        joint_input: of the estimator.
+        is_needed: whether the model comes from them: else those of another version are left out.
+
+    Returns:
+        The snapshots, [] without one.
+
+    Raises:
+        InputError: a snapshot is of another version, or a stamp or a counter is no whole number.
+    """
+    if joint_input.snapshots is None:
+        return []
+    contents = ((log_ns, snapshot_of(reader, raw))
+                for _, log_ns, _, raw in reader.messages([joint_input.snapshots]))
+    snapshots = [RecordedSnapshot(content, log_ns) for log_ns, content in contents if content]
+    try:
+        for snapshot in snapshots:
+            expect_format(snapshot.content, f'{reader.path}: snapshot')
+    except SnapshotError:
+        if is_needed:
+            raise
+        return []
+    for snapshot in snapshots:
+        for name in ('stamp_ns', 'input_count'):
+            value = snapshot.content.get(name, '')
+            if not re.fullmatch('-?[0-9]{1,18}|[0-9]{19}', value):
+                raise InputError(f'{reader.path}: snapshot: {name}: {value!r}, expected a whole '
+                                 'number')
+    return snapshots

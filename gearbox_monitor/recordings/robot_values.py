@@ -1,0 +1,163 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a user states of a robot beside its file, and the logs of its joints read with it."""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+import math
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.diagnosis.robot.robot_log import checked_log, CURRENT, RobotLog, TORQUE
+from gearbox_monitor.diagnosis.robot.rows import RobotModel
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.errors import expect_choice, expect_keys, InputError, unknown
+from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.recordings.robot_input import numbered_names, read_robot_log
+from gearbox_monitor.simulators.robot_model import ChainFile
+
+KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
+        'kd', 'gain_tolerance', 'compensated', 'locked')
+
+
+@dataclass(frozen=True, eq=False)
+class RobotValues:
+    """
+    What --values says of a robot.
+
+    tolerance, friction_tolerance, gain_tolerance: relative, None for the usual. links {name:
+    tolerance}; constants {joint: N m/A}, None if not stated; kp, kd {joint: gain};
+    measured: the effort is measured, not commanded; compensated: the servo adds the weight.
+    """
+
+    tolerance: float | None
+    friction_tolerance: float
+    links: Mapping[str, float]
+    constants: Mapping[str, float] | None
+    kp: Mapping[str, float]
+    kd: Mapping[str, float]
+    gain_tolerance: float
+    measured: bool
+    compensated: bool
+
+
+def load_locked(path: str | None) -> dict[str, float]:
+    """Return {joint that stands still: rad or m} of the YAML file `path`. Raises InputError."""
+    return _table(path, _content(path), 'locked', None, -math.inf)
+
+
+def _content(path: str | None) -> dict[str, Any]:
+    """Return what the YAML file `path` holds, with KEYS alone. Raises InputError."""
+    content: dict[str, Any] = {} if path is None else load_yaml(path).content
+    expect_keys(content, 'values', str(path), KEYS, whole=True)
+    return content
+
+
+def _number(path: str | None, where: str, value: Any, low: float) -> float:
+    """Return the number of the key `where`. Raises InputError: it is less than `low`, or none."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
+            math.isfinite(value) and value >= low):
+        raise InputError(f'{path}: {where}: {str(value)[:40]!r}, expected a number'
+                         + (f' of {low:g} or more' if low > -math.inf else ''))
+    return float(value)
+
+
+def _table(path: str | None, content: Mapping[str, Any], key: str, names: Sequence[str] | None,
+           low: float = 0.0) -> dict[str, float]:
+    """Return the numbers from `low` on by name of a `key`; names: that it may have, None: any."""
+    value = content.get(key, {})
+    if not isinstance(value, dict):
+        raise InputError(f'{path}: {key}: {str(value)[:40]!r}, expected NAME: number')
+    for name in value:
+        if names is not None and name not in names:
+            raise InputError(f'{path}: {key}: {unknown(str(name), names)}')
+    return {str(name): _number(path, f'{key}.{name}', v, low) for name, v in value.items()}
+
+
+def load_values(path: str | None, file: ChainFile) -> RobotValues:
+    """Return the RobotValues of the YAML file `path` for the robot `file`. Raises InputError."""
+    content = _content(path)
+    joints = file.chain.joints
+    links = [link.name for link in file.chain.links]
+    effort = expect_choice(content.get('effort', 'commanded'), 'effort', str(path),
+                           ('measured', 'commanded'))
+    number, table = partial(_number, path, low=0.0), partial(_table, path, content)
+    compensated = content.get('compensated', False)
+    if not isinstance(compensated, bool):
+        raise InputError(f'{path}: compensated: {compensated!r}, expected true or false')
+    tolerance, kp = content.get('tolerance'), table('kp', joints)
+    all_kp = _gains(kp, file.kp, file)
+    lacking = [] if not kp or all_kp is None else [
+        joint for joint, gain in zip(joints, all_kp) if not gain > 0.0]
+    if lacking:
+        raise InputError(f'{path}: kp: none of {", ".join(lacking)}, expected one of each joint')
+    return RobotValues(
+        None if tolerance is None else number('tolerance', tolerance),
+        number('friction_tolerance', content.get('friction_tolerance', SETTINGS.tolerance)),
+        table('link_tolerance', links), table('torque_constants', joints, 1e-9)
+        if 'torque_constants' in content else None, kp, table('kd', joints),
+        number('gain_tolerance', content.get('gain_tolerance', SETTINGS.gain_tolerance)),
+        effort == 'measured', compensated)
+
+
+def robot_model(file: ChainFile, values: RobotValues, learnt: bool) -> RobotModel:
+    """
+    Return the RobotModel of a file.
+
+    Args:
+        file: of the simulator.
+        values: of the user.
+        learnt: whether references teach its friction.
+    """
+    usual = values.tolerance
+    if usual is None:
+        usual = SETTINGS.tolerance_learnt if learnt else SETTINGS.tolerance
+    tolerance = np.array([values.links.get(link.name, usual) for link in file.chain.links])
+    return RobotModel(file.chain, tolerance, 0.0 if learnt else values.friction_tolerance, learnt,
+                      _gains(values.kp, file.kp, file), _gains(values.kd, file.kd, file),
+                      values.compensated, values.gain_tolerance)
+
+
+def _gains(stated: Mapping[str, float], of_file: Array | None, file: ChainFile) -> Array | None:
+    """Return the gains of all joints: as stated, those of the file, or 0; None without any."""
+    if not stated:
+        return of_file
+    base = np.zeros(len(file.chain.joints)) if of_file is None else of_file
+    return np.array([stated.get(joint, gain) for joint, gain in zip(file.chain.joints, base)])
+
+
+def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
+             recorded: Mapping[str, str], topic: str = 'joint_states') -> RobotLog:
+    """
+    Return the checked log in the file `path`. Raises InputError.
+
+    Args:
+        path: of a bag or table.
+        file: of the robot.
+        robot: its model.
+        values: of the user.
+        recorded: {joint: its name in the log}, where they differ.
+        topic: of the joint states, in bags.
+    """
+    servo = robot.kp is not None and bool(np.all(robot.kp > 0.0))
+    joints, names, notes = file.chain.joints, recorded, []
+    if not names and file.chain.serial:
+        names = numbered_names(path, joints, topic)
+        if names:
+            why = 'a drive' if 'motor' in names.values() else \
+                'its joints have only numbers, taken from the base on'
+            notes.append(f'{why}: ' + ', '.join(f'{name} is {joint}' for joint, name in
+                                                names.items())
+                         + ' (others: --recorded NAME=LOGNAME)')
+    raw = read_robot_log(path, joints, names, values.constants, '' if servo else file.no_servo,
+                         topic, file.locked)
+    raw = replace(raw, notes=(*raw.notes, *notes))
+    if raw.kind == CURRENT and values.constants is None:
+        raise InputError(f'{path}: current without torque_constants, expected N m/A of each joint '
+                         'in --values: a rough one does, masses come in its scale')
+    if values.measured and raw.kind == TORQUE:
+        raw = replace(raw, measured=True)
+    return checked_log(raw, joints)

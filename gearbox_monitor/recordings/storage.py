@@ -1,0 +1,408 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Parts of a rosbag2 directory: ``metadata.yaml``, SQLite files, and zstd and lz4 unpacked.
+
+Metadata is version 9, as ROS 2 Jazzy writes it. Unpacking is bounded in memory: what is packed may
+state and yield any size.
+"""
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+import shutil
+import sqlite3
+import tempfile
+from typing import Any, Protocol, TypeAlias
+from urllib.parse import quote
+
+import lz4.frame
+import yaml
+import zstandard
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.opening import open_file, read_text
+from gearbox_monitor.files.yaml_files import parse_yaml
+from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.recordings.cdr import Message
+
+PACKED = '.zstd'     # suffix of a file that rosbag2 has compressed
+PIECE = 1 << 24      # bytes unpacked at a time; so many are always unpacked
+EXPANSION = 256      # no whole chunk of data unpacks to more times its size, lz4 to 255 at most
+MAX_UNPACKED = 1 << 27  # bytes in memory at once; writers of bags end chunks at 1 to 4 MB
+HEAD = 18            # bytes of a zstd frame that may state its size
+SPARE = 1 << 28      # bytes of a disk that stay free
+DAMAGE = (zstandard.ZstdError, RuntimeError, EOFError, MemoryError)
+
+
+def unpacked_limit(size: int) -> int:
+    """Return to how many bytes in memory `size` packed bytes may unpack."""
+    return min(max(PIECE, EXPANSION * size), MAX_UNPACKED)
+
+
+def unpack(packed: bytes, compression: str, size: int) -> tuple[bytes, str | None]:
+    """
+    Unpack a chunk, complete, damaged or cut.
+
+    Args:
+        packed: the packed bytes.
+        compression: 'zstd', 'lz4' or '' (not packed).
+        size: bytes that it shall unpack to.
+
+    Returns:
+        (As many of them as can be unpacked within `unpacked_limit`, the problem or None).
+    """
+    if compression == '':
+        return packed[:size], None
+    if compression not in ('zstd', 'lz4'):
+        return b'', f'unknown compression {compression!r}'
+    if 0 < size <= min(PIECE, EXPANSION * len(packed)):
+        data = _unpack_whole(packed, compression, size)
+        if data is not None:
+            return data, None
+    return _unpack_piecewise(packed, compression, min(size, unpacked_limit(len(packed))))
+
+
+def unpack_message(packed: bytes) -> bytes:
+    """Return what the zstd frame `packed` of one message unpacks to. Raises InputError."""
+    limit = unpacked_limit(len(packed))
+    data, problem = _unpack_piecewise(packed, 'zstd', limit + 1)
+    if len(data) > limit:
+        problem = f'{len(packed)} bytes unpack to more than {limit >> 20} MB'
+    if problem:
+        raise InputError(f'cannot unpack a message: {problem}')
+    return data
+
+
+@contextmanager
+def unpacked_files(files: Sequence[Path]) -> Iterator[list[Path]]:
+    """
+    Yield `files`, those that rosbag2 has compressed unpacked into a temporary folder.
+
+    Raises InputError if one is no zstd file, or unpacks to more than any recording does or than
+    the disk has room for.
+    """
+    if not any(file.suffix == PACKED for file in files):
+        yield list(files)
+        return
+    with tempfile.TemporaryDirectory(prefix='gearbox_monitor_') as folder:
+        result = []
+        for number, file in enumerate(files):
+            result.append(file)
+            if file.suffix == PACKED:
+                result[-1] = Path(folder) / str(number) / file.stem
+                result[-1].parent.mkdir()
+                _unpack_file(file, result[-1])
+        yield result
+
+
+def _unpack_file(source: Path, target: Path) -> None:
+    """Unpack the zstd file `source` to `target`; of a truncated one, its beginning. See above."""
+    limit = max(PIECE, EXPANSION * source.stat().st_size)
+    free = shutil.disk_usage(target.parent).free - SPARE
+    total = 0
+
+    def check(size: int) -> None:
+        """Raise InputError if `size` bytes are more than may be unpacked."""
+        if size > limit:
+            raise InputError(f'{source}: unpacks to more than {EXPANSION} times its size, '
+                             'expected a compressed recording')
+        if size > free:
+            raise InputError(f'{source}: unpacks to more than the {max(free, 0) >> 20} MB to '
+                             f'spare in {tempfile.gettempdir()}, expected more free space')
+    try:
+        with open_file(source) as packed, open(target, 'wb') as file:
+            check(zstandard.frame_content_size(packed.read(HEAD)))  # -1: it does not say
+            packed.seek(0)
+            stream = zstandard.ZstdDecompressor().stream_reader(packed, read_across_frames=True)
+            while piece := stream.read(PIECE >> 4):
+                total += len(piece)
+                check(total)
+                file.write(piece)
+    except zstandard.ZstdError as error:
+        if not total:
+            raise InputError(f'{source}: cannot unpack: {error}') from None
+    except OSError as error:
+        raise InputError(f'{source}: cannot unpack: {error.strerror}') from None
+
+
+def _unpack_whole(packed: bytes, compression: str, size: int) -> bytes | None:
+    """Return the `size` bytes that a complete frame unpacks to, None if it is no such frame."""
+    data: bytes
+    try:
+        if compression == 'lz4':
+            data = lz4.frame.LZ4FrameDecompressor().decompress(packed, size)
+        elif zstandard.frame_content_size(packed) in (size, -1):  # -1: it does not say
+            data = zstandard.ZstdDecompressor().decompress(packed, size)
+        else:
+            return None
+    except DAMAGE:
+        return None
+    return data if len(data) == size else None
+
+
+def _unpack_piecewise(packed: bytes, compression: str, size: int) -> tuple[bytes, str | None]:
+    """Return what `unpack` does, of damaged and cut frames, too."""
+    pieces: list[bytes] = []
+    total = 0
+    read: Any
+    try:
+        if compression == 'zstd':
+            read = zstandard.ZstdDecompressor().stream_reader(packed).read
+        else:
+            read = lz4.frame.LZ4FrameFile(BytesIO(packed)).read1
+        while total < size:
+            piece = read(min(PIECE, size - total))
+            if not piece:
+                break
+            pieces.append(piece)
+            total += len(piece)
+    except DAMAGE as error:
+        return b''.join(pieces), str(error) or type(error).__name__
+    return b''.join(pieces), None
+
+
+class SqliteFile:
+    """
+    The topics and messages of the file `path`, called `shown` in messages.
+
+    topics: {topic: (message type, number of messages)}; definitions: {message type: (encoding,
+    text)}; log_times: of its first and last message on each topic (ns). Only tables are read: a
+    view can compute without an end. Raises InputError.
+    """
+
+    def __init__(self, path: Path, shown: Path) -> None:
+        self._shown = shown
+        self.topics: dict[str, tuple[str, int]] = {}
+        self.definitions: dict[str, tuple[str, str]] = {}
+        self.log_times: list[int] = []
+        self._names: dict[int, str] = {}
+        try:
+            open_file(path).close()
+            self._base = sqlite3.connect(f'file:{quote(str(path.absolute()))}?immutable=1',
+                                         uri=True)
+        except (OSError, sqlite3.Error) as error:
+            raise self._unreadable(getattr(error, 'strerror', None) or error) from None
+        try:
+            self._base.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_UNPACKED)
+            self._base.execute('PRAGMA trusted_schema = OFF')
+            self._read_topics()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Close the database."""
+        self._base.close()
+
+    def messages(self, topics: Sequence[str]) -> Iterator[Message]:
+        """Yield the messages on `topics` by log time."""
+        numbers = [number for number, name in self._names.items() if name in topics]
+        places = ', '.join('?' * len(numbers))
+        for number, time, raw in self._rows(
+                'SELECT topic_id, timestamp, data FROM messages '
+                f'WHERE topic_id IN ({places}) ORDER BY timestamp, id', numbers):
+            if not isinstance(time, int) or not isinstance(raw, bytes):
+                raise self._unreadable(f'message of {time!r}, expected a time (ns) and bytes')
+            yield self._names[number], time, time, raw
+
+    def _read_topics(self) -> None:
+        tables = {name for (name,) in self._rows(
+            "SELECT name FROM sqlite_master WHERE type = 'table' AND sql LIKE 'CREATE TABLE%'")}
+        if not {'topics', 'messages'} <= tables:
+            raise self._unreadable('no tables topics and messages, expected a rosbag2 database')
+        counts = {number: (count, *times) for number, count, *times in self._rows(
+            'SELECT topic_id, count(*), min(timestamp), max(timestamp) FROM messages '
+            'GROUP BY topic_id')}
+        for number, name, kind in self._rows('SELECT id, name, type FROM topics'):
+            if not isinstance(name, str) or not isinstance(kind, str):
+                raise self._unreadable(f'topic {name!r} of type {kind!r}, expected texts')
+            count, *times = counts.get(number, (0,))
+            self._names[number] = name
+            self.topics[name] = (kind, self.topics.get(name, ('', 0))[1] + count)
+            self.log_times += [time for time in times if isinstance(time, int)]
+        if 'message_definitions' in tables:
+            for kind, encoding, text in self._rows(
+                    'SELECT topic_type, encoding, encoded_message_definition '
+                    'FROM message_definitions'):
+                self.definitions[str(kind)] = (str(encoding), str(text))
+
+    def _rows(self, query: str, values: Sequence[int] = ()) -> Iterator[tuple[Any, ...]]:
+        """Yield the rows of `query` with its `values`."""
+        try:
+            yield from self._base.execute(query, values)
+        except (sqlite3.Error, OverflowError) as error:
+            raise self._unreadable(error) from None
+
+    def _unreadable(self, problem: object) -> InputError:
+        return InputError(f'{self._shown}: cannot read: {" ".join(str(problem).split())}')
+
+
+VERSION = 9
+FILE_NAME = 'metadata.yaml'
+MAX_BYTES = 16 << 20  # of it: thousands of files and topics are a tenth of that
+FOREVER = {'sec': 9223372036, 'nsec': 854775807}
+QosProfile: TypeAlias = dict[str, Any]
+
+# Names of the numbers that rosbag2 wrote before version 9.
+POLICIES = {
+    'history': ('system_default', 'keep_last', 'keep_all', 'unknown'),
+    'reliability': ('system_default', 'reliable', 'best_effort', 'unknown', 'best_available'),
+    'durability': ('system_default', 'transient_local', 'volatile', 'unknown', 'best_available'),
+    'liveliness': ('system_default', 'automatic', 'manual_by_node', 'manual_by_topic', 'unknown',
+                   'best_available'),
+}
+
+
+class BagFile(Protocol):
+    """One file of a bag."""
+
+    path: Path
+
+    @property
+    def span(self) -> tuple[int, int] | None:
+        """First and last log time, None without a message."""
+
+    @property
+    def count(self) -> int:
+        """Number of messages."""
+
+
+@dataclass
+class BagTopic:
+    """A topic of a bag; schema: definition of its type; channel_metadata: of its channel."""
+
+    name: str
+    msgtype: str
+    qos: list[QosProfile]
+    type_hash: str
+    schema: bytes
+    channel_metadata: Mapping[str, str]
+    schema_encoding: str = 'ros2msg'
+    encoding: str = 'cdr'
+    count: int = 0
+
+
+def qos_profile(depth: int = 10, reliability: str = 'reliable', durability: str = 'volatile',
+                history: str = 'keep_last', deadline: Mapping[str, int] = FOREVER,
+                lifespan: Mapping[str, int] = FOREVER, liveliness: str = 'automatic',
+                liveliness_lease_duration: Mapping[str, int] = FOREVER) -> QosProfile:
+    """
+    Return one offered QoS profile as rosbag2 spells it.
+
+    Args:
+        depth: length of the queue.
+        reliability: 'reliable' or 'best_effort'.
+        durability: 'volatile' or 'transient_local'.
+        history: 'keep_last' or 'keep_all'.
+        deadline: longest time between two messages, {'sec', 'nsec'}.
+        lifespan: time after which a message expires, {'sec', 'nsec'}.
+        liveliness: 'automatic' or 'manual_by_topic'.
+        liveliness_lease_duration: time within which a publisher shows that it is alive.
+
+    Returns:
+        Plain data for ``metadata.yaml`` and the metadata of an MCAP channel.
+    """
+    return {
+        'history': history,
+        'depth': depth,
+        'reliability': reliability,
+        'durability': durability,
+        'deadline': dict(deadline),
+        'lifespan': dict(lifespan),
+        'liveliness': liveliness,
+        'liveliness_lease_duration': dict(liveliness_lease_duration),
+        'avoid_ros_namespace_conventions': False,
+    }
+
+
+def read_qos(text: str) -> list[QosProfile]:
+    """Return the profiles in `text`, as any version of rosbag2 wrote them; [] if damaged."""
+    try:
+        profiles = parse_yaml(text, aliases=False)[0] or []
+        return [{**profile, **{name: values[profile[name]] for name, values in POLICIES.items()
+                               if isinstance(profile[name], int)}} for profile in profiles]
+    except (yaml.YAMLError, ValueError, KeyError, IndexError, TypeError):
+        return []
+
+
+def read_information(folder: Path) -> dict[str, Any]:
+    """
+    Return ``rosbag2_bagfile_information`` of the bag `folder`, {} if it cannot be read.
+
+    Its paths, files, topics, duration and start are of the types that rosbag2 writes.
+    """
+    try:
+        content, _ = parse_yaml(read_text(folder / FILE_NAME, MAX_BYTES), aliases=False)
+        content = content['rosbag2_bagfile_information']
+        entries = [*(content.get('files') or ()), content]
+        times = [entry[name][key] for entry in entries for name, key in (
+            ('duration', 'nanoseconds'), ('starting_time', 'nanoseconds_since_epoch'))]
+        counts = [content['message_count'], *(
+            entry['message_count'] for entry in content['topics_with_message_count'])]
+        sound = (isinstance(content['relative_file_paths'], list)
+                 and all(isinstance(name, str) for name in content['relative_file_paths'])
+                 and isinstance(content.get('custom_data') or {}, dict)
+                 and all(isinstance(number, int) and 0 <= number < 1 << 63
+                         for number in (*times, *counts)))
+        return content if sound else {}
+    except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def bag_information(files: Sequence[BagFile], topics: Iterable[BagTopic],
+                    custom_data: Mapping[str, str]) -> dict[str, Any]:
+    """
+    Describe a bag as ``metadata.yaml`` does.
+
+    Args:
+        files: the files of the bag, in order.
+        topics: its topics.
+        custom_data: {key: text} that the bag carries besides.
+
+    Returns:
+        The content of ``rosbag2_bagfile_information``.
+    """
+    return {
+        'version': VERSION,
+        'storage_identifier': 'mcap',
+        **_span(files),
+        'topics_with_message_count': [{
+            'topic_metadata': {
+                'name': topic.name,
+                'type': topic.msgtype,
+                'serialization_format': topic.encoding,
+                'offered_qos_profiles': topic.qos,
+                'type_description_hash': topic.type_hash,
+            },
+            'message_count': topic.count,
+        } for topic in topics],
+        'compression_format': '',  # of rosbag2's own compression; MCAP compresses its chunks
+        'compression_mode': '',
+        'relative_file_paths': [file.path.name for file in files],
+        'files': [{'path': file.path.name, **_span([file])} for file in files],
+        'custom_data': dict(custom_data) or None,
+        'ros_distro': 'jazzy',
+    }
+
+
+def _span(files: Sequence[BagFile]) -> dict[str, Any]:
+    """Return time and messages of the `files` together."""
+    times = [time for file in files for time in file.span or ()]
+    return {
+        'duration': {'nanoseconds': max(times) - min(times) if times else 0},
+        'starting_time': {'nanoseconds_since_epoch': min(times, default=0)},
+        'message_count': sum(file.count for file in files),
+    }
+
+
+def to_yaml(value: Values | Sequence[Values]) -> str:
+    """Return `value` as YAML text without anchors, keys in their order."""
+    return str(yaml.dump(value, Dumper=_Dumper, sort_keys=False, default_flow_style=False))
+
+
+class _Dumper(yaml.SafeDumper):
+    def ignore_aliases(self, data: Any) -> bool:
+        return True

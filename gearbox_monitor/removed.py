@@ -1,0 +1,60 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Names of version 0.2 that a user may still type, and what to do without them.
+
+`errors.unknown` looks them up, so that every command, option, parameter and key is refused in the
+same words. The table goes with the release after 0.3.
+"""
+_ROBOT_MOTION = 'diagnose a log of the robot: its verdict lists what the motion did not visit'
+_FORMATS = 'expected --to mjcf or --to urdf with --into FILE'
+# Name as the user types it, an option or its value after its command -> what to do instead.
+REMOVED = {
+    # commands
+    'compile': 'leave it out: pip and colcon compile the kernels when they build the package',
+    'benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
+    # options and their values
+    'adapt --jobs': 'leave it out: the fit is one thread',
+    'compare --filterpy-samples': 'filters of filterpy take the first 20000 samples',
+    'fit-nominal --jobs': 'leave it out: the fit is one thread',
+    'suggest --robot': _ROBOT_MOTION,
+    'suggest --effects': _ROBOT_MOTION,
+    'suggest --payload': _ROBOT_MOTION,
+    'suggest --link': _ROBOT_MOTION,
+    'export --to sdf': _FORMATS,
+    'export --to drake': _FORMATS,
+    'export --to bam': _FORMATS,
+    'export --to isaaclab': 'with --ranges expected --to isaac',
+    'live --foxglove': 'connect Foxglove to foxglove_bridge, with the layout config/foxglove.json',
+    'live --rerun': 'send the topics with a node of your own, or watch the page of live',
+    'check --setpoint-joint': 'expected --recorded-setpoint',
+    'export --arm-joint': 'expected --model-arm-joint',
+    **{f'{command} --{old}': f'expected --{new}'
+       for command in ('adapt', 'diagnose', 'fit-nominal', 'simulate')
+       for old, new in (('motor-joint', 'recorded-motor'), ('arm-joint', 'recorded-arm'),
+                        ('setpoint-joint', 'recorded-setpoint'))},
+    # parameters
+    'keep_after_error': 'set keep_folder: each ERROR of backlash or friction is kept at once',
+    'keep_per_hour': 'set keep_newest: so many recordings stay in keep_folder',
+    'keep_space': 'set keep_newest: so many recordings stay in keep_folder',
+    'other_publishers': 'two publishers of one joint are an ERROR: stop one or remap its topic',
+    'ekf_jacobian': 'leave it out: the tangent is exact wherever the friction law has one',
+    'srukf_precision': 'leave it out: the filter computes in float64',
+    # endings of files
+    '.sdf': 'convert it to URDF or MJCF',
+    '.fmu': 'expected module:function, a Python function that runs the unit',
+    # names of the Python package
+    'suggest_robot': _ROBOT_MOTION,
+    'SuggestedRobotMotion': _ROBOT_MOTION,
+    # BAGS and the folder of fleet
+    '://': 'name a path: mount the archive, or copy it',
+    'features/': 'choose a new --out, which gets one row per bag: its bags are analysed again',
+    'bags.journal': 'choose a new --out: its bags are analysed again',
+}
+
+
+def refusal(word: object) -> str:
+    """Return one line about the removed name `word`, '' if it was never a name."""
+    advice = REMOVED.get(str(word))
+    return f'gone since 0.3; {advice}' if advice else ''

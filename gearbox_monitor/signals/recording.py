@@ -1,0 +1,613 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+A recording on a uniform grid of time: torque and both positions.
+
+Defects of real stamps (jitter, single missing samples, dropouts) are repaired where that is
+harmless and reported, and refused otherwise.
+"""
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+import math
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+import scipy
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.sample_loop import BACKWARD, stamp_codes, START
+from gearbox_monitor.kernels.sensor_noise import DIFFERENCE_GAIN, quantisation_step
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.plant.drive import Controller, DriveModel
+from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.signals.recording_limits import LIMITS
+from gearbox_monitor.signals.unphysical import is_uninitialised, physical
+
+REPEATED = ('first', 'average', 'drop')  # what is used of samples with one stamp
+HELD = ('u', 'setpoint')  # over a sample
+SPEED_SPAN = 0.01  # s on either side, over which a servo takes the speed of the motor
+UNITS = {'t': 's', 'u': 'N m', 'setpoint': 'rad', 'motor': 'rad', 'arm': 'rad',
+         'arm_torque': 'N m'}
+Place: TypeAlias = Callable[[int, str], str]
+
+
+class RecordingKind(NamedTuple):
+    """What a recording is: whether an encoder may be missing, its axis, setpoint or torque."""
+
+    one_encoder: bool = False
+    axis: str = 'rotary'
+    setpoint: bool = False
+
+
+PLAIN = RecordingKind()
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """
+    How a recording may have to be read, in words; then its columns so: swapped, times a scale.
+
+    scale: of motor and arm, torque: of what drives the model.
+    """
+
+    text: str
+    swap: bool = False
+    scale: tuple[float, float] = (1.0, 1.0)
+    torque: float = 1.0
+
+
+@dataclass(frozen=True)
+class UniformRecording:
+    """
+    Samples [N] of one drive, `dt` s apart, on the arm side.
+
+    t [N] s from 0; u [N] N m, or setpoint of a servo, rad, held from t_k to t_k+1; y [N, 2] rad,
+    motor and arm as measured; arm_torque [N] N m or None where not measured; name: what messages
+    call it; channels: columns of y that were measured, the other one is a copy; floor: rad, below
+    which the noise of the encoders is not, whatever interpolated readings look like; servo_torque
+    [N] N m: what a servo commands, None without; shift: sample times by which a torque that is
+    sampled acts later, None: it is held from t_k to t_k+1.
+
+    If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
+    acceleration, whether it moves, and u without its noise. In y then stands u in place of the
+    motor's position. doubt: how else the recording may have to be read, None: as it is.
+    """
+
+    t: Array
+    u: Array
+    y: Array
+    dt: float
+    arm_torque: Array | None = None
+    name: str = ''
+    channels: tuple[int, ...] = (0, 1)
+    floor: tuple[float, float] = (0.0, 0.0)
+    motor: Array | None = None
+    servo_torque: Array | None = None
+    shift: float | None = None
+    doubt: Doubt | None = None
+
+    def read_otherwise(self, doubt: Doubt) -> 'UniformRecording':
+        """Return the recording as `doubt` reads it."""
+        y = self.y[:, ::-1] if doubt.swap else self.y
+        return replace(self, u=doubt.torque * self.u, y=y * doubt.scale, doubt=None)
+
+    @property
+    def torque(self) -> Array:
+        """Torque [N] that is commanded, or that a servo makes of the setpoint, N m."""
+        return self.u if self.servo_torque is None else self.servo_torque
+
+    def with_servo(self, controller: Controller | None) -> 'UniformRecording':
+        """Return the recording with the torque that `controller` makes of the setpoint u."""
+        if controller is None:
+            return self
+        width = 2 * max(2, round(SPEED_SPAN / self.dt)) + 1
+        position = self.y[:, self.channels[0]]
+        speed = scipy.signal.savgol_filter(position, width, 2, deriv=1, delta=self.dt)
+        return replace(self, servo_torque=controller.torque(self.u, position, speed, self.dt))
+
+    @property
+    def positions(self) -> Array:
+        """Positions of motor and arm as measured [N, 2], rad."""
+        if self.motor is None:
+            return self.y
+        return np.column_stack([self.motor[:, 0], self.y[:, 1]])
+
+    @property
+    def readings(self) -> tuple[str, str]:
+        """What the columns of y are called."""
+        return ('motor', 'arm') if self.motor is None else ('torque', 'arm')
+
+    @property
+    def span(self) -> slice:
+        """All samples."""
+        return slice(0, len(self.u))
+
+    @property
+    def duration(self) -> float:
+        """Length of the recording, s."""
+        return len(self.t) * self.dt
+
+
+def held_rate(model: DriveModel | None) -> float:
+    """
+    Return the lowest rate, Hz, at which positions that are held over rows suit a diagnosis.
+
+    Args:
+        model: of the drive, None if unknown. The setpoint of a servo is slow, its torque is not.
+    """
+    torque_driven = model is None or model.controller is None
+    return LIMITS.held_rate if torque_driven else LIMITS.diagnosis_slowest
+
+
+def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,
+            name: str = '', place: Place | None = None,
+            kind: RecordingKind = PLAIN) -> tuple[UniformRecording, tuple[str, ...]]:
+    """
+    Return (Recording, notices) of samples stamped `t` [N], s, or integer ns; NaN: not measured.
+
+    u [N] N m, y [N, 2] rad, arm_torque [N] N m or None. `place(row, field)` says where a value
+    stands; by default its row, from 0. notices: sentences about what was repaired.
+
+    - Stamps: a uniform grid is laid through them. Where the readings say that they were taken at
+      the stamped times, positions are interpolated onto the grid; otherwise the stamps have
+      jittered on their way and the samples are taken as the grid.
+    - Up to LIMITS.max_run samples in a row that are lost or NaN, and single wild readings, are
+      interpolated (u is held), up to `max_repaired` of all.
+    - At longer gaps the recording is cut and the longest stretch kept if it has `min_duration`.
+
+    Raises InputError naming field, row, value and what was expected.
+
+    Args:
+        t: stamps [N], s, or integer ns.
+        u: torque of the motor [N], N m, or setpoint, rad.
+        y: readings of motor and arm [N, 2], rad.
+        arm_torque: torque measured on the arm [N], N m, or None.
+        name: name of the recording in messages.
+        place: function (row, field) that says where a value stands.
+        kind: what the recording may lack, and its units.
+    """
+    place = place or (lambda row, field: f'row {row}, {field}')
+    where = f'{name}: ' if name else ''
+    axis, driving = kind.axis, 'setpoint' if kind.setpoint else 'u'
+    t, u, y, arm_torque, place, restarted = _one_clock(t, u, np.array(y, float), arm_torque, place)
+    t, first = _seconds(t)
+    channels: tuple[int, ...] = (0, 1)
+    if kind.one_encoder:
+        channels = tuple(i for i in (0, 1) if np.isfinite(y[:, i]).any()) or channels
+        if len(channels) == 1:
+            y[:, 1 - channels[0]] = y[:, channels[0]]
+    values = {driving: np.array(u, float), 'motor': y[:, 0], 'arm': y[:, 1]}
+    if arm_torque is not None and not np.isnan(np.asarray(arm_torque, float)).all():
+        values['arm_torque'] = np.array(arm_torque, float)
+    notices = list(restarted)
+    for field in values:
+        if is_uninitialised(values[field]):
+            raise InputError(f'{where}{field}: dead: uninitialised memory, the largest amount is '
+                             f'{np.nanmax(np.abs(values[field])):.2g}, expected numbers in '
+                             f'{on_axis(UNITS[field], axis)}')
+        values[field], count = physical(values[field])
+        if count:
+            notices.append(f'{count} values of {field} were infinite or beyond 1e9: they count '
+                           'as not measured')
+    if len(t) < 10:
+        raise InputError(f'{where}{len(t)} samples, expected at least {LIMITS.min_duration:g} s '
+                         f'of them')
+    _check_numbers(t, first, values, where, place, axis)
+    for field, value in values.items():
+        if not np.isnan(value).any():
+            continue
+        values[field], count = _fill(t, value, field, where, place, axis)
+        notices.append(f'{count} values of {field} were NaN and are interpolated')
+    index, dt, jitter = _grid(t)
+    if rms_of(jitter) > LIMITS.max_run * dt:
+        raise InputError(f'{where}t: stamps stray from any even spacing by '
+                         f'{np.abs(jitter).max():.3g} s, expected one sample rate')
+    cuts = np.flatnonzero(np.diff(index) > LIMITS.max_run + 1)
+    if len(cuts):
+        keep, notice = _longest(t, first, cuts, dt, where)
+        notices.append(notice)
+        t, index, jitter = t[keep], index[keep], jitter[keep]
+        values = {field: value[keep] for field, value in values.items()}
+    index = index - index[0]
+    n = int(index[-1]) + 1
+    wander = _wander(jitter, dt)
+    missing = int(_absent(t, index, wander).sum())
+    if missing > LIMITS.max_repaired * n:
+        raise InputError(f'{where}{missing} of {n} samples lost by their stamps '
+                         f'({100 * missing / n:.1f} %), expected at most '
+                         f'{100 * LIMITS.max_repaired:g} %')
+    if missing:
+        notices.append(f'{missing} of {n} samples lost by their stamps, interpolated')
+    if wander.any():
+        notices.append(f'the sample time wanders, stamps by {rms_of(wander) * 1e3:.3g} ms rms: '
+                       'samples are interpolated onto a uniform grid')
+        jitter = jitter - wander
+    rms = rms_of(jitter)
+    sampled_then = False
+    if rms > LIMITS.quiet_jitter * dt:
+        sampled_then = _follows_stamps(values, index, jitter, dt)
+        how = ('positions follow the stamps and are interpolated onto a uniform grid'
+               if sampled_then else
+               'positions do not follow the stamps, samples are taken as evenly spaced')
+        notices.append(f'stamps jitter by {rms * 1e3:.3g} ms rms '
+                       f'({100 * rms / dt:.0f} % of the sample time): {how}')
+    times = index * dt + wander + (jitter if sampled_then else 0.0)
+    if wander.any():  # the line through the stamps may begin and end beyond them
+        times = times - times[0]
+        n = int(times[-1] / dt) + 1
+    grid = np.arange(n) * dt
+    floor = [quantisation_step(values[field]) / math.sqrt(12.0) for field in ('motor', 'arm')]
+    if sampled_then or missing or wander.any():
+        index_held = np.clip(np.searchsorted(times, grid + 0.5 * dt, side='right') - 1, 0, None)
+        values = {field: value[index_held] if field in HELD else _cubic(times, value, grid)
+                  for field, value in values.items()}
+    for field in ('motor', 'arm'):
+        count = _mend_spikes(values[field])
+        if count:
+            notices.append(f'{count} single wild readings of {field} are interpolated')
+    y = np.column_stack([values['motor'], values['arm']])
+    if sampled_then or wander.any():
+        floor = [max(pair) for pair in zip(floor, map(_noise_at_speed, y.T))]
+    return UniformRecording(grid, values[driving], y, dt, values.get('arm_torque'), name,
+                            channels=channels, floor=(floor[0], floor[1])), tuple(notices)
+
+
+def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, Array, str]:
+    """
+    Return the samples without repeated stamps, and of ns without those that replay refuses.
+
+    Args:
+        t: stamps [N], s, or integer ns.
+        values: what was measured [N, C].
+        policy: one of REPEATED: of samples with one stamp keep the first, their mean, or none.
+
+    Returns:
+        Rows that are kept [K], their values [K, C], and a notice, '' where all are.
+    """
+    valid = np.flatnonzero(~_strays(t))
+    if len(valid) < len(t):
+        rows, chosen, repeats = merged(t[valid], values[valid], policy)
+        strays = (f'{len(t) - len(valid)} of {len(t)} samples have no stamp, or an earlier one '
+                  'than before: they are left out')
+        return valid[rows], chosen, '; '.join(filter(None, (strays, repeats)))
+    first = np.append(True, np.diff(t) != 0) if len(t) else np.zeros(0, bool)
+    rows, sizes = np.flatnonzero(first), np.diff(np.append(np.flatnonzero(first), len(t)))
+    count = len(t) - len(rows)
+    if not count:
+        return rows, values, ''
+    if policy == 'drop':
+        rows, sizes = rows[sizes == 1], sizes[sizes == 1]
+    chosen = values[rows]
+    if policy == 'average':
+        chosen = np.add.reduceat(values, rows, axis=0) / sizes[:, None]
+    how = {'first': 'the first of each is used', 'average': 'their mean is used',
+           'drop': 'none of them is used'}[policy]
+    return rows, chosen, f'{count} of {len(t)} stamps repeat the previous one: {how}'
+
+
+def _strays(t: Array | Integers) -> Flags:
+    """Return which of the stamps t [N] in ns are none, or late without a restart of the clock."""
+    strays = np.zeros(len(t), bool)
+    if t.dtype.kind not in 'iu':
+        return strays
+    strays = np.asarray(t <= 0)
+    rows = np.flatnonzero(~strays)
+    codes = stamp_codes(t[rows].astype(np.int64), LIMITS.max_gap)
+    starts, lengths = _runs(codes == BACKWARD)
+    for begin, end in zip(starts, starts + lengths):
+        if end == len(codes) or codes[end] != START:
+            strays[rows[begin:end]] = True
+    return strays
+
+
+def _one_clock(t: Any, u: Array, y: Array, arm_torque: Array | None, place: Place
+               ) -> tuple[Any, Array, Array, Array | None, Place, tuple[str, ...]]:
+    """
+    Return the longest run of the samples between restarts of the clock, and a notice of them.
+
+    A clock restarts where stamps go back and stay there, as the filter's loop has it; a single
+    late sample is none. Arguments as of prepare.
+    """
+    t = np.asarray(t)
+    same = t, u, y, arm_torque, place, ()
+    if not (len(t) and np.isfinite(t).all() and (np.diff(t) < 0).any()):
+        return same
+    stamps = t.astype(np.int64) if t.dtype.kind in 'iu' else np.rint(
+        (t - t.min()) * 1e9).astype(np.int64)
+    codes = stamp_codes(stamps - stamps.min() + 1_000_000_000, LIMITS.max_gap)
+    # The sample that is believed is the last one of those that confirm each other.
+    back = np.flatnonzero(np.diff(t) < 0) + 1
+    begins = [int(back[back <= k].max()) for k in np.flatnonzero(codes == START)[1:]
+              if (back <= k).any() and (np.diff(t[back[back <= k].max():k + 1]) > 0).all()]
+    edges = sorted({0, *begins, len(t)})
+    if len(edges) < 3:
+        return same
+    lengths = [float(t[stop - 1] - t[start]) for start, stop in zip(edges, edges[1:])]
+    k = int(np.argmax(lengths))
+    keep = slice(edges[k], edges[k + 1])
+
+    def _place(row: int, field: str) -> str:
+        return place(row + keep.start, field)
+    notice = (f'the clock restarts {len(edges) - 2} times: only the longest run is used, samples '
+              f'{keep.start} to {keep.stop - 1} of {len(t)}')
+    return (t[keep], np.asarray(u)[keep], y[keep],
+            None if arm_torque is None else np.asarray(arm_torque)[keep], _place, (notice,))
+
+
+def _seconds(t: Any) -> tuple[Array, float]:
+    """Return (t from 0 in s, first stamp in s); integers are ns."""
+    t = np.asarray(t)
+    if t.dtype.kind in 'iu':
+        return (t - t[:1]) * 1e-9, float(t[0]) * 1e-9 if len(t) else 0.0
+    t = t.astype(float)
+    return t - t[:1], float(t[0]) if len(t) else 0.0
+
+
+def _check_numbers(t: Array, first: float, values: Mapping[str, Array], where: str,
+                   place: Place, axis: str) -> None:
+    """Raise InputError for what is no finite number or, in t, does not increase."""
+    bad = np.flatnonzero(~np.isfinite(t))
+    if len(bad):
+        word = 'nan' if np.isnan(t[bad[0]]) else 'inf'
+        raise InputError(f'{where}{place(int(bad[0]), "t")}: {word}, expected a finite time in s')
+    for field, value in values.items():
+        if len(value) != len(t):
+            raise InputError(f'{where}{field}: {len(value)} values, expected {len(t)} as of t')
+        if np.isnan(value).all():
+            raise InputError(f'{where}{field}: never measured, expected '
+                             + on_axis('torque, motor and arm position in every sample', axis))
+    back = np.flatnonzero(np.diff(t) <= 0)
+    if len(back):
+        row = int(back[0]) + 1
+        word = 'repeats' if t[row] == t[row - 1] else 'goes back'
+        raise InputError(f'{where}{place(row, "t")}: {first + t[row]:.9g} s {word} after '
+                         f'{first + t[row - 1]:.9g} s, expected increasing times')
+
+
+def _runs(flags: Flags) -> tuple[Integers, Integers]:
+    """Return (starts, lengths) of the runs of True in flags [N]."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    return edges[::2], edges[1::2] - edges[::2]
+
+
+def _fill(t: Array, value: Array, field: str, where: str, place: Place,
+          axis: str) -> tuple[Array, int]:
+    """Return (value with NaN interpolated, how many); raises InputError where there are many."""
+    missing = np.isnan(value)
+    starts, lengths = _runs(missing)
+    long = np.flatnonzero(lengths > LIMITS.max_run)
+    count = int(missing.sum())
+    if len(long) or count > LIMITS.max_repaired * len(value) or missing[0] or missing[-1]:
+        at = long[0] if len(long) else 0
+        duration = f' for {lengths[at]} samples' if lengths[at] > 1 else ''
+        raise InputError(
+            f'{where}{place(int(starts[at]), field)}: nan{duration} '
+            f'({count} nan of {len(value)}), expected numbers in '
+            f'{on_axis(UNITS[field], axis)}, at most {LIMITS.max_run} nan in a '
+            f'row and {100 * LIMITS.max_repaired:g} % in all')
+    good = ~missing
+    if field in HELD:
+        last = np.maximum.accumulate(np.where(good, np.arange(len(value)), 0))
+        return value[last], count
+    value = value.copy()
+    value[missing] = _cubic(t[good], value[good], t[missing])
+    return value, count
+
+
+def _usual_step(t: Array) -> tuple[float, float]:
+    """Return (median, robust deviation) of the steps of stamps `t` [N], s."""
+    step = np.diff(t)
+    usual = float(np.median(step))
+    return usual, 1.4826 * float(np.median(np.abs(step - usual)))
+
+
+def _grid(t: Array) -> tuple[Integers, float, Array]:
+    """
+    Return (index [N], dt, jitter [N]): t = index dt + jitter, from 0, index increasing.
+
+    The sample time is that of a line through all stamps, lost samples counted by their length.
+
+    Args:
+        t: stamps [N], s, increasing.
+    """
+    step = np.diff(t)
+    dt, spread = _usual_step(t)
+    count = np.maximum(1.0, np.rint(step / dt))
+    # Of a step that lateness may have made, its length does not tell whether a sample is lost.
+    doubtful = (step > 1.5 * dt) & ((spread > LIMITS.jittery * dt)
+                                    | (step < dt + LIMITS.latest * spread))
+    for k in np.flatnonzero(doubtful).tolist():
+        # A late stamp is followed by a short step; after a lost sample all stamps stay behind.
+        rows_before, rows_after = np.arange(max(k - 6, 0),
+                                            k + 1), np.arange(k + 1, min(k + 8, len(t)))
+        delay = (np.median(t[rows_after] - dt * rows_after)
+                 - np.median(t[rows_before] - dt * rows_before))
+        count[k] = max(1.0, np.rint(1.0 + delay / dt))
+    index = np.concatenate([[0], np.cumsum(count)])
+    slope, start = np.polyfit(index, t, 1)
+    return index.astype(np.int64), float(slope), t - start - slope * index
+
+
+def absent_samples(t: Array) -> Integers:
+    """
+    Return how many samples are missing by the stamps `t` [N] (s, increasing) between each two.
+
+    A step that is long because a sample is late, or because the loop has no clock, misses none.
+    """
+    index, dt, jitter = _grid(t)
+    return _absent(t, index, _wander(jitter, dt))
+
+
+def _absent(t: Array, index: Integers, wander: Array) -> Integers:
+    """Return the samples missing behind each but the last of `t` [N]; see absent_samples."""
+    absent: Integers = np.diff(index) - 1
+    if wander.any():  # late by any time; lost is a sample only where the next one was due, too
+        usual, spread = _usual_step(t)
+        due = np.maximum(1.0, np.diff(t) // (usual - spread)) - 1.0
+        absent = np.minimum(absent, due.astype(np.int64))
+    return absent
+
+
+def _longest(t: Array, first: float, cuts: Integers, dt: float, where: str) -> tuple[slice, str]:
+    """Return (slice, notice) of the longest stretch between the gaps after the rows `cuts`."""
+    edges = np.concatenate([[0], cuts + 1, [len(t)]])
+    i = int(np.argmax(t[edges[1:] - 1] - t[edges[:-1]]))
+    keep = slice(edges[i], edges[i + 1])
+    widest = cuts[np.argmax(t[cuts + 1] - t[cuts])]
+    holes = (f'{len(cuts)} gap{"s" if len(cuts) > 1 else ""} in the stamps, the longest '
+             f'{t[widest + 1] - t[widest]:.3g} s at t = {first + t[widest]:.6g} s')
+    length = t[keep][-1] - t[keep][0] + dt
+    if length < LIMITS.min_duration:
+        raise InputError(f'{where}{holes}; the longest stretch without one lasts {length:.3g} s, '
+                         f'expected at least {LIMITS.min_duration:g} s')
+    return keep, (f'{holes}; only the stretch from {first + t[keep][0]:.6g} s to '
+                  f'{first + t[keep][-1]:.6g} s is used')
+
+
+def _cubic(times: Array, value: Array, at: Array) -> Array:
+    """Return value [N] at `times` (s) on the times `at` by local cubics; the ends are held."""
+    k = np.clip(np.searchsorted(times, at) - 2, 0, len(times) - 4)
+    at = np.clip(at, times[0], times[-1])
+    result = np.zeros(len(at))
+    for i in range(4):
+        weight = np.ones(len(at))
+        for j in range(4):
+            if j != i:
+                weight *= (at - times[k + j]) / (times[k + i] - times[k + j])
+        result += weight * value[k + i]
+    return result
+
+
+def rms_of(values: Array) -> float:
+    """Return the root mean square of `values` [N]."""
+    return float(np.sqrt(np.mean(values ** 2)))
+
+
+def _noise_at_speed(value: Array) -> float:
+    """
+    Return the noise of readings (rad) `value` [N] in the half of the samples that moves most.
+
+    Stamps that stray by r put readings off by r times the speed; at rest nothing shows of it.
+    """
+    rough, speed = np.diff(value, 4), np.abs(value[3:-1] - value[1:-3])
+    return rms_of(rough[speed >= np.median(speed)]) / DIFFERENCE_GAIN
+
+
+def _wander(jitter: Array, dt: float) -> Array:
+    """
+    Return the part (s) [N] of the jitter of stamps that lasts: the sample time itself varies.
+
+    A late stamp is late alone, so that a mean over n of them shrinks by the root of n. A mean that
+    stays far beyond that is no lateness: a loop without a clock of its own takes what time it
+    needs, and its samples lie where the stamps say.
+
+    Args:
+        jitter: stamps less even ones, s.
+        dt: sample time, s.
+    """
+    half = max(1, round(0.5 * LIMITS.wander_span / dt))
+    n = 2 * half + 1
+    if len(jitter) < n:
+        return np.zeros(len(jitter))
+    slow = np.convolve(np.pad(jitter, half, 'edge'), np.ones(n) / n, 'valid')
+    noise = max(LIMITS.quiet_jitter * dt, 4.0 * rms_of(jitter - slow) / math.sqrt(n))
+    return slow if rms_of(slow) > noise else np.zeros(len(jitter))
+
+
+def _follows_stamps(values: Mapping[str, Array], index: Integers, jitter: Array,
+                    dt: float) -> bool:
+    """
+    Return whether the readings were taken at the stamped times rather than evenly.
+
+    A reading taken late by the jitter r stands off its neighbours by speed times r: the regression
+    on that is 1 if so and 0 if the stamps only were late.
+    """
+    whole = np.flatnonzero(np.diff(index, 4) == 0)
+    whole = whole[index[whole + 4] - index[whole] == 4]  # five samples without a lost one
+    numerator = denominator = 0.0
+    for field in ('motor', 'arm'):
+        value = values[field]
+        width = max(1, int(round(0.01 / dt)))
+        shift = np.gradient(np.convolve(value, np.ones(2 * width + 1) / (2 * width + 1), 'same'),
+                            dt) * jitter
+        rough, expected = np.diff(value, 4)[whole], np.diff(shift, 4)[whole]
+        # Of a coarse encoder, most differences are 0; of one that is missing, all.
+        level = np.median(np.abs(rough)) or np.mean(np.abs(rough))
+        if not level > 0.0:
+            continue
+        weight = 1.0 / level ** 2
+        inner = slice(width, -width)  # the mean is none at the ends
+        numerator += weight * float(rough[inner] @ expected[inner])
+        denominator += weight * float(expected[inner] @ expected[inner])
+    return denominator > 0.0 and numerator > 0.5 * denominator
+
+
+def _mend_spikes(value: Array) -> int:
+    """Interpolate single wild readings of value [N] in place; return how many, 0 if too many."""
+    # What the four neighbours say of a reading; the cubic through them is (-1 4 4 -1) / 6.
+    off = value[2:-2] - (-value[:-4] + 4 * value[1:-3] + 4 * value[3:-1] - value[4:]) / 6
+    scale = np.median(np.abs(off)) / 0.6745
+    if scale == 0.0:
+        return 0
+    # A wild reading spoils the cubics of its four neighbours by two thirds at most.
+    neighbourhood = np.lib.stride_tricks.sliding_window_view(
+        np.pad(np.abs(off), 2), 5).max(axis=1)
+    wild = np.flatnonzero((np.abs(off) > LIMITS.spike * scale)
+                          & (np.abs(off) == neighbourhood)) + 2
+    if not len(wild) or len(wild) > LIMITS.max_repaired * len(value):
+        return 0
+    # Alone: without it the rest is as smooth as anywhere.
+    count = 0
+    for k in wild.tolist():
+        neighbours = [i for i in range(max(k - 4, 0), min(k + 5, len(value))) if i != k]
+        fit = np.polyfit(np.array(neighbours) - k, value[neighbours], 3)
+        if (np.abs(np.polyval(fit, np.array(neighbours) - k) - value[neighbours]).max()
+                < 0.25 * abs(value[k] - fit[-1])):
+            value[k] = fit[-1]
+            count += 1
+    return count
+
+
+def at_one_rate(recordings: Sequence[UniformRecording]) -> list[UniformRecording]:
+    """
+    Return recordings of one drive at the lowest of their rates.
+
+    The rate of a logger that has no clock of its own differs by percents between recordings.
+    Readings are interpolated by local cubics; what is held keeps the value in force. Rates that
+    differ by more than `rates_alike` remain as they are.
+
+    Args:
+        recordings: recordings of one drive, as prepared.
+    """
+    dt = max(r.dt for r in recordings)
+    aligned = []
+    for r in recordings:
+        if 1e-3 < dt / r.dt - 1.0 <= LIMITS.rates_alike:
+            t = np.arange(int((len(r.t) - 1) * r.dt / dt) + 1) * dt
+            source = np.minimum((t / r.dt + 1e-6).astype(int), len(r.u) - 1)
+            at = np.arange(len(r.t)) * r.dt
+            r = replace(
+                r, t=t, dt=dt, u=r.u[source],
+                y=np.column_stack([_cubic(at, column, t) for column in r.y.T]),
+                arm_torque=None if r.arm_torque is None else r.arm_torque[source],
+                servo_torque=None if r.servo_torque is None else r.servo_torque[source])
+        aligned.append(r)
+    return aligned
+
+
+def expect_one_rate(recordings: Sequence[UniformRecording]) -> None:
+    """
+    Raise InputError when recordings differ in their rate or in what loads the arm.
+
+    Args:
+        recordings: recordings of one drive.
+    """
+    first = recordings[0]
+    for recording in recordings[1:]:
+        if abs(recording.dt / first.dt - 1.0) > 1e-3:
+            raise InputError(f'{recording.name}: {1 / recording.dt:g} Hz, expected '
+                             f'{1 / first.dt:g} Hz as {first.name}')
+        if (recording.arm_torque is None) != (first.arm_torque is None):
+            raise InputError(f'{recording.name}: arm torque: expected in all recordings or '
+                             'in none')

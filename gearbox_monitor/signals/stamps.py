@@ -1,0 +1,313 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Stamps of a recording: order, rate, jitter, dropouts and length."""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.estimation.sample_loop import (
+    BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.signals.finding import BAD, DataFinding, everything, Grade, hurts, OK, WARN
+from gearbox_monitor.signals.recording import absent_samples
+from gearbox_monitor.signals.recording_limits import LIMITS
+
+_GROUP = 'stamps'
+
+
+@dataclass(frozen=True)
+class StampClock:
+    """
+    The usable stamps.
+
+    usable: mask [N] of the samples that a filter takes by their stamps; seconds [K] from the first
+    of these; period (s): their usual distance; jitter (s): standard deviation of the stamps about
+    even spacing; absent [K - 1]: samples missing behind each, as diagnose counts them. restarts:
+    rows of K at which the clock restarts; seconds go on there by one period. burst: samples that
+    are stamped at once, on receipt; seconds are then even.
+    """
+
+    usable: Flags
+    seconds: Array
+    period: float
+    jitter: float
+    absent: Integers
+    restarts: tuple[int, ...] = ()
+    burst: int = 1
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last usable stamp, s."""
+        return float(self.seconds[-1])
+
+
+def clock(stamps: Integers, max_gap: float = LIMITS.max_gap) -> StampClock | None:
+    """
+    Return the StampClock of some stamps, None where fewer than ten are usable.
+
+    Args:
+        stamps: int64 [N], ns.
+        max_gap: longest dropout that the filter bridges, s.
+    """
+    burst = burst_size(stamps)
+    if burst > 1:
+        usable = np.full(len(stamps), True)
+        seconds = (evened(stamps) - stamps[0]) * 1e-9
+        restarts: Integers = np.zeros(0, int)
+    else:
+        codes = stamp_codes(stamps, max_gap)
+        usable = (codes == ESTIMATE) | (codes == START)
+        good = stamps[usable]
+        if len(good) < 10:
+            return None
+        step = np.diff(good)
+        restarts = np.flatnonzero(step <= 0) + 1
+        step[restarts - 1] = np.median(step)
+        seconds = np.append(0.0, np.cumsum(step * 1e-9))
+        if not len(restarts):
+            seconds = (good - good[0]) * 1e-9
+    step = np.diff(seconds)
+    period = float(np.median(step))
+    spread = 1.4826 * float(np.median(np.abs(step - period)))
+    gap = max(1.5 * period, period + 4.0 * spread)
+    even = step[step <= gap]
+    period = float(even.mean())
+    jitter = float(even.std()) / np.sqrt(2.0)  # a late stamp moves the step before and behind it
+    return StampClock(usable, seconds, period, jitter, absent_samples(seconds),
+                      tuple(restarts.tolist()), burst)
+
+
+def burst_size(stamps: Integers) -> int:
+    """Return how many of `stamps` [N] (ns) come at once, on receipt of a packet; 1: each alone."""
+    step = np.diff(stamps)
+    if (len(step) < LIMITS.least_changes or (step < 0).any() or stamps[0] <= 0
+            or stamps[-1] == stamps[0]):
+        return 1
+    mean = float(np.mean(np.minimum(step, LIMITS.dropout * np.percentile(step, 99.5))))
+    at_once = step < LIMITS.at_once * mean
+    if at_once.mean() < LIMITS.bursts:
+        return 1
+    return max(1, round(len(stamps) / (int((~at_once).sum()) + 1)))
+
+
+def evened(stamps: Integers) -> Integers:
+    """
+    Return evenly spaced stamps: a line through those of each stretch without a dropout.
+
+    Args:
+        stamps: int64 [N], ns, not decreasing, at least two of them different.
+    """
+    step = np.diff(stamps)
+    dropout = LIMITS.dropout * np.percentile(step[step > 0], 99.5)
+    starts = np.append(0, np.flatnonzero(step > dropout) + 1)
+    even = np.empty(len(stamps), np.int64)
+    for first, last in zip(starts, np.append(starts[1:], len(stamps))):
+        count = np.arange(last - first)
+        part = (stamps[first:last] - stamps[first]).astype(float)
+        slope, start = np.polyfit(count, part, 1) if len(count) > 2 else (
+            part[-1] / max(len(count) - 1, 1), 0.0)
+        even[first:last] = stamps[first] + np.rint(slope * count + start).astype(np.int64)
+    count = np.arange(len(even))
+    increasing: Integers = np.maximum.accumulate(even - count) + count
+    return increasing
+
+
+def lines(stamps: Integers, clock: StampClock, max_gap: float, drift_window: float
+          ) -> list[DataFinding]:
+    """
+    Return the findings about order, rate, jitter or bursts, gaps and length of `stamps`.
+
+    Args:
+        stamps: stamps [N], ns.
+        clock: usable stamps.
+        max_gap: longest dropout that the filter bridges, s.
+        drift_window: window of the drift estimate, s.
+    """
+    return [_order(stamps, clock, max_gap), _rate_of(1.0 / clock.period),
+            _bursts(clock) if clock.burst > 1 else _jitter(clock),
+            _gaps(clock, max_gap), length(clock.duration, drift_window)]
+
+
+def _order(stamps: Integers, clock: StampClock, max_gap: float) -> DataFinding:
+    """Return the finding about stamps that a filter refuses; the counts are those of replay."""
+    codes = stamp_codes(stamps, max_gap)
+    zero, repeated, backward, jumps = (int((codes == code).sum()) for code in (
+        ZERO_STAMP, DUPLICATE, BACKWARD, JUMP))
+    refused, restarts = zero + repeated + backward + jumps, len(clock.restarts)
+    swapped = backward - (CONFIRM - 1) * restarts
+    values = {'samples': len(stamps), 'zero': zero, 'repeated': repeated, 'backward': backward,
+              'refused': refused, 'restarts': restarts}
+    if refused == jumps and not restarts:
+        return DataFinding(_GROUP, 'order', _order_figure(values), values=values)
+    share = refused / len(stamps)
+    grade = BAD if share > LIMITS.refused else WARN
+    advice = 'let one publisher stamp each message with the time of its measurement'
+    if restarts and not (zero or repeated or swapped > 0):
+        advice = 'record each run of a simulation by itself; diagnose uses the longest one'
+    return DataFinding(
+        _GROUP, 'order', _order_figure(values), advice,
+        hurts(grade, grade, BAD if share > LIMITS.max_repaired else grade), values)
+
+
+def _order_figure(values: Mapping[str, Any]) -> str:
+    """Return the figure of the counts `values` of `_order`."""
+    counts = [f'{values[key]} {words}' for key, words in (
+        ('zero', 'zero'), ('repeated', 'repeated'), ('backward', 'backward'),
+        ('restarts', 'restarts of the clock')) if values[key]]
+    if counts:
+        return (f'{", ".join(counts)}; {values["refused"]} of {values["samples"]} samples are '
+                'refused')
+    return f'{values["samples"]}, all increasing' + (
+        f'; {values["refused"]} are refused after gaps' if values['refused'] else '')
+
+
+def _bursts(clock: StampClock) -> DataFinding:
+    return DataFinding(
+        _GROUP, 'bursts', f'{1.0 / clock.period:.4g} samples/s on average, stamped in bursts of '
+        f'{clock.burst} on receipt', 'use stamps: even: gearbox_monitor import BAG --stamps even '
+        'NEW lays an even grid through them', everything(BAD), {'burst': clock.burst})
+
+
+def held(clock: StampClock, y: Array, lowest: float = LIMITS.held_rate) -> list[DataFinding]:
+    """
+    Return findings about positions y [N, 2] (rad) that are repeated between their measurements.
+
+    Args:
+        clock: usable stamps.
+        y: readings as recorded [N, 2], rad; NaN: not measured.
+        lowest: rate of measurements that suits a diagnosis, Hz.
+    """
+    findings = []
+    for name, values in zip(('motor', 'arm'), y[clock.usable].T):
+        rows = held_rows(values)
+        if rows > 1:
+            rate = 1.0 / (rows * clock.period)
+            findings.append(replace(
+                _rate_of(rate, lowest), group=name, name='held',
+                figure=f'each value is held for {rows} rows: '
+                f'measured at {rate:.4g} Hz, not at {1.0 / clock.period:.5g} Hz'))
+    return findings
+
+
+def held_rows(values: Array) -> int:
+    """Return for how many rows each of the readings `values` [N] is held, 1: they are not."""
+    values = values[np.isfinite(values)]
+    at = np.flatnonzero(np.diff(values)) + 1
+    if len(at) < LIMITS.least_changes:
+        return 1
+    rows = np.diff(at)
+    usual = int(np.median(rows))
+    rhythmic = np.abs(rows - usual) <= max(0.1 * usual, usual > 2)
+    size = np.abs(np.diff(values[at - 1]))
+    if usual < 2 or rhythmic.mean() < LIMITS.held or size.std() < LIMITS.uneven * size.mean():
+        return 1
+    return usual
+
+
+def _rate_of(rate: float, lowest: float = LIMITS.diagnosis_slowest) -> DataFinding:
+    estimation = OK if LIMITS.slowest <= rate * 1.01 and rate <= LIMITS.fastest * 1.01 else WARN
+    if rate < LIMITS.least_rate:
+        estimation = BAD
+    highest = LIMITS.diagnosis_fastest
+    fits = lowest <= rate * 1.01 and rate <= highest * 1.01
+    spoilt = hurts(estimation, estimation, OK if fits else BAD)
+    advice = ''
+    if spoilt:
+        advice = (f'record {LIMITS.slowest:g} to {LIMITS.fastest:g} Hz, for diagnose {lowest:g} '
+                  f'to {highest:g} Hz')
+    return DataFinding(_GROUP, 'rate', f'{rate:.5g} Hz', advice, spoilt, {'rate_hz': rate})
+
+
+def _jitter(clock: StampClock) -> DataFinding:
+    share = clock.jitter / clock.period
+    grade = BAD if share > LIMITS.jitter_bad else WARN if share > LIMITS.jitter_notice else OK
+    advice = '' if grade == OK else \
+        'stamp where the encoders are read, not where the message is made or received'
+    figure = 'below 1 us' if clock.jitter < 1e-6 else \
+        f'{clock.jitter * 1e3:.2g} ms rms, {100 * share:.2g} % of the period'
+    return DataFinding(_GROUP, 'jitter', figure, advice, everything(grade),
+                       {'jitter_s': clock.jitter})
+
+
+def _gaps(clock: StampClock, max_gap: float) -> DataFinding:
+    step = np.diff(clock.seconds)
+    longest, lost = float(step.max()), clock.absent.sum()
+    step[[row - 1 for row in clock.restarts]] = 0.0
+    gaps = int((clock.absent > 0).sum())
+    restarts = int((step > max_gap).sum())
+    values = {'gaps': gaps, 'lost': int(lost), 'longest_gap_s': longest, 'restarts': restarts,
+              'longest_gap_at_s': float(clock.seconds[np.argmax(step)]),
+              'samples': len(clock.seconds)}
+    if not lost:
+        return DataFinding(_GROUP, 'gaps', _gaps_figure(values), values=values)
+    share = lost / (lost + len(clock.seconds))
+    grade = (BAD if share > LIMITS.lost_many
+             else WARN if share > LIMITS.lost_notice or restarts else OK)
+    advice = '' if grade == OK else \
+        'look for a busy network or recorder: raise the depth of its queue, record locally'
+    return DataFinding(_GROUP, 'gaps', _gaps_figure(values), advice,
+                       hurts(grade, grade, _for_diagnosis(clock)), values)
+
+
+def _gaps_figure(values: Mapping[str, Any]) -> str:
+    """Return the figure of the counts `values` of `_gaps`."""
+    longest, lost = values['longest_gap_s'], values['lost']
+    if not lost:
+        return f'none; longest step {longest * 1e3:.3g} ms'
+    share = lost / (lost + values['samples'])
+    figure = (f'{values["gaps"]} with {lost} samples ({100 * share:.2g} %), the longest '
+              f'{longest:.3g} s at {values["longest_gap_at_s"]:.4g} s')
+    return figure + (f'; {values["restarts"]} restart the filter' if values['restarts'] else '')
+
+
+def counted(line: DataFinding, parts: Sequence[tuple[float, DataFinding]]) -> DataFinding:
+    """
+    Return the finding `line` about order or gaps with the counts of all parts of a recording.
+
+    Args:
+        line: of the part that decides.
+        parts: (begin of the part from that of the recording in s, its finding), in order; each
+            part begins with the last sample of the part before.
+    """
+    values = {key: sum(finding.values[key] for _, finding in parts) for key in line.values}
+    values['samples'] -= len(parts) - 1
+    if line.name == 'order':
+        return replace(line, figure=_order_figure(values), values=values)
+    begin, longest = max(parts, key=lambda pair: pair[1].values['longest_gap_s'])
+    values['longest_gap_s'] = longest.values['longest_gap_s']
+    values['longest_gap_at_s'] = begin + longest.values['longest_gap_at_s']
+    return replace(line, figure=_gaps_figure(values), values=values)
+
+
+def _for_diagnosis(clock: StampClock) -> Grade:
+    """Return the Grade of the longest stretch, which a diagnosis uses, for its lost samples."""
+    cuts = np.flatnonzero(clock.absent > LIMITS.max_run) + 1
+    edges = [0, *cuts.tolist(), len(clock.seconds)]
+    length, first, last = max((float(clock.seconds[b - 1] - clock.seconds[a]), a, b)
+                              for a, b in zip(edges, edges[1:]))
+    lost = clock.absent[first:last - 1].sum()
+    if length + clock.period < 0.999 * LIMITS.min_duration or lost > LIMITS.max_repaired * (
+            lost + last - first):
+        return BAD
+    return WARN if lost or len(cuts) else OK
+
+
+def length(seconds: float, drift_window: float) -> DataFinding:
+    """Return the finding about a recording of so many `seconds`; see `lines` on drift_window."""
+    windows = int(seconds / drift_window)
+    estimation = OK if seconds >= LIMITS.length else WARN
+    drift = (BAD if windows < LIMITS.drift_windows_none
+             else WARN if windows < LIMITS.drift_windows_few else OK)
+    diagnosis = BAD if seconds < LIMITS.min_duration * 0.999 else \
+        WARN if seconds < LIMITS.short else OK
+    advice = []
+    if drift:
+        advice.append(f'for drift record {LIMITS.drift_windows_few} windows of {drift_window:g} '
+                      f's or more')
+    if diagnosis or estimation:
+        advice.append('for all else 10 s or more')
+    return DataFinding(_GROUP, 'length', f'{seconds:.4g} s', '; '.join(advice),
+                       hurts(estimation, drift, diagnosis), {'duration_s': seconds})

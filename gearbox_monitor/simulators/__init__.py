@@ -1,0 +1,23 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Models of simulators: read the drive or robot in an MJCF or URDF file, and write into it.
+
+In go a simulator's file and a verdict; out come a model, and the user's file with the values that
+close the gap. All else in the file stays as the user wrote it.
+
+Public names, by module:
+
+    c99: firmware
+    mjcf: CONSTRUCT, Exported, EXPRESSIONS, NATIVE, REFUSED, refused, values_of
+    mjcf_file: compiled_file, drive_of, MjcfDrive, model_of, read_file, read_mjcf, RobotFile
+    mjcf_patch: Patch, patched
+    mujoco_run: misfit, rig_of, rollouts
+    randomisation: randomisation, WRITERS
+    robot_model: ChainFile, read_robot, SUFFIXES
+    robot_patch: closed_file, in_urdf, patched_robot, title_of
+    user_simulator: confirmation, joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE,
+        user_simulator, UserSimulator
+    xml_edit: difference, parse_xml
+"""

@@ -1,0 +1,252 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Edit an XML file as text: what is not edited keeps every byte, comments and indentation too.
+
+The parser (expat) tells where each element stands; edits replace or insert bytes there.
+"""
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+import difflib
+from pathlib import Path
+import re
+from typing import Any
+from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
+
+from gearbox_monitor.errors import InputError
+
+_ATTRIBUTE = re.compile(rb'\s+([\w:.-]+)\s*=\s*("[^"]*"|\'[^\']*\')')
+
+
+@dataclass
+class XmlElement:
+    """
+    An element of a file: where it stands, in bytes.
+
+    start: of its '<'; head: end of its start tag; end: behind its end tag. line: from 1.
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    start: int
+    line: int
+    head: int = 0
+    end: int = 0
+    children: list['XmlElement'] = field(default_factory=list)
+
+    def walk(self) -> Iterator['XmlElement']:
+        """Yield this element and all inside it, in the order of the file."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+    def all(self, tag: str) -> list['XmlElement']:
+        """Return the children of one `tag`."""
+        return [child for child in self.children if child.tag == tag]
+
+
+@dataclass(frozen=True)
+class Edit:
+    """Bytes from start to end of a file that `text` replaces."""
+
+    start: int
+    end: int
+    text: str
+
+
+@dataclass(frozen=True)
+class XmlDocument:
+    """The bytes of an XML file, called `name` in messages, and its `root`."""
+
+    name: str
+    data: bytes
+    root: XmlElement
+
+    def head(self, element: XmlElement) -> bytes:
+        """Return the start tag of `element`."""
+        return self.data[element.start:element.head]
+
+    def indentation(self, element: XmlElement) -> str:
+        """Return the white space before `element`, '' where something else precedes it."""
+        line = self.data[self.data.rfind(b'\n', 0, element.start) + 1:element.start]
+        return '' if line.strip() else line.decode()
+
+    def text(self, element: XmlElement) -> str:
+        """Return what stands between the tags of `element`, without space around it."""
+        return self.data[element.head:element.end].partition(b'<')[0].decode().strip()
+
+    def parent(self, element: XmlElement) -> XmlElement:
+        """Return the element around `element`; the root of the root."""
+        return next((e for e in self.root.walk() if element in e.children), self.root)
+
+
+def parse_xml(data: bytes, name: str) -> XmlDocument:
+    """Return the XmlDocument of the bytes `data` of the file `name`. Raises InputError."""
+    parser = expat.ParserCreate()
+    stack: list[XmlElement] = []
+    roots: list[XmlElement] = []
+
+    def _start(tag: str, attributes: Any) -> None:
+        element = XmlElement(tag, attributes, parser.CurrentByteIndex, parser.CurrentLineNumber)
+        element.head = _end_of_tag(data, element.start)
+        (stack[-1].children if stack else roots).append(element)
+        stack.append(element)
+
+    def _end(tag: str) -> None:
+        element = stack.pop()
+        closed = data[element.head - 2:element.head] == b'/>'
+        element.end = element.head if closed else _end_of_tag(data, parser.CurrentByteIndex)
+    parser.StartElementHandler, parser.EndElementHandler = _start, _end
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise InputError(f'{name}: line {error.lineno}: {expat.ErrorString(error.code)}, '
+                         'expected XML') from None
+    return XmlDocument(name, data, roots[0])
+
+
+def _end_of_tag(data: bytes, start: int) -> int:
+    """Return the place behind the '>' of the tag that starts at `start`."""
+    quote = 0
+    for place in range(start, len(data)):
+        byte = data[place]
+        if quote:
+            quote = 0 if byte == quote else quote
+        elif byte in b'"\'':
+            quote = byte
+        elif byte == 0x3e:
+            return place + 1
+    return len(data)
+
+
+def with_attributes(document: XmlDocument, element: XmlElement,
+                    values: dict[str, str | None], tag: str = '') -> list[Edit]:
+    """
+    Return the edits that give an element other attributes.
+
+    Args:
+        document: the file.
+        element: of it.
+        values: {attribute: value, None to remove it}.
+        tag: another name for the element, '' keeps it.
+
+    Returns:
+        One edit per attribute, and two for another name.
+    """
+    head, edits = document.head(element), []
+    present = {m[1].decode(): m for m in _ATTRIBUTE.finditer(head)}
+    name_end = len(element.tag.encode()) + 1
+    if tag and tag != element.tag:
+        edits.append(Edit(element.start + 1, element.start + name_end, tag))
+        if element.end != element.head:
+            close = document.data.rfind(b'</', element.start, element.end)
+            edits.append(Edit(close + 2, close + 1 + name_end, tag))
+    last = element.start + max([name_end, *(m.end() for m in present.values())])
+    added = ''
+    for name, value in values.items():
+        match = present.get(name)
+        if match is None:
+            added += f' {name}={quoteattr(value)}' if value is not None else ''
+        elif value is None:
+            edits.append(Edit(element.start + match.start(), element.start + match.end(), ''))
+        else:
+            edits.append(Edit(element.start + match.start(2), element.start + match.end(2),
+                              quoteattr(value)))
+    return [*edits, Edit(last, last, added)] if added else edits
+
+
+def with_child(document: XmlDocument, parent: XmlElement, text: str, first: bool = False
+               ) -> Edit:
+    """
+    Return the edit that puts a child into an element, indented like its neighbours.
+
+    Args:
+        document: the file.
+        parent: element that gets the child.
+        text: of the child, lines relative to its own indentation.
+        first: before all others, else behind them.
+
+    Returns:
+        The edit.
+    """
+    own = document.indentation(parent)
+    inner = document.indentation(parent.children[0]) if parent.children else own + '  '
+    text = _indented(text, inner)
+    if parent.end == parent.head:  # <a/>
+        return Edit(parent.head - 2, parent.head, f'>{text}\n{own}</{parent.tag}>')
+    if parent.children and not first:
+        place = parent.children[-1].end
+        return Edit(place, place, text)
+    return Edit(parent.head, parent.head, text if parent.children else f'{text}\n{own}')
+
+
+def with_element(document: XmlDocument, parent: XmlElement, tag: str,
+                 values: Mapping[str, str | None], first: bool = False) -> list[Edit]:
+    """
+    Return the edits that give the first child of one tag other attributes, or add it with them.
+
+    Args:
+        document: the file.
+        parent: element that has the child, or gets it.
+        tag: of the child.
+        values: {attribute: value, None to remove it}.
+        first: a new one stands before all others, else behind them.
+
+    Returns:
+        The edits.
+    """
+    present = parent.all(tag)
+    if present:
+        return with_attributes(document, present[0], dict(values))
+    return [with_child(document, parent, f'<{tag} {words_of(values)}/>', first)]
+
+
+def words_of(values: Mapping[str, str | None]) -> str:
+    """Return attributes `values` as a start tag has them, without those that are None."""
+    return ' '.join(f'{name}={quoteattr(v)}' for name, v in values.items() if v is not None)
+
+
+def behind(document: XmlDocument, element: XmlElement, text: str) -> Edit:
+    """
+    Return the edit that puts a sibling behind an element.
+
+    Args:
+        document: the file.
+        element: of it.
+        text: of the sibling, lines relative to its own indentation.
+
+    Returns:
+        The edit.
+    """
+    return Edit(element.end, element.end, _indented(text, document.indentation(element)))
+
+
+def _indented(text: str, indentation: str) -> str:
+    return ''.join(f'\n{indentation}{line}' for line in text.splitlines())
+
+
+def edited(document: XmlDocument, edits: Sequence[Edit]) -> bytes:
+    """Return the bytes of `document` with all `edits`, insertions at one place in their order."""
+    parts, place = [], 0
+    for edit in sorted(edits, key=lambda e: (e.start, e.end)):
+        if edit.start < place:
+            raise ValueError(f'{document.name}: two edits of byte {edit.start}')
+        parts += [document.data[place:edit.start], edit.text.encode()]
+        place = edit.end
+    return b''.join([*parts, document.data[place:]])
+
+
+def difference(path: str, before: bytes, after: bytes) -> list[str]:
+    """
+    Return the lines of a unified diff.
+
+    Args:
+        path: of the file.
+        before: its bytes.
+        after: those of the file that it becomes.
+    """
+    old, new = (data.decode('utf-8').splitlines() for data in (before, after))
+    name = Path(path).name
+    return list(difflib.unified_diff(old, new, f'a/{name}', f'b/{name}', lineterm='', n=1))

@@ -1,0 +1,136 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Noise of encoders: its level by innovations; lasting noise measured, made white, judged by."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from gearbox_monitor.diagnosis.joint.diagnose import diagnose
+from gearbox_monitor.diagnosis.joint.evidence import evidence_of
+from gearbox_monitor.diagnosis.joint.judge import decide, measured, with_level_of_innovations
+from gearbox_monitor.diagnosis.joint.noise_model import noise_floor, prewhitened
+from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.signals.recording import UniformRecording
+
+DT, PHI = 1e-3, np.exp(-1e-3 / 5e-3)
+WEAK = {'id': 'arm_coulomb', 'Cac': 0.05}
+
+
+def noise(phi, *shape, seed=0):
+    """Return noise of standard deviation 1 along the axis 1 of `shape`."""
+    white = np.random.default_rng(seed).standard_normal(shape)
+    white[:, 1:] *= np.sqrt(1.0 - phi * phi)
+    return lfilter([1.0], [1.0, -phi], white, axis=1)
+
+
+def test_made_white():
+    r = prewhitened(np.concatenate([noise(0.8, 200, 500, 1), noise(0.0, 200, 500, 1)], axis=2),
+                    np.array([0.8, 0.0]))
+    for lag, expected in ((0, 1.0), (1, 0.0), (3, 0.0)):
+        found = (r[:, lag:] * r[:, :500 - lag]).mean(axis=(0, 1))
+        np.testing.assert_allclose(found, expected, atol=5.0 / np.sqrt(200 * 500))
+
+
+@pytest.mark.parametrize('rows', [1000, 2000, 2001, 3500])
+def test_an_encoder_that_stands_still_has_its_noise_where_it_moves(rows):
+    t = np.arange(4000) * DT
+    y = np.sin(6.0 * t)[:, None] + 0.002 * np.random.default_rng(0).standard_normal((4000, 2))
+    y[4000 - rows:, 1] = y[4000 - rows, 1]
+    sigma, quantum = noise_floor(UniformRecording(t, t, y, DT), DriveModel())
+    assert sigma == pytest.approx([0.002, 0.002], rel=0.1) and not quantum.any()
+
+
+def test_an_encoder_that_is_read_less_often_does_not_stand_still():
+    for rows in (1, 4, 5):
+        t = np.arange(4000) * DT
+        y = np.sin(6.0 * t)[:, None] + 0.002 * np.random.default_rng(0).standard_normal((4000, 2))
+        y = np.repeat(y[::rows], rows, axis=0)
+        sigma, _ = noise_floor(UniformRecording(t, t, y, DT), DriveModel())
+        assert sigma.tolist() == noise_levels(y)[0].tolist()
+
+
+@pytest.mark.parametrize('lowest, within', [(60.0, 0.1), (20.0, 0.06)])
+def test_measured_where_motion_has_nothing(lowest, within):
+    r = np.concatenate([2.0 * noise(PHI, 12, 1000, 1), noise(0.0, 12, 1000, 1, seed=1)], axis=2)
+    slow = np.sin(np.arange(1000) * DT * 2.0 * np.pi * 2.0)
+    (phi, white), (size, one) = measured(r + 30.0 * slow[:, None], DT, lowest)
+    assert phi == pytest.approx(PHI, abs=within) and (white, one) == (0.0, 1.0)
+    # Only what goes with phi is known well: what is measured is the power above `lowest`.
+    assert 2.0 * size ** 2 * (1.0 - phi) / (1.0 + phi) == pytest.approx(
+        8.0 * (1.0 - PHI) / (1.0 + PHI), rel=0.1)
+
+
+def test_what_motion_leaves_is_no_such_noise():
+    """Impacts bend a position: power that falls with the fourth power of frequency."""
+    r = noise(0.0, 12, 1000, 1)
+    assert measured(r, DT) is None
+    bent = np.cumsum(np.cumsum((np.random.default_rng(1).random(r.shape) < 0.01) * 0.3, 1), 1)
+    bent -= np.linspace(0.0, 1.0, 1000)[:, None] * bent[:, -1:]
+    assert measured(r + 0.3 * bent, DT) is None
+    assert measured(noise(PHI, 12, 200, 1), 5e-3) is None  # 100 Hz tell nothing
+
+
+@pytest.mark.system
+@pytest.mark.parametrize('effects, tolerance', [
+    ((), 0.0), ((WEAK,), 0.0), ((), 0.015), ((WEAK,), 0.015)])
+def test_verdicts_as_with_white_noise(effects, tolerance):
+    """
+    With a tolerance, innovations are the evidence; they are made white first.
+
+    White noise of the torque, ten times the torque itself, would explain them otherwise.
+    """
+    model = DriveModel()
+    t = np.arange(10_000) * DT
+    u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.2)).torque(t)
+    y = simulate(replace(model, effects=effects), u, DT).x[:, :2]
+    y = y + 0.004 * noise(PHI, 1, len(t), 2, seed=2)[0]
+    data = diagnose([UniformRecording(t, u, y, DT)], replace(model, tolerance=tolerance),
+                    only=['arm_coulomb', 'motor_viscous', 'transmission_damping']).data
+    assert data['effect'] == ('arm_coulomb' if effects else None)
+    assert data['verdict'] == ('effect' if effects else 'none')
+    assert data['noise_time'] == pytest.approx([5e-3, 5e-3], rel=0.25)
+    assert data['sigma'] == pytest.approx([4e-3, 4e-3], rel=0.15)
+    assert any('lasts' in warning for warning in data['warnings'])
+    if effects:
+        assert data['params']['arm_coulomb']['Cac'] == pytest.approx(0.05, rel=0.15)
+        assert data['standard_errors']['arm_coulomb']['Cac'] < 0.01
+
+
+def decision_on(sigma, wrong=1.0, effects=(), count=1):
+    """Return (decision, deviations of the noise drawn) on 6 s each; its level is `wrong` off."""
+    t = np.arange(6000) * DT
+    u = Excitation(amplitudes=(1.0, 0.5)).torque(t)
+    clean = simulate(DriveModel().with_(effects=effects), u, DT).y
+    drawn = [sigma * np.random.default_rng(4 + i).standard_normal(clean.shape)
+             for i in range(count)]
+    evidence = evidence_of([UniformRecording(t, u, clean + noise, DT) for noise in drawn],
+                           DriveModel(), ['motor_viscous'])
+    evidence = replace(evidence, sigma=wrong * evidence.sigma)
+    return decide(evidence), np.concatenate([
+        noise[part.span] for noise, part in zip(drawn, evidence.segments)]).std(axis=0)
+
+
+@pytest.mark.parametrize('count', [1, 2])
+def test_the_level_of_white_noise_is_that_of_the_innovations(count):
+    """Of several recordings, fourth differences take the largest level."""
+    decision, drawn = decision_on(np.array([2e-3, 3e-3]), count=count)
+    refined = with_level_of_innovations(decision)
+    np.testing.assert_allclose(refined.evidence.sigma, drawn, rtol=4e-3)
+    assert np.abs(decision.evidence.sigma / drawn - 1.0).max() > 8e-3
+    # In it a right model leaves as much, but for the states in which its runs begin.
+    assert refined.adequacy.misfit == pytest.approx(1.0, abs=8e-3)
+
+
+@pytest.mark.parametrize('wrong, effects', [
+    (1.2, ()), (1.0, ({'id': 'load_torque', 'TL': 0.1},))])
+def test_a_level_stays_that_fourth_differences_exclude_or_beside_a_remainder(wrong, effects):
+    decision, _ = decision_on(np.array([2e-3, 3e-3]), wrong, effects)
+    assert decision.remains == bool(effects)
+    np.testing.assert_array_equal(with_level_of_innovations(decision).evidence.sigma,
+                                  decision.evidence.sigma)

@@ -1,0 +1,44 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Thresholds of the verdict: in one place, none of them idle."""
+import ast
+from dataclasses import fields, FrozenInstanceError
+from pathlib import Path
+
+import pytest
+
+from gearbox_monitor.diagnosis import joint
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS, Thresholds
+
+FOLDER = Path(joint.__file__).parent
+# Modules that decide; the others measure and fit.
+DECIDING = ('adequacy', 'bursts', 'diagnose', 'evidence', 'judge', 'localisation', 'verdict')
+
+
+def test_thresholds_stay_as_they_are():
+    with pytest.raises(FrozenInstanceError):
+        THRESHOLDS.effect_gain = 0.0
+
+
+def test_every_threshold_decides():
+    used = {node.attr for path in FOLDER.parent.rglob('*.py')
+            for node in ast.walk(ast.parse(path.read_text(encoding='utf-8')))
+            if isinstance(node, ast.Attribute) and ast.unparse(node.value) == 'THRESHOLDS'}
+    assert used == {field.name for field in fields(Thresholds)}
+
+
+def test_no_decision_has_a_threshold_of_its_own():
+    """Nothing is compared with a number that the module itself defines, but 0 and 1."""
+    for module in DECIDING:
+        tree = ast.parse((FOLDER / f'{module}.py').read_text(encoding='utf-8'))
+        numbers = {target.id for node in tree.body if isinstance(node, ast.Assign)
+                   for target in node.targets if isinstance(target, ast.Name)
+                   and isinstance(node.value, ast.Constant)
+                   and isinstance(node.value.value, float)}
+        own = [ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Compare)
+               for part in ast.walk(node)
+               if (isinstance(part, ast.Name) and part.id in numbers)
+               or (isinstance(part, ast.Constant) and isinstance(part.value, float)
+                   and part.value not in (0.0, 1.0))]
+        assert not own

@@ -1,0 +1,205 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Logs of robots: sections, rates, stamps; what the files hold and what is refused."""
+import gzip
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.diagnosis.robot.robot_log import checked_log, RawLog
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.read import JOINT_STATE
+from gearbox_monitor.recordings.robot_input import numbered_names, read_robot_log
+from gearbox_monitor.recordings.write import BagWriter
+
+JOINTS = ('a', 'b')
+
+
+def raw(t, **changes):
+    """Return a RawLog of two joints at the times `t`."""
+    x = np.sin(t)
+    return RawLog(**{'name': 'log', 't': t, 'position': {'a': x, 'b': 2 * x},
+                     'input': {'a': x, 'b': x}, 'kind': 'torque', **changes})
+
+
+def test_gaps_make_sections_and_short_ones_are_counted():
+    t = np.arange(0, 20, 0.01)
+    log = checked_log(raw(np.delete(t, slice(800, 830))), JOINTS)
+    assert [len(s.t) for s in log.sections] == [800, 1170]
+    short = checked_log(raw(np.delete(t, slice(100, 130))), JOINTS)
+    assert [len(s.t) for s in short.sections] == [1870]
+    assert any('1870 of 1970 samples' in note for note in short.notes)
+
+
+def test_lost_samples_make_no_gap():
+    t = np.delete(np.arange(0, 20, 0.01), [300, 301, 900])
+    assert len(checked_log(raw(t), JOINTS).sections) == 1
+
+
+def test_stamps_on_top_of_each_other_are_left_out():
+    """A spline through stamps 1 ns apart named a payload of -6.6 kg."""
+    t = np.repeat(np.arange(0, 10, 0.01), 2)
+    t[1::2] += 1e-9
+    log = checked_log(raw(t), JOINTS)
+    assert np.diff(log.sections[0].t).min() > 0.009
+    assert any('1000 samples' in note for note in log.notes)
+
+
+@pytest.mark.parametrize('kind', ['torque', 'setpoint'])
+def test_joints_in_messages_of_their_own_come_to_one_clock(kind):
+    """At another rate, with a gap in one of them; a table with blanks is the same."""
+    first = np.arange(0, 20, 0.01)
+    second = np.delete(np.arange(0.003, 20, 0.004), slice(1500, 1600))
+    t = np.sort(np.concatenate([first, second]))
+
+    def column(own, x):
+        return np.where(np.isin(t, own), x, np.nan)
+    log = checked_log(raw(t, kind=kind, position={'a': column(first, np.sin(t)),
+                                                  'b': column(second, np.cos(3 * t))},
+                          input={'a': column(first, t), 'b': column(second, 5 * t)}), JOINTS)
+    assert any(note.startswith('b: messages of their own, interpolated to the stamps of a')
+               for note in log.notes)
+    assert len(log.sections) == 2 and log.rate == pytest.approx(100.0)
+    for s in log.sections:
+        assert np.isin(s.t, first).all()
+        np.testing.assert_allclose(s.position, np.column_stack([np.sin(s.t), np.cos(3 * s.t)]),
+                                   atol=1e-6)
+        behind = 0.0 if kind == 'torque' else (s.t - 0.003 + 1e-12) % 0.004 - 1e-12
+        np.testing.assert_allclose(s.input, np.column_stack([s.t, 5 * (s.t - behind)]), atol=1e-6)
+
+
+def test_slow_logs_are_refused_below_30_hz():
+    for rate, refused in ((29, True), (31, False)):
+        t = np.arange(0, 20, 1 / rate)
+        if refused:
+            with pytest.raises(InputError, match='29 samples/s, expected 30'):
+                checked_log(raw(t), JOINTS)
+        else:
+            assert checked_log(raw(t), JOINTS).rate == pytest.approx(rate)
+
+
+def test_missing_joint_names_what_the_log_has():
+    with pytest.raises(InputError, match='joint c: no position.*has a, b'):
+        checked_log(raw(np.arange(0, 10, 0.01)), ('a', 'c'))
+
+
+def table(path, header, columns, opener=open):
+    """Write a CSV file."""
+    rows = '\n'.join(','.join(f'{x:.6g}' for x in row) for row in np.column_stack(columns))
+    with opener(path, 'wt') as file:
+        file.write(header + '\n' + rows + '\n')
+    return path
+
+
+def test_table_with_mapped_names_and_current(tmp_path):
+    t = np.arange(0, 5, 0.01)
+    path = table(tmp_path / 'log.csv.gz', 't,q_a,q_motor2,i_a,i_motor2,v_a',
+                 [t, t, 2 * t, 3 * t, 4 * t, t], gzip.open)
+    log = read_robot_log(path, JOINTS, {'b': 'motor2'}, {'a': 10.0, 'b': 2.0})
+    assert log.kind == 'current' and log.measured
+    np.testing.assert_allclose(log.position['b'], 2 * t, atol=1e-5)
+    np.testing.assert_allclose(log.input['a'], 30 * t, atol=1e-4)
+    np.testing.assert_allclose(log.input['b'], 8 * t, atol=1e-4)
+
+
+def test_where_a_log_has_locked_joints_is_said(tmp_path):
+    """One that moves all the same would be a load that nobody knows."""
+    t = np.arange(0, 5, 0.01)
+    path = table(tmp_path / 'log.csv', 't,q_a,q_b,q_grip,tau_a,tau_b', [t, t, t, t, -t, t])
+    stamps = np.rint((1.0 + t) * 1e9).astype(np.int64)
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        for stamp, message in zip(stamps.tolist(), encode_joint_states(
+                stamps, (*JOINTS, 'grip'), np.column_stack([t, t, t]),
+                effort=np.column_stack([-t, t, np.nan * t]))):
+            writer.write('/joint_states', stamp, message)
+    for log in (path, tmp_path / 'bag'):
+        notes = read_robot_log(log, JOINTS, {}, locked={'grip': 0.5, 'thumb': 0.0}).notes
+        assert 'grip: locked at 0.5; the log has it from 0 to 4.99' in notes
+        assert not any('thumb' in note for note in notes)
+
+
+def test_an_effort_without_a_direction_is_no_torque(tmp_path):
+    """The load of hobby servos: taken for a torque, it was a limit of 0.02 N m at each joint."""
+    t = np.arange(0, 5, 0.01)
+    columns = [t, np.sin(t), np.cos(t), *np.abs([np.sin(t), np.cos(t)]).round(2)]
+    header = 't,q_a,q_b,tau_a,tau_b'
+    path = table(tmp_path / 'log.csv', header, columns)
+    with pytest.raises(InputError, match='tau_NAME: no value is below 0'):
+        read_robot_log(path, JOINTS, {}, no_servo='')
+    path = table(tmp_path / 'goal.csv', header + ',setpoint_a,setpoint_b', [*columns, t, t])
+    assert read_robot_log(path, JOINTS, {}, no_servo='').kind == 'setpoint'
+    stamps = np.rint((1.0 + t) * 1e9).astype(np.int64)
+    efforts = {'sizes': np.column_stack(columns[3:]), 'signed': np.column_stack(columns[1:3])}
+    for name, effort in efforts.items():
+        with BagWriter(tmp_path / name) as writer:
+            for topic in ('/joint_states', '/joint_setpoints'):
+                writer.add_topic(topic, JOINT_STATE)
+                for stamp, message in zip(stamps.tolist(), encode_joint_states(
+                        stamps, JOINTS, np.column_stack(columns[1:3]), effort=effort)):
+                    writer.write(topic, stamp, message)
+    log = read_robot_log(tmp_path / 'sizes', JOINTS, {}, no_servo='')
+    assert log.kind == 'setpoint' and 'no value is below 0' in log.notes[0]
+    assert read_robot_log(tmp_path / 'signed', JOINTS, {}, no_servo='').kind == 'torque'
+    with pytest.raises(InputError, match='effort: no value is below 0'):
+        read_robot_log(tmp_path / 'sizes', JOINTS, {})
+
+
+BAD_TABLES = [
+    ('q_a,q_b,tau_a,tau_b', '0,0,0,0', 'no column t'),
+    ('t,q_a,q_b,tau_a', '0,0,0,0', 'no torque of all joints .tau_a.'),
+    ('t,q_a,tau_a', '0,0,0', 'no b in the log.*stands still, its position: locked in --values'),
+    ('t,q_a,q_b,setpoint_a,setpoint_b', '0,0,0,0,0', 'need position actuators'),
+    ('t,q_a,q_b,tau_a,tau_b', '0,0,x1,0,0', "line 2, column 3 .q_b. value 'x1': expected"),
+    ('t,q_a,q_b,tau_a,tau_b', '0,0,1,0', 'line 2: 4 values, expected 5'),
+    ('t,q_a,q_a,tau_a,tau_b', '0,0,1,0,0', "'q_a' stands 2 times")]
+
+
+def test_bad_tables_are_refused_with_their_place(tmp_path):
+    for header, row, words in BAD_TABLES:
+        path = tmp_path / 'log.csv'
+        path.write_text(f'{header}\n{row}\n')
+        with pytest.raises(InputError, match=words):
+            read_robot_log(path, JOINTS, {})
+
+
+def test_a_joint_without_a_single_number_is_named(tmp_path):
+    t = np.arange(0, 10, 0.01)
+    with pytest.raises(InputError, match='joint b: torque: none of 1000 samples is a number'):
+        checked_log(raw(t, input={'a': t, 'b': np.full(len(t), np.nan)}), JOINTS)
+    stamps = np.rint((1.0 + t) * 1e9).astype(np.int64)
+    setpoint = np.column_stack([t, np.full(len(t), np.nan)])
+    with BagWriter(tmp_path / 'bag') as writer:
+        for topic, values in (('/joint_states', np.column_stack([t, t])),
+                              ('/joint_setpoints', setpoint)):
+            writer.add_topic(topic, JOINT_STATE)
+            for stamp, message in zip(stamps.tolist(), encode_joint_states(
+                    stamps, JOINTS, values)):
+                writer.write(topic, stamp, message)
+    log = read_robot_log(tmp_path / 'bag', JOINTS, {}, no_servo='')
+    np.testing.assert_array_equal(log.input['a'], t)
+    with pytest.raises(InputError, match='joint b: setpoint: none of 1000 samples is a number'):
+        checked_log(log, JOINTS)
+
+
+@pytest.mark.parametrize('names, numbered', [
+    (('joint_2', 'joint_1'), {'a': 'joint_1', 'b': 'joint_2'}), (('joint_1', 'b'), {}),
+    (('joint_1', 'joint_2', 'joint_3'), {})])
+def test_joints_with_only_numbers_are_those_of_a_chain(tmp_path, names, numbered):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        writer.write('/joint_states', 1, next(iter(encode_joint_states(
+            np.array([1]), names, np.zeros((1, len(names)))))))
+    assert numbered_names(tmp_path / 'bag', JOINTS) == numbered
+
+
+def test_the_only_joint_is_the_motor_of_a_drive(tmp_path):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        writer.write('/joint_states', 1, next(iter(encode_joint_states(
+            np.array([1]), ('motor', 'arm'), np.zeros((1, 2))))))
+    assert numbered_names(tmp_path / 'bag', ['elbow']) == {'elbow': 'motor'}
+    assert numbered_names(tmp_path / 'bag', ['arm']) == numbered_names(
+        tmp_path / 'bag', JOINTS) == {}

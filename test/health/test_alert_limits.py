@@ -1,0 +1,190 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Limits of alerts: in one place, none idle, each decides just below and just above its value."""
+from dataclasses import FrozenInstanceError
+
+from limits import assert_all_decide, assert_decides, loose_numbers
+import numpy as np
+import pytest
+
+from gearbox_monitor import health
+from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST
+from gearbox_monitor.health.alert_limits import AlertLimits, LIMITS
+from gearbox_monitor.health.backlash.wear import PooledFeatures, Trend
+from gearbox_monitor.health.checks import (
+    covariance, innovation, learned_curve, model_mismatch, observability, passivity, twist_range)
+from gearbox_monitor.health.checks.outcome import Alarm, DEBOUNCE, Level, outcome_of
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
+
+DRIVE, PARAMETERS = DriveModel(), EstimatorParameters()
+# Settings of fits, grids, sizes of buffers and units decide nothing; tables of objects decide and
+# stand beside their class.
+NUMERICAL = {
+    'history': {'ROOM'}, 'observability': {'POSITION_SCALE', 'ROUNDING', 'TINY'},
+    'elastic_curve': {'ENOUGH', 'TINY', 'ITERATIONS'},
+    'features': {'TOLERANCE'}, 'change': {'HOUR'}, 'change_tests': {'PRIORS', 'TESTS'},
+    'operating_point': {'TINY'},
+    'hidden_arm': {'STEP', 'LONGEST', 'SCAN', 'SHIFT', 'SPREAD', 'LOADS', 'NOISE'}}
+
+
+def test_limits_stay_and_none_is_idle():
+    with pytest.raises(FrozenInstanceError):
+        LIMITS.gate = 0.0
+    assert_all_decide(health, AlertLimits, 'alert_limits')
+
+
+def test_no_module_has_a_limit_of_its_own():
+    assert loose_numbers(health, NUMERICAL) == []
+
+
+def covariance_of(share):
+    return covariance.check(0.3, 0.2 * share, 0.2).message
+
+
+def errors_of(nis=1.0, variance=1.0, single=0.0):
+    """Return what the check says of 4000 samples of two encoders that differ."""
+    n, stds = 4000, np.array([0.01, 0.03])
+    rng = np.random.default_rng(3)
+    white = rng.standard_normal((n, 2))
+    errors = stds * np.sqrt(variance) * np.where(np.arange(n) % 2, 1.0, -1.0)[:, None]
+    if single:
+        errors[-1] = single * stds
+    return innovation.check(
+        white, np.full(n, 2.0 * nis), np.full(n, 2.0), errors, np.tile(stds, (n, 1)), 500, 1000
+        ).message
+
+
+def information_of(share=0.1, stated=0.1):
+    return observability.check({'tau_k': share, 'x3': 0.1}, stated, {}).level
+
+
+def mismatch_of(share):
+    """Return the level where errors were systematic in `share` of 2e6 s, in whole seconds."""
+    systematic = model_mismatch.Systematic()
+    for k in range(round(200 * share)):
+        systematic.add((k + 1) * 1_000_000_000, True)
+    return model_mismatch.check(systematic, 200_000_000_000, 200.0, False).level
+
+
+def learned_of(deviations=10.0, std=0.01, probability=1.0):
+    """Return how many conditions a stiffness breaks that is so many deviations too high."""
+    limit = DRIVE.transmission.stiffness * (1.0 + PARAMETERS.stiffness_error)
+    value = limit / (1.0 - deviations * std)
+    return len(learned_curve.check(
+        {'learned_stiffness': value, 'learned_stiffness_std': std * value,
+         'learned_gap_rad': 2.0 * DRIVE.transmission.half_gap, 'learned_gap_std_rad': 1.0,
+         'probability_learned': probability}, DRIVE, PARAMETERS))
+
+
+def twist_of(share):
+    """Return whether a twist of `share` times the model's is beyond what is allowed."""
+    rows = np.zeros((100, N_SMOOTHED))
+    rows[:, S_TAU_K] = np.linspace(-0.5, 1.0, 100)
+    rows[:, S_TAU_K_NOISE_STD] = 0.05
+    shape = DRIVE.folded().transmission
+    alone = 2.0 * (shape.half_gap + shape.hysteresis_width) + (
+        1.5 + 2.0 * LIMITS.twist_sure * 0.05) / shape.stiffness
+    rows[:, S_TWIST] = np.linspace(0.0, share * alone, 100)
+    return bool(twist_range.check(rows, DRIVE)[0])
+
+
+def contradicted_of(off):
+    pooled = PooledFeatures([[0.2] * 4, [0.0] * 4, [0.0] * 4])
+    return pooled._contradicted([(0.2 + off, 1.0), *[(0.2, 1.0)] * 3])
+
+
+DECISIONS = [
+    ('covariance_low', covariance_of), ('covariance_high', covariance_of),
+    ('nis_low', lambda x: errors_of(nis=x)), ('nis_high', lambda x: errors_of(nis=x)),
+    ('nis_gross', lambda x: errors_of(nis=x)),
+    ('variance_low', lambda x: errors_of(variance=[x, 1.0])),
+    ('variance_high', lambda x: errors_of(variance=[1.0, x])),
+    ('gate', lambda x: errors_of(single=x)),
+    ('untrusted', lambda x: information_of(share=x)),
+    ('unknown', lambda x: information_of(stated=x)),
+    ('learned_deviations', lambda x: learned_of(deviations=x)),
+    ('learned_std', lambda x: learned_of(deviations=5.0, std=x)),
+    ('learned_probability', lambda x: learned_of(probability=x)),
+    ('twist_room', twist_of),
+    ('contradicted', contradicted_of),
+    ('trend_deviations', lambda x: Trend(0, 0.1, 0.01, 0.02 * x, 0.02).found)]
+
+
+def test_a_value_just_below_and_just_above_decides_otherwise():
+    for limit, decision in DECISIONS:
+        assert_decides(decision, getattr(LIMITS, limit))
+
+
+def test_counts_decide_at_their_value():
+    assert mismatch_of(LIMITS.systematic_share) == Level.OK
+    assert mismatch_of(LIMITS.systematic_share + 1 / 200) == Level.WARN
+    rows = np.zeros((LIMITS.twist_rows, N_SMOOTHED))
+    assert twist_range.check(rows, DRIVE) is not None
+    assert twist_range.check(rows[1:], DRIVE) is None
+    assert passivity.check(rows[:LIMITS.passivity_rows - 1], DRIVE) is None
+
+
+def judged(white, dof=2.0):
+    """Return the Outcome on whitened innovations [N, 2], of which the last 500 tell the mean."""
+    n, stds = len(white), np.array([0.01, 0.03])
+    return innovation.check(white, np.full(n, dof), np.full(n, dof), stds * white,
+                            np.tile(stds, (n, 1)), 500, 1000)
+
+
+def test_the_mean_is_that_of_the_last_samples_alone():
+    white = np.random.default_rng(5).standard_normal((4000, 2))
+    for rows, biased in ((slice(0, 3500), False), (slice(3500, 4000), True)):
+        shifted = white.copy()
+        shifted[rows, 1] += 1.0
+        said = judged(shifted)
+        assert ('biased' in said.message) == biased
+        assert innovation.systematic({**said.values, 'ljung_box': 0.0}) == biased
+
+
+def test_either_channel_tells_a_mean_and_what_is_not_white():
+    for channel in (0, 1):
+        white = np.random.default_rng(5).standard_normal((4000, 2))
+        white[:, channel] = np.convolve(white[:, channel], [0.6, 0.8], 'same')
+        said = judged(white)
+        assert 'not white' in said.message
+        sums = np.abs(white[-500:].sum(axis=0)) / np.sqrt(500.0)
+        assert said.values['mean'] == pytest.approx(sums.max(), rel=1e-12)
+
+
+def test_few_samples_or_few_that_were_read_are_too_few():
+    white = np.random.default_rng(5).standard_normal((innovation.MIN_SAMPLES, 2))
+    assert judged(white).message != judged(white[1:]).message == judged(white, 0.99).message
+    assert 'too few' in judged(white[1:]).message
+
+
+def test_bounds_are_stated_in_the_unit_of_the_reference():
+    values = covariance.check(0.3, 0.2, 0.25).values
+    assert values['lower_bound'] == pytest.approx(LIMITS.covariance_low * 0.25)
+    assert values['upper_bound'] == pytest.approx(LIMITS.covariance_high * 0.25)
+
+
+DEBOUNCED = [name for name, debounce in DEBOUNCE.items()
+                                       if debounce != (1, 1)]
+
+
+def test_a_level_rises_and_falls_after_its_count_of_evaluations():
+    for component in DEBOUNCED:
+        alarm, fine = Alarm(*DEBOUNCE[component]), outcome_of([], '', {})
+        broken = outcome_of([covariance.BELOW], '', {})
+        stamp = 0
+
+        def levels(outcome, count):
+            nonlocal stamp
+            result = []
+            for _ in range(count):
+                stamp += 1_000_000_000
+                result.append(alarm.judge(outcome, stamp).level)
+            return result
+
+        levels(fine, 20)
+        up = levels(broken, LIMITS.debounce_up)
+        assert up == [Level.OK] * (LIMITS.debounce_up - 1) + [Level.WARN]
+        down = levels(fine, LIMITS.debounce_down)
+        assert down == [Level.WARN] * (LIMITS.debounce_down - 1) + [Level.OK]

@@ -1,0 +1,465 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Sequential test, baselines per operating point, forecast and state of drift; odds stated."""
+from dataclasses import replace
+import gzip
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST, S_X4
+from gearbox_monitor.files.baselines import (
+    load_baseline, load_state, save_baseline, state_text, write_whole)
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash import wear
+from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings
+from gearbox_monitor.health.backlash.change_tests import CONDITIONS, GAP, SHARP, TESTS
+from gearbox_monitor.health.backlash.drift_words import outcomes
+from gearbox_monitor.health.backlash.features import Backlash, Friction, lost_motion_of, NotExcited
+from gearbox_monitor.health.backlash.wear_data import AT_ODDS, ERRORS_LARGER, TRUSTED
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
+
+WINDOW = 10 * 10 ** 9
+REAL = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'
+# Standard deviation of the gap (rad) in 10 s, and of its part that no other feature explains.
+SPREAD = {'A': (0.0103, 0.0035), 'B': (0.0073, 0.0030)}
+
+
+def settings(**parameters):
+    return TrackerSettings.of(EstimatorParameters.from_mapping(parameters), DriveModel())
+
+
+def judged(tracker, *args, **kwargs):
+    """Return the outcomes after a window that `tracker` takes."""
+    tracker.update(*args, **kwargs)
+    return outcomes(tracker)
+
+
+class Gearbox:
+    """Windows as they are measured on a gap of 1.2 rad: errors of the features go together."""
+
+    def __init__(self, seed, case='B', **parameters):
+        self.random, self.case = np.random.default_rng(seed), case
+        self.tracker, self.stamp = Tracker(settings(**parameters)), 10 ** 18
+        self.state = {'angle': 0.3, 'speed': 18.0, 'load': 3.6}
+
+    def window(self, growth=0.0, **changes):
+        all_of_it, rest = SPREAD[self.case]
+        shared, own, friction, loop = self.random.standard_normal(4)
+        gap = 1.2 * (1.0 + growth) + math.sqrt(all_of_it ** 2 - rest ** 2) * shared + rest * own
+        self.stamp += WINDOW
+        return replace(Backlash(
+            self.stamp, gap, 1.1 * all_of_it, 5.0 + 0.04 * shared, 0.044,
+            hysteresis=0.02 * loop, hysteresis_std=0.02, zero=0.0, flank=0.4, coverage=18.0,
+            viscous=0.0012 * friction, viscous_std=0.0013, coulomb=0.0, coulomb_std=0.001,
+            **self.state), **changes)
+
+    def go(self, windows, growth=0.0, trusted=True, temperature=None, **changes):
+        """Return the outcomes of each of `windows` windows."""
+        growth = np.broadcast_to(growth, windows)
+        return [judged(self.tracker, self.window(g, **changes), trusted, temperature)
+                for g in growth]
+
+
+def alarmed(outcomes):
+    return [k for k, f in enumerate(outcomes) if max(x.level for x in f.values()) > Level.OK]
+
+
+@pytest.mark.parametrize('windows', [300, 3000])
+def test_threshold_gives_the_stated_false_alarm_rate(windows):
+    """Mean run length of 400 runs within 20 % of the formula; by chance beyond: 6e-5."""
+    b, random = wear.threshold(windows), np.random.default_rng(1)
+    runs, length = 400, 2 * windows
+    ends, events = 0, 0
+    for _ in range(runs):
+        s = np.concatenate([[0.0], np.cumsum(random.standard_normal(length))])
+        best = np.full(length, -np.inf)
+        for n in range(1, LIMITS.horizon + 1):
+            best[n - 1:] = np.maximum(best[n - 1:], (s[n:] - s[:-n]) / math.sqrt(n))
+        hit = np.flatnonzero(best > b)
+        ends += hit[0] + 1 if len(hit) else length
+        events += len(hit) > 0
+    assert ends / events == pytest.approx(windows, rel=0.2)
+
+
+def test_no_alarm_without_growth():
+    """Two joints for an hour each, learning included; odds of an alarm: 720 / 3.15e6."""
+    for seed, case in enumerate('AB'):
+        assert not alarmed(Gearbox(seed, case).go(360))
+
+
+def test_one_percent_is_found():
+    """Mean delay of 12 jumps of +1 % at the default setting; the bar is 180 s."""
+    gearbox, delays = Gearbox(7, 'A'), []
+    gearbox.go(150)
+    healthy, stamp = json.dumps(gearbox.tracker.to_dict()), gearbox.stamp
+    for _ in range(12):
+        gearbox.tracker = Tracker(gearbox.tracker.settings, json.loads(healthy))
+        gearbox.stamp = stamp
+        found = alarmed(gearbox.go(20, 0.01))
+        change = gearbox.tracker.changes['gap']
+        assert found and change.growth == pytest.approx(0.01, abs=5 * change.std + 1e-3)
+        assert abs(change.since_ns - stamp) <= 12 * WINDOW
+        delays.append(10.0 * (found[0] + 1))
+    assert np.mean(delays) < 100.0
+    # At once, where it is large; but never from one window alone.
+    gearbox.tracker = Tracker(gearbox.tracker.settings, json.loads(healthy))
+    assert not alarmed(gearbox.go(1, 0.5)) and not alarmed(gearbox.go(20, 0.0))
+    assert alarmed(gearbox.go(4, 0.05))[0] <= 2
+
+
+@pytest.mark.system
+def test_slow_ramp_is_found_and_forecast():
+    """5 % per hour: found within 20 min, limit of 25 % forecast within its interval."""
+    gearbox = Gearbox(3)
+    gearbox.go(360)
+    ramp = 0.05 * np.arange(1, 361) / 360
+    found = gearbox.go(360, ramp)
+    assert alarmed(found)[0] < 120
+    outcome = found[-1]['backlash']
+    assert not any('steady' in f['backlash'].message for f in found)
+    left = 3600.0 * (0.25 - 0.05) / 0.05
+    assert outcome.level == Level.WARN and 'limit +25 % in' in outcome.message
+    assert outcome.values['forecast_s'] == pytest.approx(left, rel=0.2)
+    assert outcome.values['forecast_earliest_s'] < left < outcome.values['forecast_latest_s']
+    assert outcome.values['growth'] == pytest.approx(0.05, abs=0.005)
+    # On to the limits of a warning and an error.
+    assert 'plan a service' in gearbox.go(20, 0.12)[-1]['backlash'].message
+    assert gearbox.go(20, 0.3)[-1]['backlash'].level == Level.ERROR
+    # An absolute limit counts, too; and a repair ends the alarm.
+    assert gearbox.go(40, 0.0)[-1]['backlash'].level == Level.OK
+
+
+def test_friction_has_its_own_alert_and_is_no_backlash():
+    gearbox = Gearbox(4)
+    gearbox.go(200)
+    found = gearbox.go(10, viscous=0.2 * (0.1 + 0.27 / 18.0))[-1]
+    assert found['backlash'].level == Level.OK
+    assert found['friction'].level == Level.WARN
+    assert 'friction has grown by +2' in found['friction'].message
+    stiff = Gearbox(5)
+    stiff.go(90)
+    found = stiff.go(20, stiffness=4.2)[-1]['backlash']
+    assert found.level == Level.WARN and 'stiffness has dropped by 16' in found.message
+    assert 'gap' not in stiff.tracker.changes
+
+
+def test_a_cold_start_is_not_wear():
+    """A gap that shrinks by 0.2 %/K: no alarm where its temperature was learnt, nor elsewhere."""
+    gearbox = Gearbox(6)
+
+    def day(windows):
+        found = []
+        for kelvin in np.linspace(15.0, 45.0, windows):
+            found += gearbox.go(1, -0.002 * (kelvin - 15.0), temperature=kelvin)
+        return found
+
+    first = day(150)
+    assert not alarmed(first) and 'learning the baseline' in first[0]['backlash'].message
+    assert not alarmed(day(150)) and len(gearbox.tracker.data.points) > 5
+    # Colder than ever: the gap is as large as the coefficient says.
+    cold = gearbox.go(2, 0.04, temperature=-5.0)
+    assert not alarmed(cold)
+    assert abs(cold[-1]['backlash'].values['growth']) < 3 * cold[-1]['backlash'].values[
+        'growth_std']
+    # Growth is found across temperatures, and at the new point too once it was learnt.
+    kelvins = np.tile(np.linspace(15.0, 45.0, 12), 5)
+    found = []
+    for kelvin in kelvins:
+        found += gearbox.go(1, -0.002 * (kelvin - 15.0) + 0.02, temperature=kelvin)
+    assert alarmed(found) and alarmed(found)[0] < 30
+
+
+def test_points_are_kept_apart_and_found_again():
+    gearbox = Gearbox(8)
+    gearbox.go(40)
+    gearbox.state['load'] = 1.0  # far less load: the fitted gap is smaller there
+    found = gearbox.go(30, -0.03)
+    # It may be the motion or the gearbox: no change is found, and the deviation says so.
+    assert not gearbox.tracker.changes and found[-1]['backlash'].values['growth_std'] > 0.01
+    gearbox.state['load'] = 3.9  # within the bin of the first
+    found = gearbox.go(30)
+    assert not alarmed(found) and found[-1]['backlash'].values['growth_std'] < 0.005
+    assert [gearbox.tracker.data.count(k) for k in range(2)] == [70, 30]
+    # Back in the other motion, which is known now.
+    gearbox.state['load'] = 1.0
+    assert not alarmed(gearbox.go(3, -0.03)) and alarmed(gearbox.go(6, 0.02))
+
+
+@pytest.mark.parametrize('usual, trust, found', [
+    (AT_ODDS, ERRORS_LARGER, False), (AT_ODDS, AT_ODDS, True),
+    (ERRORS_LARGER, ERRORS_LARGER - 1, False), (ERRORS_LARGER, ERRORS_LARGER, True)])
+def test_larger_errors_are_a_distrust_of_their_own(usual, trust, found):
+    """Windows at odds with the filter had no bias; that of noisier encoders is another one."""
+    gearbox = Gearbox(5)
+
+    def go(trust, growth=0.0):
+        return judged(gearbox.tracker, gearbox.window(growth), trust, comparable=True)
+    for _ in range(60):
+        go(TRUSTED)
+        go(usual)
+    alarms = alarmed([go(trust, -0.02) for _ in range(6)])
+    assert bool(alarms) == found == ('gap_loss' in gearbox.tracker.changes)
+    assert not alarmed([go(TRUSTED) for _ in range(20)][-6:])
+    again = Tracker(gearbox.tracker.settings, json.loads(json.dumps(gearbox.tracker.to_dict())))
+    assert again.data.trust == gearbox.tracker.data.trust
+
+
+def test_windows_at_odds_with_the_drive_state_what_they_may_be_off_together():
+    gearbox = Gearbox(5)
+    gearbox.go(80)
+    for _ in range(30):
+        gearbox.tracker.update(gearbox.window(-0.05), ERRORS_LARGER - 1, comparable=True)
+        growth, std = gearbox.tracker.growth(GAP)
+        assert not gearbox.tracker.changes and 0.01 < std < 0.03
+        assert abs(growth + 0.05) < 2.0 * std
+
+
+def test_an_octave_of_errors_is_one_of_variance():
+    """Encoders with twice the deviation: a quarter of the weight, once they are known or not."""
+    weights = []
+    for factor, trust in ((1.0, ERRORS_LARGER), (2.0, ERRORS_LARGER - 4)):
+        gearbox = Gearbox(6)
+        gearbox.go(5)
+        for _ in range(60):
+            window = gearbox.window()
+            gearbox.tracker.update(replace(
+                window, gap=1.2 + factor * (window.gap - 1.2), gap_std=factor * window.gap_std),
+                trust, comparable=True)
+        observed, _ = gearbox.tracker.data.observations(gearbox.stamp, WINDOW)
+        weights.append(observed[0].weight)
+    quiet, loud = weights
+    assert loud[:5] == pytest.approx(quiet[:5], rel=0.1)
+    assert loud[5:] == pytest.approx(quiet[5:] / 4.0, rel=0.1)
+
+
+def test_what_is_not_compared_is_never_ok():
+    gearbox = Gearbox(9)
+    found = gearbox.go(20, 0.3, trusted=False)
+    assert {f['backlash'].level for f in found} == {Level.WARN}
+    assert 'not compared yet: the estimates are not trusted' in found[-1]['backlash'].message
+    assert gearbox.tracker.baseline is None
+    gearbox.go(20)
+    assert gearbox.tracker.baseline.gap == pytest.approx(1.2, rel=0.02)
+    found = gearbox.go(10, 0.1, trusted=False)
+    assert not gearbox.tracker.changes
+    assert not alarmed(found[:3]) and len(alarmed(found)) == 7
+    assert 'backlash not compared since 2001-09-09' in found[-1]['backlash'].message
+    # Nothing is known of that time.
+    assert found[-1]['backlash'].values['growth_std'] > found[0]['backlash'].values['growth_std']
+    assert alarmed(gearbox.go(10, 0.1)) and 'gap' in gearbox.tracker.changes
+    for _ in range(5):
+        gearbox.stamp += WINDOW
+        pause = judged(gearbox.tracker, NotExcited(gearbox.stamp, 'only one flank is reached'))
+    assert pause['backlash'].level == Level.WARN
+    assert pause['backlash'].message.startswith('backlash has grown')
+    assert 'only one flank' in pause['backlash'].message
+    nothing = judged(Tracker(settings()), NotExcited(1, 'only one flank is reached'))
+    assert nothing['backlash'].level == Level.WARN and 'only one' in nothing['backlash'].message
+
+
+def test_a_good_fit_is_compared_where_the_filter_is_at_odds_with_the_drive():
+    gearbox = Gearbox(9)
+    gearbox.go(20)
+
+    def go(windows, growth, **changes):
+        return [judged(gearbox.tracker, gearbox.window(growth, **changes), False, comparable=True)
+                for _ in range(windows)]
+
+    go(5, 0.3, gap_std=1.0)  # a poor fit of the gap
+    assert not gearbox.tracker.changes
+    found = go(10, 0.1)
+    assert alarmed(found) and 'backlash has grown' in found[-1]['backlash'].message
+    # How far the filter's doubt moves the gap is not known, and stated.
+    change = gearbox.tracker.changes['gap']
+    assert change.growth == pytest.approx(0.1, abs=2 * change.std) and 0.01 < change.std < 0.03
+    # Before there is a baseline, nothing is compared.
+    fresh = Gearbox(9).tracker
+    outcome = judged(fresh, gearbox.window(0.3), False, comparable=True)['backlash']
+    assert not fresh.changes and 'not compared yet' in outcome.message
+
+
+def test_friction_is_followed_on_one_flank():
+    tracker, random, stamp = Tracker(settings()), np.random.default_rng(2), 0
+
+    def go(windows, coulomb):
+        nonlocal stamp
+        found = []
+        for _ in range(windows):
+            stamp += WINDOW
+            found.append(judged(tracker, NotExcited(stamp, 'only one flank', friction=Friction(
+                0.0, 1e-4, coulomb + 1e-3 * random.standard_normal(), 1e-3, 0.0, 20.0, 6.0))))
+        return found
+
+    healthy = go(20, 0.1)
+    assert [f['friction'].level for f in healthy] == [Level.OK] * 20
+    assert healthy[-1]['backlash'].level == Level.WARN
+    assert 'only one flank' in healthy[-1]['backlash'].message
+    copy = Tracker(tracker.settings, json.loads(json.dumps(tracker.to_dict())))
+    assert outcomes(copy) == outcomes(tracker)
+    tracker = copy
+    found = go(10, 1.1)
+    assert 'friction has grown' in found[-1]['friction'].message
+    assert 'not measured yet' in found[-1]['backlash'].message
+    copy = Tracker(tracker.settings, json.loads(json.dumps(tracker.to_dict())))
+    assert outcomes(copy) == outcomes(tracker)
+    assert tracker.baseline is None
+
+
+def test_windows_that_do_not_know_all():
+    """Unknown features, and a gap that is not separable: the lost motion is followed."""
+    gearbox = Gearbox(10)
+    nan = dict.fromkeys(('hysteresis', 'viscous', 'coulomb', 'gain', 'zero', 'flank'), math.nan)
+    sizes = gearbox.random.normal(0.03, 1e-4, 40)
+    for size in sizes:
+        found = gearbox.go(1, separable=False, lost_motion=size, lost_motion_std=1e-4, **nan)
+    assert found[-1]['backlash'].level == Level.OK
+    assert 'lost motion' in found[-1]['backlash'].message
+    assert 'friction not compared yet: not identifiable' in found[-1]['friction'].message
+    found = gearbox.go(6, separable=False, lost_motion=0.0315, lost_motion_std=1e-4, **nan)
+    assert 'lost motion has grown by +5' in found[-1]['backlash'].message
+
+
+def test_state_goes_on_bit_for_bit(tmp_path):
+    gearbox = Gearbox(11)
+    gearbox.go(100)
+    gearbox.go(10, 0.02)
+    file = tmp_path / 'state.json'
+    write_whole(file, state_text(gearbox.tracker, 'g7', {'gain': 0.1}))
+    state, told = load_state(file, 'g7')
+    assert not told and len(file.read_bytes()) < 30000 and state['adaptation'] == {'gain': 0.1}
+    again = Tracker(gearbox.tracker.settings, state['drift'])
+    assert 'backlash has grown' in outcomes(again)['backlash'].message
+    for _ in range(50):
+        window = gearbox.window(0.02)
+        assert repr(judged(again, window)) == repr(judged(gearbox.tracker, window))
+    assert json.dumps(again.to_dict()) == json.dumps(gearbox.tracker.to_dict())
+
+
+DAMAGED = ['', '{', '[]', '{"format": 6}', 'null', '{"format": 1}',
+           '{"format": 6, "gearbox_serial": "g7", "drift": {"points": 3}}']
+
+
+def test_a_damaged_state_is_set_aside(tmp_path):
+    for k, text in enumerate(DAMAGED):
+        file = tmp_path / str(k) / 'state.json'
+        file.parent.mkdir()
+        assert load_state(file, 'g7') == (None, '')
+        file.write_text(text)
+        state, told = load_state(file, 'g7')
+        assert state is None and str(file) in told and not file.exists()
+        assert next(file.parent.glob('state.json.corrupt-*')).read_text() == text
+
+
+def test_a_state_of_another_gearbox_is_set_aside(tmp_path):
+    file = tmp_path / 'state.json'
+    write_whole(file, state_text(Gearbox(0).tracker, 'g7'))
+    state, told = load_state(file, 'g8')
+    assert state is None and "'g7', expected 'g8'" in told
+
+
+def test_baseline_file(tmp_path):
+    gearbox = Gearbox(12)
+    gearbox.go(100)
+    file = tmp_path / 'baseline.yaml'
+    save_baseline(file, gearbox.tracker.baseline_points(), 'g7', {'drift_window': 10.0})
+    again = Tracker(gearbox.tracker.settings, load_baseline(file, 'g7'))
+    assert again.data.count(0) == 100
+    for _ in range(30):
+        window = gearbox.window(0.02)
+        a, b = judged(again, window), judged(gearbox.tracker, window)
+    assert a['backlash'].level == b['backlash'].level == Level.WARN
+    change, other = again.changes['gap'], gearbox.tracker.changes['gap']
+    assert change.growth == pytest.approx(other.growth, abs=1e-3)
+    with pytest.raises(InputError, match="gearbox_serial: 'g7', expected 'g8'"):
+        load_baseline(file, 'g8')
+    for text, told in (('baseline: {gap: 1.2}', 'format None'),
+                       ('a: 1', 'block "baseline"'),
+                       ('{format: 3, baseline: [{angle: .nan, features: {}}]}',
+                        r'baseline\[0\].angle: nan'),
+                       ('{format: 3, baseline: 5}', 'list of operating points')):
+        file.write_text(text)
+        with pytest.raises(InputError, match=told):
+            load_baseline(file)
+
+
+def test_accepting_what_is_there():
+    """After a repair, or to live with it: the alarm ends, the windows since are the baseline."""
+    gearbox = Gearbox(13)
+    gearbox.go(50)
+    assert gearbox.tracker.accept() == 50 and gearbox.tracker.baseline.windows == 50
+    assert alarmed(gearbox.go(30, 0.05))
+    assert 20 < gearbox.tracker.accept() <= 32
+    assert not gearbox.tracker.changes
+    assert gearbox.tracker.baseline.gap == pytest.approx(1.26, rel=0.01)
+    assert not alarmed(gearbox.go(100, 0.05))
+
+
+@pytest.mark.skipif(not REAL.is_dir(), reason=f'no recordings at {REAL}')
+def test_real_recordings_do_not_drift_unless_widened():
+    """20 runs of a real drive in windows of 10 s; then 5 % more lost motion from run 11 on."""
+    windows = []
+    for run, path in enumerate(sorted(REAL.glob('[0-4][0-3].TXT.gz'))):
+        with gzip.open(path, 'rt', encoding='latin-1') as file:
+            lines = [line for line in file if line.strip() and not line.startswith('%')]
+        raw = np.loadtxt(lines, delimiter=',', usecols=(1, 8))
+        arm, motor = (np.convolve(a, np.ones(51) / 51, 'valid') * 2 * np.pi for a in
+                      (-raw[:, 0] / 8192, raw[:, 1] / 143360))
+        rows = np.zeros((len(arm), N_SMOOTHED))
+        rows[:, S_TWIST], rows[:, S_X4] = motor - arm, np.gradient(arm, 1e-3)
+        for part in (rows[:9900], rows[9900:19800]):
+            lost, std = lost_motion_of(part)
+            windows.append((run, Backlash(
+                (len(windows) + 1) * WINDOW, *4 * [math.nan], lost_motion=lost,
+                lost_motion_std=std, separable=False, angle=0.0, load=0.07,
+                speed=float(np.sqrt(np.mean(part[:, S_X4] ** 2))))))
+    assert len(windows) == 40
+    for wider in (0.0, 0.05):
+        tracker, found = Tracker(settings()), []
+        for run, window in windows:
+            lost = window.lost_motion * (1.0 + (wider if run >= 10 else 0.0))
+            if judged(tracker, replace(window, lost_motion=lost))['backlash'].level:
+                found.append(run)
+        assert bool(found) == bool(wider)
+    assert found[0] in (10, 11)
+    change = tracker.changes['lost_motion']  # at the end in a motion that was not driven before
+    assert change.growth == pytest.approx(0.05, abs=change.std) and change.std < 0.04
+
+
+def test_history_stays_small_and_keeps_the_slope():
+    history, random = wear.GrowthHistory(), np.random.default_rng(0)
+    for k in range(20000):
+        history.add(k * WINDOW, 1e-6 * k + 0.005 * random.standard_normal(), 2.5e-5)
+    assert len(history.blocks) < 16 * 12 and sum(b[3] for b in history.blocks) == 20000
+    trend = history.trend(0)
+    assert trend.found and trend.slope == pytest.approx(1e-7, abs=4 * trend.slope_std)
+    assert trend.growth == pytest.approx(0.02, abs=4 * trend.growth_std)
+    assert history.trend(19998 * WINDOW) is None
+
+
+def test_the_tests_share_all_false_alarms_one_for_each_direction_of_a_feature():
+    assert sum(test.share for test in TESTS) == pytest.approx(1.0)
+    directions = {(test.column, test.sign) for test in TESTS}
+    assert len(directions) == len(TESTS)
+    assert directions == {(column, sign) for column in range(SHARP + 1) for sign in (-1, 1)}
+
+
+def test_conditions_of_wear_name_the_figures_they_compare():
+    """A score with its threshold where a change is found; then its size with a limit."""
+    found = [c for c in CONDITIONS if 'significant' in c.when]
+    assert len(found) == len({test.column for test in TESTS} - {SHARP}) * 2
+    for condition in found:
+        assert condition.threshold == tuple(f'{value}_threshold' for value in condition.value)
+        assert all(value.endswith('_score') for value in condition.value)
+    sizes = [c for c in CONDITIONS if c.value and c not in found]
+    assert len(sizes) == 2 * len(found)
+    for condition in sizes:
+        (value,), (limit,) = condition.value, condition.threshold
+        assert limit == f'{value}_{"error" if "_error" in condition.when else "warn"}'

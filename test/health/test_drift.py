@@ -1,0 +1,201 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Backlash features and their growth."""
+import copy
+import json
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.rts_smoother import (
+    N_SMOOTHED, S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST)
+from gearbox_monitor.health.backlash import features
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, Plant
+
+
+CASE_B = DriveModel().with_(stiffness=5.0, half_gap=0.6)
+NOISE = Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005))
+NOISE_B = Noise((0.0612, 0.0828, 0.358, 0.472), (0.0612, 0.0828))
+TUNED = {'arm_load': 'none', 'r_std_motor': 0.0612, 'r_std_arm': 0.0828,
+         'q_std_motor_position': 0.0612, 'q_std_arm_position': 0.0828,
+         'q_std_motor_speed': 0.358, 'q_std_arm_speed': 0.472, 'q_std_tau_k': 10.0}
+
+
+class Stream:
+    """A plant that goes on from call to call and the monitor behind it."""
+
+    def __init__(self, model, noise, parameters, seed=0):
+        self.plant, self.monitor = Plant(model, noise, seed), Monitor(model, parameters)
+        self.steps = 0
+
+    def go(self, seconds, scale=1.0, offset=0.0):
+        t = 1e-3 * (self.steps + np.arange(round(seconds * 1e3)))
+        out = self.plant.run(offset + scale * Excitation().torque(t), 1e-3)
+        self.steps += len(t)
+        stamps = 10 ** 18 + np.round(t * 1e9).astype(np.int64)
+        u = np.stack([out.u, np.full(len(t), np.nan)], axis=1)
+        return self.monitor.run(Samples(stamps, u, out.y))
+
+
+def rows_of(twist, tau_k, tau_k_std=0.0):
+    rows = np.zeros((len(twist), N_SMOOTHED))
+    rows[:, S_TWIST], rows[:, S_TAU_K], rows[:, S_TAU_K_NOISE_STD] = twist, tau_k, tau_k_std
+    rows[:, S_MOTOR_SIDE] = tau_k
+    return rows
+
+
+def test_exact_loop():
+    twist = 1.2 * np.sin(np.linspace(0, 20, 3000)) + 0.05
+    shifted = twist - 0.07
+    tau = 7.0 * np.sign(shifted) * np.maximum(np.abs(shifted) - 0.3, 0.0)
+    found = features.fit(rows_of(twist, tau), DriveModel(), 5)
+    assert found.gap == pytest.approx(0.6, rel=1e-5)
+    assert found.stiffness == pytest.approx(7.0, rel=1e-5)
+    assert found.zero == pytest.approx(0.07, abs=1e-5) and found.stamp_ns == 5
+    assert 0.3 < found.flank < 0.5
+    # No gap at all is a gap of nearly nothing, not a failure.
+    rigid = features.fit(rows_of(twist, 7.0 * twist), DriveModel(), 5)
+    assert rigid.gap < 0.01 and rigid.stiffness == pytest.approx(7, rel=0.01)
+
+
+def test_no_answer_without_excitation():
+    phase = np.linspace(0, 20, 3000)
+    noise = 0.01 * np.random.default_rng(0).standard_normal((2, 3000))
+
+    def loop(twist):
+        return twist, 7.0 * np.sign(twist) * np.maximum(np.abs(twist) - 0.3, 0.0)
+
+    for twist, tau in (loop(0.2 * np.sin(phase)), loop(0.8 + 0.4 * np.sin(phase)),
+                       loop(0.1 + 0.35 * np.sin(phase))):
+        found = features.fit(rows_of(twist + noise[0], tau + noise[1], 0.01), DriveModel(), 7)
+        assert isinstance(found, features.NotExcited) and found.reason and found.stamp_ns == 7
+    for values in (np.zeros(3000), np.empty(0), np.arange(10.0)):
+        found = features.fit(rows_of(values, values), DriveModel(), 0)
+        assert isinstance(found, features.NotExcited)
+
+
+def test_gap_and_stiffness_of_case_b():
+    """Ten windows of 10 s: within 2 %; the stated deviation within a factor 2.5 of the spread."""
+    source = Stream(CASE_B, NOISE_B, TUNED)
+    source.go(2.0)
+    rows = source.go(100.0).smoothed
+    windows = [features.fit(rows[k:k + 9900], CASE_B, 0) for k in range(0, 98000, 9900)][:10]
+    gap, gap_std, stiffness, stiffness_std = (
+        np.array([getattr(w, name) for w in windows])
+        for name in ('gap', 'gap_std', 'stiffness', 'stiffness_std'))
+    assert gap.mean() == pytest.approx(1.2, rel=0.02) and abs(gap / 1.2 - 1).max() < 0.03
+    assert stiffness.mean() == pytest.approx(5.0, rel=0.02)
+    assert 0.5 < gap_std.mean() / gap.std(ddof=1) < 2.5
+    assert 0.5 < stiffness_std.mean() / stiffness.std(ddof=1) < 2.5
+
+
+def test_no_alarm_without_growth():
+    source = Stream(DriveModel(), NOISE, {'drift_window': 2.0})
+    windows = set()
+    for second in range(66):
+        source.go(1.0)
+        level = source.monitor.outcomes['backlash'].level
+        assert level == Level.OK or second < 4
+        windows.update(w.stamp_ns for w in source.monitor.windows)
+    assert len(windows) >= 20
+    assert source.monitor.baseline.gap == pytest.approx(0.2, rel=0.02)
+
+
+def test_growing_gap_is_found():
+    model = DriveModel()
+    source = Stream(model, NOISE, {'drift_window': 2.0})
+    source.go(40.0)
+    healthy = source.monitor.tracker.baseline_points()
+    levels = []
+    for growth in (0.0, 0.05, 0.15, 0.18, 0.35, 0.4):
+        source.plant.model = model.with_(half_gap=0.1 * (1 + growth))
+        source.go(16.0)
+        levels.append(source.monitor.outcomes['backlash'].level)
+        assert source.monitor.windows[-1].gap == pytest.approx(0.2 * (1 + growth), rel=0.03)
+    assert levels == [Level.OK, *3 * [Level.WARN], *2 * [Level.ERROR]]
+    assert source.monitor.baseline.gap == pytest.approx(0.2, rel=0.02)
+    # The same with a baseline from before: no window is spent on learning it.
+    again = Monitor(model, {'drift_window': 2.0}, healthy)
+    source.monitor = again
+    source.plant.model = model.with_(half_gap=0.13)
+    source.go(12.0)
+    assert again.outcomes['backlash'].level == Level.ERROR
+    assert again.tracker.changes['gap'].growth == pytest.approx(0.3, abs=0.04)
+
+
+def test_replay_from_a_snapshot_has_the_same_drift():
+    """Restored in the middle of a window: that window is left out, then all are as live."""
+    source = Stream(DriveModel(), NOISE, {'drift_window': 2.0})
+    source.go(15.3)
+    again = Stream(DriveModel(), NOISE, {})
+    again.monitor = Monitor.restore(json.loads(json.dumps(source.monitor.snapshot())))
+    again.plant, again.steps = copy.deepcopy(source.plant), source.steps
+    for stream in (source, again):
+        stream.go(2.0)  # the window that was under way ends
+    again.monitor.adopt_baseline(source.monitor.snapshot())
+    for stream in (source, again):
+        stream.go(9.0)
+    live, replayed = (s.monitor.tracker.to_dict() for s in (source, again))
+    assert live['stamp_ns'] == replayed['stamp_ns'] and len(live['windows']) > 8
+    for key in ('points', 'windows', 'scores', 'changes'):
+        assert json.dumps(live[key]) == json.dumps(replayed[key]), key
+
+
+def test_standing_still_measures_nothing():
+    quiet = Noise((0.0, 0.0, 0.0, 0.0), (0.005, 0.005))
+    source = Stream(DriveModel(), quiet, {'drift_window': 2.0})
+    source.go(12.0, scale=0.0)
+    source.go(8.0, scale=0.03)  # inside the gap
+    assert not source.monitor.windows and source.monitor.baseline is None
+    assert source.monitor.outcomes['backlash'].level == Level.WARN
+
+
+@pytest.mark.parametrize('lost, arm_load', [(0, 'unknown'), (1, 'unknown'), (0, 'none')])
+def test_a_lost_encoder_is_no_backlash(lost, arm_load):
+    parameters = {'drift_window': 2.0, 'arm_load': arm_load}
+    source = Stream(DriveModel(), NOISE, parameters)
+    run = source.monitor.run
+
+    def blind(samples):
+        samples.y[:, lost] = np.nan
+        return run(samples)
+
+    source.go(10.0)
+    for monitor_run in (blind, run):
+        source.monitor.run = monitor_run
+        for _ in range(10):
+            source.go(1.0)
+            assert source.monitor.outcomes['backlash'].level < Level.ERROR
+    gaps = np.array([window.gap for window in source.monitor.windows])
+    np.testing.assert_allclose(gaps, 0.2, rtol=0.05)
+
+
+def test_twice_the_noise_raises_no_alert():
+    source = Stream(DriveModel(), NOISE, {'drift_window': 2.0})
+    source.go(40.0)
+    source.plant.noise = Noise(NOISE.process, (0.01, 0.01))
+    source.go(30.0)
+    assert source.monitor.outcomes['prediction error'].level > Level.OK
+    assert not source.monitor.tracker.changes
+
+
+@pytest.mark.parametrize('factor', [0.7, 1.3])
+def test_warm_up_raises_one_alert_at_most_and_says_so(factor):
+    source = Stream(DriveModel(), NOISE, {'drift_window': 2.0})
+    source.go(40.0)
+    for share in np.linspace(0.1, 1.0, 10):
+        source.plant.model = DriveModel().with_(
+            viscous_friction=0.1 * (1.0 + share * (factor - 1.0)))
+        source.go(4.0)
+    changes = source.monitor.tracker.changes
+    assert len(changes) <= 1
+    for key in changes:
+        assert key == ('friction' if factor > 1.0 else 'friction_loss')
+        message = source.monitor.outcomes['friction'].message
+        assert 'warm-up?' in message and 'by -' not in message

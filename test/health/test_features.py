@@ -1,0 +1,368 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Backlash features: exact curves, statistics on simulated drives, a real drive."""
+from dataclasses import replace
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import paper
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.rts_smoother import (
+    N_SMOOTHED, S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_U, S_X3, S_X4)
+from gearbox_monitor.files.yaml_files import load_model, load_parameters
+from gearbox_monitor.health.backlash import features
+from gearbox_monitor.health.backlash.wear import PooledFeatures
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, Plant
+from gearbox_monitor.plant.transmission import KINDS, transmission_torque
+from gearbox_monitor.recordings.importer import load_mapping, read_recording
+
+ROOT = Path(__file__).parents[2]
+REAL = ROOT.parent / 'shared' / 'data' / 'davinci_backend'
+# What "benchmarks paper" tunes for its two drives.
+TUNED = {
+    'A': {'q_std_motor_position': 0.06584, 'q_std_arm_position': 0.08325,
+          'q_std_motor_speed': 0.3855, 'q_std_arm_speed': 0.4771, 'r_std_motor': 0.06556,
+          'r_std_arm': 0.08315, 'q_std_tau_k': 9.086},
+    'B': {'q_std_motor_position': 0.06119, 'q_std_arm_position': 0.08283,
+          'q_std_motor_speed': 0.357, 'q_std_arm_speed': 0.4714, 'r_std_motor': 0.06092,
+          'r_std_arm': 0.08272, 'q_std_tau_k': 8.897}}
+
+
+def curve(kind, stiffness, half_gap, width=0.0, hysteresis_stiffness=0.0, zero=0.0,
+          friction=(0.0, 0.0), gain=0.0):
+    """Return exact rows [8000, N_SMOOTHED]: a motion whose friction does not follow the twist."""
+    t = np.linspace(0.0, 10.0, 8000)
+    rows = np.zeros((len(t), N_SMOOTHED))
+    rows[:, S_TWIST] = np.sin(5.7 * t) + 0.5 * np.sin(14.0 * t)
+    rows[:, S_X3] = 12.0 * np.cos(4.1 * t) + 6.0 * np.sin(11.0 * t)
+    memory = 0.0
+    for k, twist in enumerate(rows[:, S_TWIST]):
+        rows[k, S_TAU_K], memory = transmission_torque(
+            twist, memory, KINDS.index(kind), stiffness, half_gap, width, hysteresis_stiffness)
+    rows[:, S_U] = 0.8 * rows[:, S_TAU_K] + 2.0 * np.sin(23.0 * t)
+    rows[:, S_TAU_K] += (friction[0] * rows[:, S_X3] - gain * rows[:, S_U] + friction[1]
+                         * TWO_OVER_PI * np.arctan(100.0 * rows[:, S_X3]))
+    rows[:, S_TWIST] += zero
+    rows[:, S_MOTOR_SIDE] = rows[:, S_TAU_K]
+    return rows
+
+
+@pytest.mark.parametrize('friction, gain', [((0.0, 0.0), 0.0), ((-0.01, 0.2), 0.03)])
+@pytest.mark.parametrize('kind, width, k_s, gap, height', [
+    ('dead_zone', 0.0, 0.0, 0.8, 0.0),
+    ('play', 0.15, 0.0, 1.1, 2.1),
+    ('passive_play', 0.1, 5.0, 0.8, -1.0)])
+def test_exact_curves(kind, width, k_s, gap, height, friction, gain):
+    rows = curve(kind, 7.0, 0.4, width, k_s, 0.3, friction, gain)
+    found = features.fit(rows, DriveModel(), 5)
+    assert found.stamp_ns == 5 and found.separable
+    assert found.gap == pytest.approx(gap, rel=2e-3)
+    assert found.stiffness == pytest.approx(7.0, rel=2e-3)
+    assert found.hysteresis == pytest.approx(height, abs=0.02)
+    assert found.zero == pytest.approx(0.3, abs=2e-3)
+    assert found.passive == (kind == 'passive_play')
+    assert found.width == pytest.approx(width, abs=2e-3)
+    assert found.viscous == pytest.approx(friction[0], abs=2e-4)
+    assert found.coulomb == pytest.approx(friction[1], abs=5e-3)
+    assert found.gain == pytest.approx(gain, abs=2e-3)
+
+
+@pytest.mark.parametrize('angle, torque', [(1e-4, 20.0), (1e3, 1.0)])
+def test_units_do_not_matter(angle, torque):
+    """A stiff joint whose twist is tenths of a mrad is fitted as well as a soft drive."""
+    rows = curve('dead_zone', 7.0, 0.4, zero=0.05, friction=(0.02, -0.1), gain=0.03)
+    rows[:, S_TWIST] *= angle
+    rows[:, [S_TAU_K, S_MOTOR_SIDE, S_U]] *= torque
+    model = DriveModel()
+    found = features.fit(rows, model.with_(
+        viscous_friction=torque * model.viscous_friction,
+        coulomb_friction=torque * model.coulomb_friction), 0)
+    assert found.gap == pytest.approx(0.8 * angle, rel=2e-3)
+    assert found.stiffness == pytest.approx(7.0 * torque / angle, rel=2e-3)
+    assert found.viscous == pytest.approx(0.02 * torque, rel=1e-2)
+    assert found.coulomb == pytest.approx(-0.1 * torque, rel=5e-2)
+
+
+def test_a_short_visit_to_the_other_flank_is_enough():
+    """An arm that bears weight loads the second flank for a hundredth of the window."""
+    t = np.linspace(0.0, 20.0, 20000)
+    rows = np.zeros((len(t), N_SMOOTHED))
+    rows[:, S_TWIST] = 1e-3 * (2.62 + 0.9 * np.sin(1.3 * t) + 2.2 * np.cos(0.9 * t + 0.4))
+    half_gap = 3e-4
+    rows[:, S_TAU_K] = 2e4 * np.sign(rows[:, S_TWIST]) * np.maximum(
+        np.abs(rows[:, S_TWIST]) - half_gap, 0.0)
+    rows[:, S_MOTOR_SIDE] = rows[:, S_TAU_K]
+    below = (rows[:, S_TWIST] < -half_gap).mean()
+    found = features.fit(rows, DriveModel().with_(coulomb_friction=0.0), 0)
+    assert 0.01 < below < 0.02 and found.flank == pytest.approx(below, abs=1e-3)
+    assert found.gap == pytest.approx(2.0 * half_gap, rel=1e-2)
+
+
+def test_the_torque_that_is_fitted_decides_whether_gap_and_compliance_separate():
+    """Not the estimated one: a filter that expects another curve draws it there."""
+    rows = curve('dead_zone', 7.0, 0.4)
+    rows[:, S_TAU_K] = 2.0 * np.sign(rows[:, S_TWIST]) * (np.abs(rows[:, S_TWIST]) > 0.4)
+    found = features.fit(rows, DriveModel(), 0)
+    assert found.separable and found.gap == pytest.approx(0.8, rel=2e-3)
+
+
+REASONS = [
+    (np.zeros((3000, N_SMOOTHED)), 'stands still'),
+    (np.zeros((10, N_SMOOTHED)), 'too few samples: 10'),
+    (curve('dead_zone', 7.0, 2.0), 'stands still or is not loaded'),
+    (curve('dead_zone', 7.0, 0.4, zero=0.9), None)]
+
+
+def test_reasons():
+    for rows, reason in REASONS:
+        found = features.fit(rows, DriveModel(), 3)
+        if reason is None:
+            assert found.zero == pytest.approx(0.9, abs=1e-3)
+        else:
+            assert isinstance(found, features.NotExcited) and found.stamp_ns == 3
+            assert reason in found.reason
+
+
+def test_one_flank_and_one_crossing_are_not_enough():
+    t = np.linspace(0.0, 1.0, 3000)
+    for twist, reason in ((0.8 + 0.3 * np.sin(20 * t), 'one flank'), (2 * t - 1, 'crossed 1')):
+        rows = np.zeros((len(t), N_SMOOTHED))
+        rows[:, S_TWIST] = twist
+        rows[:, S_TAU_K] = 7.0 * np.sign(twist) * np.maximum(np.abs(twist) - 0.3, 0.0)
+        rows[:, S_MOTOR_SIDE] = rows[:, S_TAU_K]
+        rows[:, S_TAU_K_NOISE_STD] = 0.01
+        assert reason in features.fit(rows, DriveModel(), 0).reason
+
+
+def on_one_flank(speed, gain=0.0):
+    """Return rows of a joint whose weight keeps one flank loaded, with a friction error."""
+    t = np.linspace(0.0, 20.0, 20000)
+    rng = np.random.default_rng(4)
+    rows = np.zeros((len(t), N_SMOOTHED))
+    rows[:, S_X3] = speed(t)
+    rows[:, S_TAU_K] = -40.0 - 30.0 * np.sin(1.1 * t)
+    rows[:, S_TWIST] = rows[:, S_TAU_K] / 2e4 - 3e-4 + 1e-6 * rng.standard_normal(len(t))
+    rows[:, S_U] = rows[:, S_TAU_K] + 12.0 * np.cos(2.7 * t)
+    rows[:, S_MOTOR_SIDE] = (
+        rows[:, S_TAU_K] + 0.3 * rows[:, S_X3] - gain * rows[:, S_U]
+        + 1.5 * TWO_OVER_PI * np.arctan(100.0 * rows[:, S_X3]))
+    return rows
+
+
+@pytest.mark.parametrize('gain', [0.0, 0.05])
+def test_friction_of_a_motion_on_one_flank(gain):
+    model = DriveModel().with_(coulomb_friction=6.0, viscous_friction=5.0)
+    rows = on_one_flank(lambda t: np.cos(1.7 * t), gain)
+    window = features.fit(rows, model, 3)
+    assert isinstance(window, features.NotExcited) and 'one flank' in window.reason
+    friction = window.friction
+    assert friction.coulomb == pytest.approx(1.5, abs=0.02) and friction.coulomb_std < 0.1
+    assert friction.viscous == pytest.approx(0.3, abs=0.05)
+    assert friction.speed == pytest.approx(0.7, abs=0.05)
+    assert friction.load == pytest.approx(
+        math.sqrt(np.mean(rows[:, S_TAU_K] ** 2)), rel=gain + 0.01)
+    # In one direction Coulomb friction is an offset, as the zero of the twist is.
+    model = model.with_(viscous_friction=0.0)
+    assert features.fit(on_one_flank(lambda t: 1.0 + 0.0 * t), model, 3).friction is None
+
+
+def test_constant_torque_on_the_flanks_is_not_separable():
+    """Two torques only: any gap fits with some stiffness, the lost motion stays."""
+    rng = np.random.default_rng(1)
+    t = np.linspace(0.0, 20.0, 20000)
+    side = np.sign(np.sin(2.0 * t))
+    rows = np.zeros((len(t), N_SMOOTHED))
+    rows[:, S_X4] = rows[:, S_X3] = np.sin(2.0 * t)
+    rows[:, S_TWIST] = 0.015 * side + 5e-4 * rng.standard_normal(len(t))
+    rows[:, S_MOTOR_SIDE] = rows[:, S_TAU_K] = 0.06 * side + 2e-3 * rng.standard_normal(len(t))
+    found = features.fit(rows, DriveModel().with_(coulomb_friction=0.0), 0)
+    assert not found.separable
+    assert found.lost_motion == pytest.approx(0.03, rel=0.01) and found.lost_motion_std < 1e-3
+    assert abs(found.gap - 0.03) < 3.0 * found.gap_std
+
+
+def windows_of(case, count, parameters=None, seed=1, **changes):
+    """Return fits of 10 s windows of the paper's case; `changes` are the plant's."""
+    model, noise, _ = paper.drive(case)
+    t = 1e-3 * np.arange(1500 + 10000 * count + 200)
+    out = Plant(model.with_(**changes) if changes else model, noise, seed).run(
+        Excitation().torque(t), 1e-3)
+    stamps = 10 ** 18 + np.round(t * 1e9).astype(np.int64)
+    rows = Monitor(model, {
+        **TUNED[case], 'arm_load': 'none', 'drift_window': 600.0, **(parameters or {})}).run(
+        Samples(stamps, np.column_stack([out.u, np.full(len(t), np.nan)]), out.y)).smoothed
+    return [features.fit(rows[1500 + 10000 * k:11500 + 10000 * k], model, k)
+            for k in range(count)]
+
+
+def column(windows, name):
+    return np.array([getattr(w, name) for w in windows])
+
+
+# Of 20 windows: their spread is known to 16 %, so the bounds of a window alone stand 2.5 times
+# that above what 300 windows of other seeds gave (B 0.0067, A 0.0100 rad). Refined: as promised.
+@pytest.mark.parametrize('case, bias, spread, refined_spread', [
+    ('B', 0.015, 0.0094, 0.006),
+    pytest.param('A', 0.025, 0.014, 0.010, marks=pytest.mark.system)])
+def test_gap_of_the_papers_drives(case, bias, spread, refined_spread):
+    found = windows_of(case, 20)
+    refined = refine(PooledFeatures(), found)[1:]
+    for name, of in (('gap', found), ('stiffness', found), ('hysteresis', found),
+                     ('viscous', found), ('gap', refined)):
+        stated = math.sqrt(np.mean(column(of, name + '_std') ** 2))
+        empirical = column(of, name).std(ddof=1)
+        assert 0.55 < stated / empirical < 2.1, name
+    for of, limit in ((found, spread), (refined, refined_spread)):
+        assert column(of, 'gap').mean() == pytest.approx(1.2, rel=bias)
+        assert column(of, 'gap').std(ddof=1) < limit
+    assert column(found, 'stiffness').mean() == pytest.approx(5.0, rel=0.04)
+    height = 3.0 if case == 'A' else 0.0
+    assert column(found, 'hysteresis').mean() == pytest.approx(height, abs=0.2)
+    assert all(w.separable and w.coverage >= 10 and w.flank > 0.2 for w in found)
+
+
+def refine(known, windows):
+    return [known.refine(w) for w in windows]
+
+
+def test_refined_gap_when_friction_or_gap_jumps():
+    """What the gap settles at is that of the other drive; a jump of the gap shows at once."""
+    healthy = windows_of('B', 12)
+    for changes, gap in (({'viscous_friction': 0.11}, 1.2), ({'stiffness': 4.5}, 1.2),
+                         ({'half_gap': 0.63}, 1.26)):
+        other = windows_of('B', 6, **changes)
+        known = PooledFeatures()
+        refine(known, healthy)
+        after = refine(known, other)
+        again = after[0].gap == after[0].alone[0]
+        assert again == (gap == 1.2)  # what was known is given up where it is contradicted
+        # The same noise: beside a start of its own, what came before makes 0.5 % at most.
+        own = refine(PooledFeatures(), other)
+        if again:
+            assert column(after, 'gap') == pytest.approx(column(own, 'gap'), rel=0.005)
+        assert column(after, 'gap').mean() == pytest.approx(gap, rel=0.01)
+
+
+def test_known_is_carried_and_the_first_window_stands_alone():
+    found = windows_of('A', 4)
+    known = PooledFeatures()
+    first = known.refine(found[0])
+    assert first.gap == found[0].gap and first.gap_std == pytest.approx(found[0].gap_std)
+    assert first.alone == found[0].alone == (found[0].gap, found[0].gap_std)
+    other = PooledFeatures(json.loads(json.dumps(known.to_list())))
+    assert refine(known, found[1:]) == refine(other, found[1:])
+    second = PooledFeatures()
+    refine(second, found[:2])
+    assert PooledFeatures(second.to_list()).refine(found[2]).gap_std < 0.9 * found[2].gap_std
+    blurred = replace(found[3], separable=False)
+    before = known.to_list()
+    assert known.refine(blurred) is blurred and known.to_list() == before
+    with pytest.raises(ValueError):
+        PooledFeatures([[0.0], [1.0], [0.0]])
+
+
+def test_snapshots_carry_what_is_known():
+    """The window that a restored one misses is made good by the next snapshot: the same bits."""
+    model, noise, _ = paper.drive('B')
+    t = 1e-3 * np.arange(14200)
+    out = Plant(model, noise, 4).run(Excitation().torque(t), 1e-3)
+    stamps = 10 ** 18 + np.round(t * 1e9).astype(np.int64)
+    u = np.column_stack([out.u, np.full(len(t), np.nan)])
+
+    def part(first, last):
+        return Samples(stamps[first:last], u[first:last], out.y[first:last])
+
+    live = Monitor(model, {**TUNED['B'], 'arm_load': 'none', 'drift_window': 2.0})
+    live.run(part(0, 7000))
+    snapshot = live.snapshot()
+    later = Monitor.restore(snapshot)
+    forgetful = Monitor.restore({**snapshot, 'known': Monitor(model).snapshot()['known']})
+    for monitor in (live, later, forgetful):
+        monitor.run(part(7000, 9600))
+    assert live.windows and not later.windows
+    later.adopt_baseline(live.snapshot())
+    for monitor in (live, later, forgetful):
+        monitor.run(part(9600, len(t)))
+    n = len(later.windows)
+    assert n >= 2 and list(live.windows)[-n:] == list(later.windows)
+    assert forgetful.windows[-1].alone == later.windows[-1].alone
+    assert forgetful.windows[-1].gap != later.windows[-1].gap
+
+
+@pytest.mark.parametrize('arm_load', ['none', 'unknown'])
+def test_friction_and_gap_do_not_alias(arm_load):
+    """Same noise, another friction: the gap moves by no more than 0.5 %, and friction tells."""
+    known = windows_of('B', 4, {'arm_load': arm_load})
+    for factor in (0.9, 1.1):
+        other = windows_of('B', 4, {'arm_load': arm_load}, viscous_friction=0.1 * factor)
+        # The runs differ in motion, so the noise acts otherwise: 3 sd of that over 4 windows.
+        assert column(other, 'gap').mean() / column(known, 'gap').mean() == pytest.approx(
+            1.0, abs=0.005 + 3.0 * 0.007 / 1.2 / 2.0)
+        assert column(other, 'viscous').mean() == pytest.approx(
+            0.1 * (factor - 1.0), abs=0.003)
+    wider = windows_of('B', 4, {'arm_load': arm_load}, half_gap=0.63)
+    assert column(wider, 'gap').mean() == pytest.approx(1.26, rel=0.02)
+    assert column(wider, 'viscous').mean() == pytest.approx(0.0, abs=0.003)
+
+
+@pytest.mark.parametrize('load', [{'id': 'gravity', 'G': 1.0}, {'id': 'arm_coulomb', 'Cac': 0.5}])
+def test_default_drive_with_a_load(load):
+    model = DriveModel()
+    t = 1e-3 * np.arange(32000)
+    noise = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
+    out = Plant(model.with_(effects=[load]), noise, 3).run(
+        Excitation().torque(t), 1e-3)
+    stamps = 10 ** 18 + np.round(t * 1e9).astype(np.int64)
+    monitor = Monitor(model, {'drift_window': 600.0})
+    rows = monitor.run(Samples(
+        stamps, np.column_stack([out.u, np.full(len(t), np.nan)]), out.y)).smoothed
+    found = [features.fit(rows[k:k + 10000], model, 0) for k in (1500, 11500, 21500)]
+    np.testing.assert_allclose(column(found, 'gap'), 0.2, rtol=0.025)
+    np.testing.assert_allclose(column(found, 'stiffness'), 25.0, rtol=0.1)
+
+
+@pytest.fixture(scope='module')
+def real_rows():
+    if not REAL.is_dir():
+        pytest.skip(f'no recordings at {REAL}')
+    model = load_model(ROOT / 'config' / 'davinci_backend.yaml')
+    parameters = {**load_parameters(ROOT / 'config' / 'davinci_backend_estimator.yaml',
+                                    'estimator', ESTIMATOR), 'drift_window': 600.0}
+    mapping, found = load_mapping('davinci_backend'), {False: [], True: []}
+    for index, path in enumerate(sorted(REAL.glob('[0-4][0-3].TXT.gz'))):
+        r = read_recording(path, mapping)
+        torque = np.column_stack([r.motor_effort, np.full(len(r.stamp_ns), np.nan)])
+        for worn in (False, True):
+            motor = r.motor_position
+            if worn and index >= 10:  # a dead zone 5 % wider, on the side the motor drives
+                speed = np.gradient(r.arm_position)
+                smooth = np.convolve(speed, np.ones(201) / 201, 'same')
+                motor = motor + 0.5 * 0.05 * math.radians(1.73) * np.tanh(
+                    smooth / (0.05 * smooth.std()))
+            rows = Monitor(model, parameters).run(Samples(
+                r.stamp_ns, torque, np.column_stack([motor, r.arm_position]))).smoothed[1000:]
+            found[worn].append(features.fit(rows, model, 0))
+    return found
+
+
+@pytest.mark.system
+def test_lost_motion_of_a_real_drive(real_rows):
+    found = real_rows[False]
+    lost = np.degrees(column(found, 'lost_motion'))
+    assert len(lost) == 20 and 1.65 <= lost.mean() <= 1.82 and np.ptp(lost) <= 0.08
+    assert not column(found, 'separable').any()
+    worn = np.degrees(column(real_rows[True], 'lost_motion'))
+    np.testing.assert_array_equal(worn[:10], lost[:10])
+    # 5 % are six times the spread of the runs.
+    growth = worn[10:] / lost[10:] - 1.0
+    np.testing.assert_allclose(growth, 0.05, atol=0.01)
+    assert worn[10:].min() > worn[:10].max()

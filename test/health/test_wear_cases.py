@@ -1,0 +1,329 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Two things at once: each of them has the size that it has, and ends by itself."""
+from copy import deepcopy
+from functools import cache
+import json
+import math
+from pathlib import Path
+import sys
+
+import numpy as np
+import pytest
+from test_change import alarmed, Gearbox, judged, settings  # noqa: E402
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.baselines import load_baseline, load_state, state_text
+from gearbox_monitor.health.backlash.change import GROSS, Tracker, WARNED
+from gearbox_monitor.health.backlash.change_tests import FEATURES
+from gearbox_monitor.health.backlash.drift_words import outcomes
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.plant.drive import DriveModel
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+FRICTION = 0.1 + 0.27 / 18.0  # of the model, at the speed of the windows: N m s/rad
+COULOMB = 0.27 / 18.0 / FRICTION  # its share of it
+
+
+@cache
+def healthy(seed, windows, temperature):
+    gearbox = Gearbox(seed, 'A')
+    gearbox.go(windows, temperature=temperature)
+    return gearbox
+
+
+def learnt(seed, windows=90, temperature=None):
+    return deepcopy(healthy(seed, windows, temperature))
+
+
+def size(gearbox, key, true, stage=None):
+    """Assert that a change is found, of the size `true` within 3 deviations; return it."""
+    change = gearbox.tracker.changes[key]
+    assert abs(change.growth - true) < 3 * change.std + 1e-3, (change, true)
+    assert stage is None or change.stage == stage
+    return change
+
+
+@pytest.mark.parametrize('growth, stage, new', [
+    (0.2, WARNED, {'load': 9.0}), (0.5, GROSS, {'temperature': 45.0})])
+def test_growth_together_with_a_new_motion_or_a_warming(growth, stage, new):
+    gearbox = learnt(1, **({'temperature': 20.0} if 'temperature' in new else {}))
+    gearbox.go(3, growth, **new)
+    assert size(gearbox, 'gap', growth, stage).std < 0.04
+    gearbox.go(40, growth, **new)  # nor is it learnt as healthy
+    size(gearbox, 'gap', growth, stage)
+
+
+def test_growth_learnt_in_a_new_motion_has_its_size_in_the_old_one():
+    gearbox = learnt(3)
+    gearbox.go(60, 0.2, load=9.0)
+    found = gearbox.go(10, 0.2)
+    assert size(gearbox, 'gap', 0.2, WARNED).std < 0.005
+    assert found[-1]['backlash'].level == Level.WARN
+
+
+def test_a_little_in_a_new_motion_is_not_separable_until_the_old_one():
+    gearbox = learnt(9)
+    found = gearbox.go(140, 0.03, load=9.0)  # beyond the horizon of the test
+    assert not gearbox.tracker.changes
+    values = found[-1]['backlash'].values
+    assert abs(values['growth'] - 0.03) < 3 * values['growth_std'] and values['growth_std'] > 0.01
+    found = gearbox.go(20, 0.08, load=9.0)  # what comes later does not hide in the motion
+    assert size(gearbox, 'gap', 0.08).std > 0.01
+    gearbox.go(8, 0.08)
+    assert size(gearbox, 'gap', 0.08).std < 0.005
+
+
+def test_a_step_in_a_new_motion_is_told_though_its_size_is_not_known():
+    gearbox = learnt(9)
+    gearbox.go(60, load=9.0)
+    told = gearbox.go(30, 0.015, load=9.0)[-1]['backlash'].message
+    assert 'since' in told and ', its size not separable from the new motion: watch it' in told
+    size(gearbox, 'gap', 0.015)
+    told = gearbox.go(20, 0.015)[-1]['backlash'].message
+    assert size(gearbox, 'gap', 0.015).std < 0.005 and 'separable' not in told
+
+
+def test_a_motion_that_hides_a_service_is_a_warning():
+    outcome = learnt(9).go(3, 0.07, load=9.0)[-1]['backlash']
+    assert outcome.level == Level.WARN and len(outcome.message) <= 120
+    assert 'not separable from the new motion: drive the old one' in outcome.message
+
+
+def test_shrinkage_is_a_change_and_over_when_it_has_gone():
+    gearbox = learnt(4)
+    found = gearbox.go(50, -0.1)
+    size(gearbox, 'gap_loss', 0.1)
+    assert 'backlash has shrunk by 10' in found[-1]['backlash'].message
+    found = gearbox.go(10, 0.0)
+    assert not gearbox.tracker.changes and found[-1]['backlash'].level == Level.OK
+    assert any('over: backlash had shrunk by' in f['backlash'].message for f in found)
+    gearbox.go(10, 0.05)
+    size(gearbox, 'gap', 0.05)
+
+
+def test_friction_is_an_alarm_and_the_gap_beside_it_too():
+    """Prediction errors speak against the windows: the features that cause it do not hide."""
+    gearbox = learnt(5)
+    for growth, windows in ((0.0, 6), (0.1, 6)):
+        for _ in range(windows):
+            window = gearbox.window(growth, viscous=0.6 * FRICTION)
+            found = judged(gearbox.tracker, window, False, comparable=True)
+    size(gearbox, 'friction', 0.6, GROSS)
+    size(gearbox, 'gap', 0.1)
+    assert found['friction'].level == Level.ERROR
+    for _ in range(6):  # in a new motion, still
+        gearbox.tracker.update(gearbox.window(0.1, viscous=0.6 * FRICTION, load=9.0), False,
+                               comparable=True)
+    size(gearbox, 'gap', 0.1)
+
+
+def test_slow_friction_keeps_up():
+    gearbox = learnt(6)
+    for k in range(150):
+        gearbox.go(1, viscous=2.0 * k / 360 * FRICTION)
+    size(gearbox, 'friction', 2.0 * 149 / 360, GROSS)
+    assert not [key for key in gearbox.tracker.changes if key != 'friction']
+
+
+@pytest.mark.parametrize('viscous, coulomb, key', [
+    (-0.3, 0.3, 'viscous_share_loss'), (0.08, -0.08, 'viscous_share'),  # one for the other
+    (0.3 * (1.0 - COULOMB), 0.3 * COULOMB, 'friction'), (0.4, 0.0, 'friction'),
+    (0.0, 0.4, 'friction')])
+def test_one_change_of_friction_is_one_alert(viscous, coulomb, key):
+    """viscous, coulomb: changes over the friction at the speed of the windows."""
+    gearbox, told = learnt(7), []
+    for _ in range(20):
+        found = gearbox.go(1, viscous=viscous * FRICTION, coulomb=18.0 * coulomb * FRICTION)
+        told.append(gearbox.tracker.stages()['friction'])
+    alerts = [stage for before, stage in zip([{}, *told], told) if stage != before]
+    assert len(alerts) == 1 and list(alerts[0]) == [key], alerts
+    true = viscous + coulomb if key == 'friction' else abs(viscous)
+    size(gearbox, key, true)
+    values = found[0]['friction'].values
+    for name, share, change in (
+            ('viscous', 1.0 - COULOMB, viscous), ('coulomb', COULOMB, coulomb)):
+        growth, std = values[f'{name}_growth'], values[f'{name}_growth_std']
+        assert abs(growth - change / share) < 3 * std + 1e-3
+    # A repair ends it.
+    assert gearbox.go(20)[-1]['friction'].level == Level.OK
+
+
+def test_a_shift_of_friction_names_both_coefficients():
+    message = learnt(7).go(4, viscous=-0.3 * FRICTION, coulomb=5.4 * FRICTION)[-1][
+        'friction'].message
+    assert 'friction has shifted to Coulomb by' in message
+    assert '(viscous -3' in message and ', Coulomb +2' in message
+
+
+def test_a_slow_shift_of_friction_is_found_while_the_sum_stays():
+    gearbox = learnt(8)
+    for k in range(60):
+        gearbox.go(1, viscous=-0.2 * k / 60 * FRICTION, coulomb=3.6 * k / 60 * FRICTION)
+    size(gearbox, 'viscous_share_loss', 0.2)
+    assert list(gearbox.tracker.changes) == ['viscous_share_loss']
+
+
+class OiledGearbox(Gearbox):
+    """Friction of the model at 20 deg C: viscous falls by 3 %/K, Coulomb by 0.2 %/K."""
+
+    def warm(self, speed, temperatures, coulomb=0.0, gap=0.0):
+        """Return the outcomes of friction; the share of Coulomb friction at the end is `share`."""
+        found = []
+        for kelvin in np.asarray(temperatures) - 20.0:
+            viscous, new = 0.1 * math.exp(-0.03 * kelvin), 0.27 * math.exp(-0.002 * kelvin)
+            self.share = new / (viscous * speed + new)
+            errors = self.random.standard_normal(2) * (0.0013, 0.0065)
+            found.append(judged(self.tracker, self.window(
+                gap, speed=speed, viscous=viscous - 0.1 + errors[0], coulomb_std=0.0065,
+                coulomb=new * (1.0 + coulomb) - 0.27 + errors[1]), True, kelvin + 20.0))
+        return [f['friction'] for f in found]
+
+
+WARMING = 45.0 - 25.0 * np.exp(-np.arange(24) / 7.0)
+
+
+def test_coulomb_friction_grows_in_a_warming_oil_at_another_speed():
+    """Learnt at 18 rad/s, where viscous friction rules; 4 rad/s were only driven cold."""
+    gearbox = OiledGearbox(5)
+    gearbox.warm(18.0, np.concatenate([np.full(30, 20.0), WARMING]))
+    gearbox.warm(4.0, np.full(10, 20.0))
+    gearbox.warm(18.0, np.full(2, 20.0))
+    learnt, stamp = json.dumps(gearbox.tracker.to_dict()), gearbox.stamp
+    found = gearbox.warm(4.0, WARMING)
+    growth, std = gearbox.tracker.growth(FEATURES.index('friction'))
+    assert {f.level for f in found} == {Level.OK} and abs(growth) < 3 * std < 0.2
+    gearbox.tracker, gearbox.stamp = Tracker(gearbox.tracker.settings, json.loads(learnt)), stamp
+    assert gearbox.warm(4.0, WARMING, 0.6)[-1].level == Level.WARN
+    size(gearbox, 'friction', 0.6 * gearbox.share)
+
+
+def test_growth_does_not_hide_behind_points_that_a_warming_founds():
+    """Never warmed up before: motion, oil and Coulomb friction change at once."""
+    gearbox = OiledGearbox(5)
+    gearbox.warm(18.0, np.full(35, 20.0))
+    found = gearbox.warm(4.0, WARMING, 0.6)
+    assert 'not separable from the new motion' in found[-1].message
+    assert found[-1].level == Level.WARN
+    growth, std = gearbox.tracker.growth(FEATURES.index('friction'))
+    assert abs(growth - 0.6 * gearbox.share) < 3 * std
+
+
+def test_a_gap_grows_in_a_warming_oil():
+    gearbox = OiledGearbox(5)
+    gearbox.warm(18.0, np.concatenate([np.full(30, 20.0), WARMING]))
+    gearbox.warm(18.0, WARMING, gap=0.2)
+    size(gearbox, 'gap', 0.2, WARNED)
+    assert not [key for key in gearbox.tracker.changes if key != 'gap']
+
+
+def test_trackers_that_continue_one_state_do_not_touch_it():
+    gearbox = learnt(8)
+    gearbox.go(1, load=9.0)
+    state = gearbox.tracker.to_dict()
+    text = json.dumps(state)
+    gearbox.tracker = Tracker(gearbox.tracker.settings, state)
+    gearbox.go(1, load=30.0)
+    gearbox.go(30)
+    assert json.dumps(state) == text
+
+
+def test_one_of_two_changes_ends():
+    gearbox = learnt(8)
+    gearbox.go(20, 0.3, viscous=0.6 * FRICTION)
+    levels = {f['friction'].level for f in gearbox.go(20, 0.0, viscous=0.6 * FRICTION)}
+    assert levels == {Level.ERROR} and list(gearbox.tracker.changes) == ['friction']
+    size(gearbox, 'friction', 0.6, GROSS)
+
+
+def test_a_stiffer_gearbox_is_told_and_is_no_gap():
+    gearbox = learnt(10)
+    found = gearbox.go(20, stiffness=5.75)
+    assert 'stiffness has grown by +15' in found[-1]['backlash'].message
+    assert list(gearbox.tracker.changes) == ['stiffness_growth']
+
+
+def test_a_saved_baseline_is_zero_everywhere():
+    gearbox = learnt(7)
+    gearbox.go(20, load=9.0)
+    gearbox.go(20, 0.3)
+    gearbox.tracker.accept()
+    outcome = outcomes(gearbox.tracker)['backlash']
+    assert outcome.level == Level.OK and not gearbox.tracker.changes
+    # Also in the motion that was not driven since the change.
+    assert not alarmed(gearbox.go(10, 0.3)) and not alarmed(gearbox.go(10, 0.3, load=9.0))
+    gearbox.go(10, 1.3 * 1.05 - 1.0, load=9.0)
+    size(gearbox, 'gap', 0.05)
+
+
+def test_what_seems_to_come_with_a_change_is_saved_with_it():
+    """A loop that appears makes the gap look 1 % smaller."""
+    gearbox = learnt(10)
+    gearbox.go(4, -0.01, hysteresis=-0.13 * 3.6)
+    assert list(gearbox.tracker.changes) == ['hysteresis_down']
+    gearbox.tracker.accept()
+    assert not alarmed(gearbox.go(40, -0.01, hysteresis=-0.13 * 3.6))
+    gearbox.go(10, 0.05, hysteresis=-0.13 * 3.6)
+    size(gearbox, 'gap', 0.06)
+
+
+def test_points_without_end():
+    gearbox = Gearbox(11, speed_bin=1.2)
+    for k in range(240):
+        gearbox.go(1, speed=20.0 * 1.25 ** (k % 80))
+    assert len(gearbox.tracker.data.points) == 80 and not gearbox.tracker.changes
+    found = [gearbox.go(1, 0.2, speed=20.0 * 1.25 ** (k % 80))[0] for k in range(10)]
+    size(gearbox, 'gap', 0.2)
+    assert found[-1]['backlash'].level == Level.WARN
+
+
+def test_a_lifting_axis_does_not_come_round():
+    tracker = Gearbox(0).tracker
+    bins = tracker.settings.bins
+    points = {}
+    for turns in (True, False):
+        tracker = Tracker(settings())
+        tracker.settings = type(tracker.settings)(
+            limits=tracker.settings.limits, bins=type(bins)(angle=1.0, turns=turns))
+        gearbox = Gearbox(0)
+        gearbox.tracker = tracker
+        gearbox.go(1, angle=0.1)
+        gearbox.go(1, angle=6.4)
+        points[turns] = len(tracker.data.points)
+    assert points == {True: 1, False: 2}
+
+
+@pytest.mark.parametrize('restarted', [False, True])
+def test_a_new_motion_that_is_not_compared_does_not_end_the_measurement(restarted):
+    """A window that is not trusted, at a point without any other: nothing was learnt there."""
+    gearbox = Gearbox(5)
+    gearbox.go(19)
+    window = gearbox.window(0.0, load=36.0, gap_std=6.0, stiffness_std=50.0, hysteresis_std=9.0,
+                            viscous_std=9.0, coulomb_std=9.0, lost_motion_std=9.0)
+    gearbox.tracker.update(window, False, comparable=True)
+    tracker = gearbox.tracker
+    assert tracker.point == 1 and not tracker.compared
+    if restarted:
+        gearbox.tracker = Tracker(tracker.settings, json.loads(json.dumps(tracker.to_dict())))
+    assert gearbox.tracker.accept() == 19
+    gearbox.go(10, 0.2)
+    size(gearbox, 'gap', 0.2)
+
+
+def test_files_of_version_0_2_are_refused_by_name(tmp_path):
+    state, baseline = tmp_path / 'state.json', tmp_path / 'baseline.yaml'
+    state.write_text(json.dumps({**json.loads(state_text(Gearbox(1).tracker, 'g7')), 'format': 5}))
+    read, problem = load_state(state, 'g7')
+    assert read is None and not state.exists()
+    assert problem.startswith(f'{state}: a state of another version (format 5), expected format '
+                              '6: set aside as ')
+    baseline.write_text('{format: 2, gearbox_serial: g7, baseline: []}')
+    with pytest.raises(InputError, match=r'a baseline of another version \(format 2\), .* save'):
+        load_baseline(baseline, 'g7')
+    snapshot = Monitor(DriveModel()).snapshot()
+    del snapshot['format']
+    with pytest.raises(InputError, match='snapshot: of another version, .*--model'):
+        Monitor.restore(snapshot)

@@ -1,0 +1,350 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Foreign recordings become bags: values, units and signs; bad input gets one line and exit 2."""
+import gzip
+import hashlib
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+import yaml
+
+from gearbox_monitor import __version__
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.recordings.importer import load_mapping, read_recording
+from gearbox_monitor.recordings.importer.mapping import mapping_from_dict
+from gearbox_monitor.recordings.read import open_bag
+
+DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data'
+TEXT = """\
+% a comment in latin-1: \xb5
+t;motor;arm;i;sensor
+0,000;100;4096;65535;10
+
+0,001;228;4064;2;11
+% another comment
+0,003;356;4032;3;12
+"""
+REST = ''.join(f'0,{k:03d};356;4032;3;12\n' for k in range(4, 101))
+TEXT_MAP = {
+    'format': 'text',
+    'text': {'delimiter': ';', 'comment': '%', 'encoding': 'latin-1', 'header': True,
+             'decimal': ','},
+    'time': {'column': 't', 'start_stamp_ns': 5_000_000_000},
+    'gear_ratio': 2.0,
+    'signals': {
+        'motor_position': {'column': 'motor', 'counts_per_rev': 256, 'zero': 'first'},
+        'arm_position': {'column': 3, 'counts_per_rev': 8192, 'sign': -1, 'zero': 4096},
+        'motor_effort': {'column': 'i', 'bits': 16, 'scale': 0.001, 'torque_constant': 0.5},
+        'reference_torque': {'column': 5, 'scale': 0.1, 'unit': 'counts'},
+    },
+}
+
+
+def write(path, mapping, content):
+    """Write `content` and its mapping; return the arguments of ``gearbox_monitor import``."""
+    data = content.encode('latin-1') if isinstance(content, str) else content
+    path.write_bytes(gzip.compress(data) if path.suffix == '.gz' else data)
+    map_file = path.with_name('map.yaml')
+    map_file.write_text(mapping if isinstance(mapping, str) else yaml.safe_dump(mapping))
+    return ['import', str(path), '--map', str(map_file), str(path.with_name('bag'))]
+
+
+def changed(mapping, **changes):
+    """Return a copy of `mapping` with nested keys ``a__b=value`` changed; None removes."""
+    result = json.loads(json.dumps(mapping))
+    for names, value in changes.items():
+        block, *rest = names.split('__')
+        target = result
+        for name in rest:
+            target, block = target[block], name
+        if value is None:
+            del target[block]
+        else:
+            target[block] = value
+    return result
+
+
+def read(bag, reference=False):
+    with open_bag(bag) as reader:
+        joints = reader.joint_states('/joint_states', ['motor', 'arm'])
+        if not reference:
+            return joints
+        return joints, reader.joint_states('/reference/transmission_state', ['transmission'])
+
+
+@pytest.mark.parametrize('name', ['run.csv', 'run.csv.gz'])
+def test_text_with_every_feature(tmp_path, capsys, name):
+    arguments = write(tmp_path / name, TEXT_MAP, TEXT + REST)
+    assert main(arguments) == 0
+    assert '100 samples' in capsys.readouterr().out
+    joints, reference = read(tmp_path / 'bag', reference=True)
+    assert joints.stamp_ns.tolist() == [
+        5_000_000_000 + k * 1_000_000 for k in (0, 1, *range(3, 101))]
+    assert joints.log_ns.tolist() == joints.stamp_ns.tolist()
+    turn = 2.0 * math.pi
+    np.testing.assert_allclose(joints.position[:3, 0], [0.0, turn / 4, turn / 2], rtol=1e-14)
+    np.testing.assert_allclose(joints.position[:3, 1], [0.0, turn / 256, turn / 128], rtol=1e-14)
+    np.testing.assert_allclose(joints.effort[:3, 0], [-1e-3, 2e-3, 3e-3], rtol=1e-12)
+    assert np.isnan(joints.effort[:, 1]).all() and np.isnan(joints.velocity).all()
+    np.testing.assert_allclose(reference.effort[:3, 0], [1.0, 1.1, 1.2], rtol=1e-12)
+    with open_bag(tmp_path / 'bag') as reader:
+        assert set(reader.topics) == {'/joint_states', '/reference/transmission_state'}
+        record = reader.metadata['import']
+    assert record['source'] == name and record['gearbox_monitor_version'] == __version__
+    assert record['source_sha256'] == hashlib.sha256((tmp_path / name).read_bytes()).hexdigest()
+    assert yaml.safe_load(record['mapping']) == TEXT_MAP
+
+
+def test_missing_values_and_gaps_are_admitted_on_demand_and_reported(tmp_path, capsys):
+    mapping = {'format': 'text', 'kind': 'prismatic', 'text': {'delimiter': 'whitespace'},
+               'time': {'rate': 100.0},
+               'signals': {'motor_position': {'column': 1, 'missing': 'nan'},
+                           'motor_effort': {'column': 2}}}
+    rows = '# x\n0.1 1\n nan   2\n0.3\t3\n' + '0.4 4\n' * 97
+    assert main(write(tmp_path / 'a.txt', mapping, rows)) == 0
+    assert 'motor_position: 1 of 100 samples not measured' in capsys.readouterr().out
+    joints = read(tmp_path / 'bag')
+    assert joints.stamp_ns.tolist() == [1_000_000_000 + 10_000_000 * k for k in range(100)]
+    np.testing.assert_array_equal(joints.position[:4, 0], [0.1, np.nan, 0.3, 0.4])
+    assert np.isnan(joints.position[:, 1]).all()
+    mapping = changed(TEXT_MAP, signals__arm_position__missing='nan')
+    rows = TEXT + ''.join(f'0,{k:03d};1;;1;1\n' for k in (*range(4, 101), 190))
+    recording = read_recording(write(tmp_path / 'b.csv', mapping, rows)[1],
+                               load_mapping(tmp_path / 'map.yaml'))
+    assert np.isnan(recording.arm_position).tolist() == [False] * 3 + [True] * 98
+    assert any('1 dropouts' in notice for notice in recording.notices)
+
+
+def test_mat(tmp_path):
+    t = np.arange(120) * 0.005
+    scipy.io.savemat(tmp_path / 'm.mat', {
+        't': t[:, None], 'run': {'q': np.column_stack([t, 2 * t])}, 'v': t[None, :] + 1})
+    mapping = {'format': 'mat', 'kind': 'prismatic',
+               'time': {'field': 't', 'start_stamp_ns': 'recorded', 'scale': 2.0},
+               'signals': {'motor_position': {'field': 'run.q', 'column': 2},
+                           'motor_effort': {'field': 'v', 'torque_constant': 3.0}}}
+    content = (tmp_path / 'm.mat').read_bytes()
+    # "recorded" keeps the time, and this one begins at 0.
+    with pytest.raises(InputError, match=r'time: stamp 0 s, expected one > 0'):
+        read_recording(tmp_path / 'm.mat', mapping_from_dict(mapping, 'map'))
+    mapping['time']['start_stamp_ns'] = 1
+    assert main(write(tmp_path / 'm.mat', mapping, content)) == 0
+    joints = read(tmp_path / 'bag')
+    assert joints.stamp_ns.tolist() == [1 + 10_000_000 * k for k in range(120)]
+    np.testing.assert_array_equal(joints.position[:, 0], 2 * t)
+    np.testing.assert_array_equal(joints.effort[:, 0], 3 * (t + 1))
+
+
+@pytest.mark.parametrize('shape', ['wrapped', 'list', 'lines'])
+def test_json_entries(tmp_path, shape):
+    entries = [{'t': 1.0 + 0.01 * k, 'servo': {'q': 0.5 * k}, 'pwm': 65526 if k == 0 else 10}
+               for k in range(100)]
+    mapping = {'format': 'json', 'time': {'field': 't'},
+               'signals': {'arm_position': {'field': 'servo.q'},
+                           'motor_effort': {'field': 'pwm', 'bits': 16, 'scale': 0.1}}}
+    if shape == 'wrapped':
+        mapping['json'] = {'entries': 'log.entries[]'}
+    text = json.dumps({'log': {'entries': entries}} if shape == 'wrapped' else entries)
+    if shape == 'lines':
+        text = '\n'.join(map(json.dumps, entries))
+    assert main(write(tmp_path / 'j.json.gz', mapping, text)) == 0
+    joints = read(tmp_path / 'bag')
+    np.testing.assert_array_equal(joints.position[:, 1], 0.5 * np.arange(100))
+    np.testing.assert_allclose(joints.effort[:2, 0], [-1.0, 1.0])
+
+
+def test_json_arrays(tmp_path):
+    mapping = {'format': 'json', 'time': {'field': 't', 'unit': 'ms'}, 'signals': {
+        'arm_position': {'field': 'q', 'missing': 'nan'}}}
+    tree = {'t': list(range(100)), 'q': [1, None] + [2] * 98}
+    assert main(write(tmp_path / 'j.json', mapping, json.dumps(tree))) == 0
+    np.testing.assert_array_equal(read(tmp_path / 'bag').position[:3, 1], [1.0, np.nan, 2.0])
+
+
+ONE_COLUMN = {'format': 'text', 'time': {'rate': 10}, 'signals': {'motor_position': {'column': 1}}}
+JSON_MAP = {'format': 'json', 'json': {'entries': 'e'}, 'time': {'field': 't'},
+            'signals': {'arm_position': {'field': 'q'}}}
+MAT_MAP = {'format': 'mat', 'time': {'field': 't'}, 'signals': {'arm_position': {'field': 'q'}}}
+BAD_DATA = {
+    'no number': (TEXT_MAP, TEXT.replace('228', 'abc'),
+                  "line 5, column 2 (motor position) value 'abc': expected a number"),
+    'no number in time': (TEXT_MAP, TEXT.replace('0,001', ''),
+                          "line 5, column 1 (time) value '': expected a number"),
+    'backward time': (TEXT_MAP, TEXT.replace('0,003', '0,0005'),
+                      'line 7, column 1 (time) value 0.0005 after 0.001: expected strictly'),
+    'repeated time': (TEXT_MAP, TEXT.replace('0,003', '0,001'),
+                      'value 0.001 after 0.001: expected strictly increasing time'),
+    'time not finite': (TEXT_MAP, TEXT.replace('0,003', 'nan'),
+                        'line 7, column 1 (time) value nan: expected a finite number'),
+    'NaN': (TEXT_MAP, TEXT.replace(';11', ';nan'),
+            'line 5, column 5 (reference torque) value nan: expected a number'),
+    'infinite': (TEXT_MAP, TEXT.replace(';11', ';1e999'),
+                 'line 5, column 5 (reference torque) value inf: expected a finite number'),
+    'short row': (TEXT_MAP, TEXT.replace('228;4064;2;11', '228'),
+                  'line 5: 2 columns, expected at least 5'),
+    'too many bits': (TEXT_MAP, TEXT.replace('65535', '65536'),
+                      'line 3, column 4 (motor effort) value 65536: expected an integer from 0'),
+    'header': (TEXT_MAP, TEXT.replace('motor', 'rotor'),
+               "column 'motor' of signals.motor_position stands 0 times, expected once in: t, "
+               'rotor'),
+    'encoding': (changed(TEXT_MAP, text__encoding='utf-8'), TEXT, 'byte 0xb5 is not utf-8'),
+    'empty': (ONE_COLUMN, '# nothing\n', 'no rows of data, expected at least 100'),
+    'one row': (ONE_COLUMN, '1\n', '1 samples, expected at least 100'),
+    'no JSON': (JSON_MAP, '{"e": [', 'expected JSON'),
+    'no entries': (JSON_MAP, '{"f": []}', 'e: missing, expected a list of entries, found f'),
+    'JSON value': (JSON_MAP, '{"e": [{"t": 0, "q": 0}, {"t": 1, "q": "x"}]}',
+                   "e[1].q (arm position) value 'x': expected a number"),
+    'JSON missing': (JSON_MAP, '{"e": [{"t": 0, "q": 0}, {"t": 1}]}',
+                     'e[1].q (arm position) missing: expected a number'),
+    'no MATLAB file': (MAT_MAP, 'text', 'expected a MATLAB file'),
+    'cut gzip': (JSON_MAP, gzip.compress(b'{"e": []}' * 99)[:-12], 'expected a whole gzip file'),
+}
+
+
+def refused(arguments, capsys):
+    """Check exit code 2, one line and no bag; return the line."""
+    assert main(arguments) == 2
+    message = capsys.readouterr().err
+    assert message.startswith('gearbox_monitor import: ') and message.endswith('\n')
+    assert 'Traceback' not in message and message.count('\n') <= 2  # a line for each problem
+    assert not Path(arguments[-1]).exists()
+    return message
+
+
+@pytest.mark.parametrize('case', BAD_DATA)
+def test_bad_data(tmp_path, capsys, case):
+    mapping, content, expected = BAD_DATA[case]
+    arguments = write(tmp_path / 'data', mapping, content)
+    message = refused(arguments, capsys)
+    assert str(tmp_path / 'data') in message and expected in message
+
+
+def test_bad_mat_fields(tmp_path, capsys):
+    scipy.io.savemat(tmp_path / 'm', {'t': np.arange(3.0), 'p': np.arange(4.0), 's': 'text'},
+                     appendmat=False)
+    content = (tmp_path / 'm').read_bytes()
+    for name, expected in (('q', 'field q (arm position): missing, expected one of p, s, t'),
+                           ('p', 'field p (arm position): 4 values, expected 3 like time'),
+                           ('s', 'field s (arm position): not numeric')):
+        mapping = changed(MAT_MAP, signals__arm_position__field=name)
+        assert expected in refused(write(tmp_path / 'm', mapping, content), capsys)
+
+
+BAD_MAPS = {
+    'unknown key': (changed(TEXT_MAP, colour=1), 'colour: unknown key, expected one of'),
+    'unknown signal': (changed(TEXT_MAP, signals__torque={'column': 1}),
+                       'signals.torque: unknown key, expected one of arm_effort'),
+    'unknown signal key': (changed(TEXT_MAP, signals__motor_position__gain=1),
+                           'signals.motor_position.gain: unknown key'),
+    'no format': (changed(TEXT_MAP, format=None), 'format: missing, expected one of text, mat'),
+    'format': (changed(TEXT_MAP, format='xls'), "format: 'xls', expected one of text, mat, json"),
+    'other block': (changed(TEXT_MAP, json={'entries': 'e'}), 'json: a block for another format'),
+    'scale': (changed(TEXT_MAP, signals__motor_effort__scale=0),
+              'signals.motor_effort.scale: 0, expected a number > 0'),
+    'sign': (changed(TEXT_MAP, signals__motor_effort__sign=2), 'sign: 2, expected 1 or -1'),
+    'zero': (changed(TEXT_MAP, signals__motor_effort__zero='last'),
+             "zero: 'last', expected a number or 'first'"),
+    'bits': (changed(TEXT_MAP, signals__motor_effort__bits=1), 'bits: 1, expected an integer'),
+    'column': (changed(TEXT_MAP, signals__arm_position__column=0),
+               'signals.arm_position.column: 0, expected a number from 1'),
+    'name without header': (changed(TEXT_MAP, text__header=False), 'or text.header: true'),
+    'field in text': (changed(TEXT_MAP, signals__arm_position__field='q'),
+                      'signals.arm_position.field: a text recording has none, expected column'),
+    'counts of a prismatic axis': (changed(TEXT_MAP, kind='prismatic'),
+                                   'counts_per_rev: unknown key, '),
+    'gear ratio': (changed(TEXT_MAP, gear_ratio=0), 'gear_ratio: 0, expected a number other than'),
+    'stamp': (changed(TEXT_MAP, time__start_stamp_ns=0), 'time.start_stamp_ns: 0, expected an'),
+    'rate and column': (changed(TEXT_MAP, time__rate=10), 'time.column: given beside time.rate'),
+    'encoding': (changed(TEXT_MAP, text__encoding='klingon'), "text.encoding: 'klingon'"),
+    'no position': (changed(TEXT_MAP, signals={'motor_effort': {'column': 1}}),
+                    'signals: no position, expected motor_position'),
+    'no mapping': ('- a\n', "mapping: ['a'], expected keys and values"),
+    'no YAML': ('a: [', 'expected YAML'),
+}
+
+
+@pytest.mark.parametrize('case', BAD_MAPS)
+def test_bad_mapping(tmp_path, capsys, case):
+    mapping, expected = BAD_MAPS[case]
+    message = refused(write(tmp_path / 'data', mapping, TEXT), capsys)
+    assert 'map.yaml' in message and expected in message
+
+
+@pytest.mark.parametrize('option', [
+    ('--use', 'arm=x'), ('--unit', 'arm=deg'), ('--torque-constant', '2'), ('--rate', '50'),
+    ('--counts-per-turn', '9'), ('--columns', 't'), ('--episode', '1'), ('--stamps', 'even'),
+    ('--joint', 'a'), ('--topic', 'x')])
+def test_options_that_a_mapping_does_not_use_are_refused(tmp_path, capsys, option):
+    arguments = write(tmp_path / 'r.csv', TEXT_MAP, TEXT + REST)
+    assert main([*arguments, *option]) == 2
+    assert f'{option[0]}: no effect with --map, expected --set' in capsys.readouterr().err
+    assert not (tmp_path / 'bag').exists()
+
+
+def test_bad_paths(tmp_path, capsys):
+    arguments = write(tmp_path / 'data', TEXT_MAP, TEXT)
+    (tmp_path / 'bag').mkdir()
+    assert main(arguments) == 2
+    assert 'expected the name of a new bag' in capsys.readouterr().err
+    arguments[-1] = str(tmp_path / 'new')
+    arguments[1] = str(tmp_path / 'none.csv')
+    assert 'none.csv: No such file' in refused(arguments, capsys)
+    arguments[3] = 'da_vinci'
+    message = refused(arguments, capsys)
+    assert 'expected a mapping file or one of bam_servo_pendulum, davinci_backend, emps' in message
+
+
+# ------------------------------------------------------------------------- recordings of others
+def shared(name):
+    path = DATA / name
+    if not path.exists():
+        pytest.skip(f'{path} is not here')
+    return str(path)
+
+
+def test_davinci_backend(tmp_path):
+    bag = str(tmp_path / 'bag')
+    assert main(['import', shared('davinci_backend/30.TXT.gz'), '--map', 'davinci_backend',
+                 bag]) == 0
+    joints, reference = read(bag, reference=True)
+    assert len(joints.stamp_ns) == len(reference.stamp_ns) == 19995
+    assert np.median(np.diff(joints.stamp_ns)) == 1_000_000
+    # Lost motion: the twist with the motor moving forward less that with it moving back.
+    late = slice(1000, None)
+    motor = joints.position[late, 0]
+    twist = np.rad2deg(motor - joints.position[late, 1])
+    speed = np.convolve(np.gradient(motor, 1e-3), np.full(20, 0.05), 'same')
+    lost = np.median(twist[speed > 0.1]) - np.median(twist[speed < -0.1])
+    assert 1.71 < lost < 1.73
+    # Current and sensor agree in sign and size (friction and offset are the rest).
+    u, tau = joints.effort[late, 0], reference.effort[late, 0]
+    assert np.corrcoef(u, tau)[0, 1] > 0.95
+    assert 0.05 < np.std(tau) < 0.07
+
+
+def test_emps(tmp_path, capsys):
+    bag = str(tmp_path / 'bag')
+    assert main(['import', shared('emps/DATA_EMPS.mat'), '--map', 'emps', bag, '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told['samples'] == 24841 and told['signals'] == ['motor_position', 'motor_effort']
+    joints = read(bag)
+    assert len(joints.stamp_ns) == 24841 and np.isnan(joints.position[:, 1]).all()
+    # The published rigid model: 95.1 kg x acceleration + friction, so tens of newtons.
+    assert 0.2 < np.ptp(joints.position[:, 0]) < 0.3
+    assert 20 < np.std(joints.effort[:, 0]) < 60
+
+
+def test_bam_servo_pendulum(tmp_path):
+    bag = str(tmp_path / 'bag')
+    source = shared('bam_servo_pendulum/xl330/2026-01-15_10h28m42.json.gz')
+    assert main(['import', source, '--map', 'bam_servo_pendulum', bag]) == 0
+    joints = read(bag)
+    assert len(joints.stamp_ns) == 1116 and np.isnan(joints.position[:, 0]).all()
+    duty = joints.effort[:, 0]
+    assert -0.9 < duty.min() < 0 < duty.max() < 0.9  # saturates at 885 per mille

@@ -1,0 +1,299 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Bags of other robots: ROS 1, messages of ros2_control, bursts, missing stamps, publishers."""
+import json
+import re
+import shlex
+
+import numpy as np
+import pytest
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.importer.message_bag import DEFINITIONS
+from gearbox_monitor.recordings.importer.message_topics import CONTROLLER, DYNAMIC
+from gearbox_monitor.recordings.read import JOINT_STATE, open_bag
+from gearbox_monitor.recordings.write import BagWriter
+
+T0, N, RATE = 1_700_000_000_000_000_000, 2400, 400.0
+STAMPS = T0 + np.rint(np.arange(N) * 1e9 / RATE).astype(np.int64)
+JOINTS = ('shoulder', 'elbow')
+Q = np.column_stack([np.sin(2.0 * np.arange(N) / RATE), np.cos(3.0 * np.arange(N) / RATE)])
+STORE = get_typestore(Stores.ROS2_JAZZY)
+MULTI = 'sensor_msgs/msg/MultiDOFJointState'
+OF_CONTROLLER = ('std_msgs/Header header\nstring[] joint_names\n'
+                 'trajectory_msgs/JointTrajectoryPoint reference\n'
+                 'trajectory_msgs/JointTrajectoryPoint feedback\n')
+
+
+def header(stamp):
+    time = STORE.types['builtin_interfaces/msg/Time'](stamp // 10 ** 9, stamp % 10 ** 9)
+    return STORE.types['std_msgs/msg/Header'](time, '')
+
+
+def states(path, stamps, names, position, effort, log):
+    """Write a bag of joint states, received at `log`."""
+    with BagWriter(path) as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        raws = encode_joint_states(stamps, names, position, effort=effort)
+        for at, raw in zip(np.asarray(log).tolist(), raws):
+            writer.write('/joint_states', at, raw)
+    return str(path)
+
+
+def drive(seconds=6.0, rate=RATE, seed=3):
+    """Return (model, torque [N, 2], positions [N, 2]) of a simulated drive."""
+    model = DriveModel()
+    t = np.arange(int(seconds * rate)) / rate
+    u = Excitation().torque(t)
+    u[:300] = 0.0
+    y = simulate(model, u, 1.0 / rate, Noise(measurement=(5e-3, 5e-3)), seed=seed).y
+    return model, np.column_stack([u, np.full(len(t), np.nan)]), y
+
+
+def imported(tmp_path, *options):
+    assert main(['import', *map(str, options), str(tmp_path / 'new')]) == 0
+    with open_bag(tmp_path / 'new') as reader:
+        joints = reader.joint_names('/joint_states')
+        return reader.joint_states('/joint_states', joints), dict(reader.topics)
+
+
+def test_ros1_bag(tmp_path, capsys):
+    store = get_typestore(Stores.ROS1_NOETIC)
+    types = store.types
+    with Writer1(tmp_path / 'old.bag') as writer:
+        connection = writer.add_connection('/joint_states', JOINT_STATE, typestore=store)
+        for k, stamp in enumerate(STAMPS.tolist()):
+            time = types['builtin_interfaces/msg/Time'](stamp // 10 ** 9, stamp % 10 ** 9)
+            message = types[JOINT_STATE](types['std_msgs/msg/Header'](k, time, ''), list(JOINTS),
+                                         Q[k], np.zeros(0), 2.0 * Q[k])
+            writer.write(connection, stamp, store.serialize_ros1(message, JOINT_STATE))
+    assert main(['check', str(tmp_path / 'old.bag')]) == 2
+    assert 'gearbox_monitor import' in capsys.readouterr().err
+    found, _ = imported(tmp_path, tmp_path / 'old.bag')
+    assert found.names == JOINTS
+    np.testing.assert_array_equal(found.position, Q)
+    np.testing.assert_array_equal(found.stamp_ns, STAMPS)
+    np.testing.assert_array_equal(found.effort, 2.0 * Q)
+
+
+def test_states_of_ros2_control_and_setpoints_of_a_controller(tmp_path):
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for name, text in DEFINITIONS.items():
+        store.register(get_types_from_msg(text, name))
+    state, interface = store.types[DYNAMIC], store.types['control_msgs/msg/InterfaceValue']
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/dynamic_joint_states', DYNAMIC)  # without definition, as many have it
+        for k, stamp in enumerate(STAMPS.tolist()):
+            values = [interface(['effort', 'position', 'temperature'],
+                                np.array([3.0 * q, q, 30.0])) for q in Q[k]]
+            message = state(header(stamp), list(JOINTS), values)
+            writer.write('/dynamic_joint_states', stamp, bytes(store.serialize_cdr(
+                message, DYNAMIC)))
+    found, topics = imported(tmp_path, tmp_path / 'bag')
+    np.testing.assert_array_equal(found.position, Q)
+    np.testing.assert_array_equal(found.effort, 3.0 * Q)
+    assert set(topics) == {'/joint_states'}
+    (tmp_path / 'new').rename(tmp_path / 'robot')
+    found, _ = imported(tmp_path, tmp_path / 'bag', '--joint', 'elbow')
+    assert found.names == ('motor', 'arm')
+    np.testing.assert_array_equal(found.position[:, 0], Q[:, 1])
+
+
+def publish(path, topics):
+    """Write a bag of joint states, {topic: (joints, position [N, J], stamps)}."""
+    with BagWriter(path) as writer:
+        for topic, (joints, position, stamps) in topics.items():
+            writer.add_topic(topic, JOINT_STATE)
+            for stamp, raw in zip(stamps.tolist(), encode_joint_states(stamps, joints, position)):
+                writer.write(topic, stamp, raw)
+    return path
+
+
+@pytest.mark.parametrize('topics, options, kept', [
+    (('/joint_states', '/joint_commands'), (), '/joint_states'),
+    (('/joint_states', '/joint_commands'), ('--topic', 'joint_commands'), '/joint_commands'),
+    (('/joint_states', '/a/joint_states'), ('--topic', '/a/joint_states'), '/a/joint_states'),
+    (('/r/joint_states', '/r/wrist/transmission_state'), ('--stamps', 'received'),
+     '/r/joint_states'),
+    (('/robot/states', '/joint_setpoints'), (), '/robot/states')])
+def test_one_topic_tells_the_states(tmp_path, capsys, topics, options, kept):
+    publish(tmp_path / 'bag', {name: (JOINTS, Q + k, STAMPS + k)
+                               for k, name in enumerate(topics)})
+    recorded, _ = imported(tmp_path, tmp_path / 'bag', *options)
+    k = topics.index(kept)
+    np.testing.assert_array_equal(recorded.stamp_ns, STAMPS + k)
+    np.testing.assert_array_equal(recorded.position, Q + k)
+    unused = topics[1 - k]
+    notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith('note: ')]
+    assert ('setpoints' in unused) != any(f'{unused}: 2400 messages left out' in note
+                                          for note in notes)
+
+
+@pytest.mark.parametrize('topics, options, says, code', [
+    (('/a/joint_states', '/b/joint_states'), (), '2 topics of joint states, expected one: '
+     '--topic /a/joint_states', 3),
+    (('/sensor', '/goal'), (), '/goal, /sensor: 2 topics of joint states', 3),
+    (('/sensor', '/goal'), ('--topic', 'goals'), '--topic goals: no topic of joints, expected '
+     'one of /goal, /sensor', 2)])
+def test_several_topics_of_states_are_asked_for(tmp_path, capsys, topics, options, says, code):
+    publish(tmp_path / 'bag', {name: (JOINTS, Q, STAMPS) for name in topics})
+    assert main(['import', str(tmp_path / 'bag'), *options, str(tmp_path / 'new')]) == code
+    assert says in capsys.readouterr().err
+    assert not (tmp_path / 'new').exists()
+
+
+def test_an_imported_robot_keeps_its_setpoints(tmp_path):
+    publish(tmp_path / 'bag', {'/joint_states': (JOINTS, Q, STAMPS),
+                               '/joint_setpoints': (JOINTS, 2.0 * Q, STAMPS)})
+    _, topics = imported(tmp_path, tmp_path / 'bag', '--stamps', 'received')
+    assert {name: count for name, (_, count) in topics.items()} == {
+        '/joint_states': N, '/joint_setpoints': N}
+    with open_bag(tmp_path / 'new') as reader:
+        np.testing.assert_array_equal(
+            reader.joint_states('/joint_setpoints', JOINTS).position, 2.0 * Q)
+    (tmp_path / 'new').rename(tmp_path / 'robot')
+    with_setpoint, _ = imported(tmp_path, tmp_path / 'bag', '--joint', 'elbow')
+    assert with_setpoint.names == ('motor', 'arm', 'setpoint')
+    np.testing.assert_array_equal(with_setpoint.position[:, 2], 2.0 * Q[:, 1])
+
+
+def controller_states(writer, topic, positions, setpoints):
+    """Write the states of a controller of JOINTS, `positions` and `setpoints` [N, J]."""
+    text = get_typestore(Stores.ROS2_JAZZY)
+    text.register(get_types_from_msg(OF_CONTROLLER, CONTROLLER))
+    point = text.types['trajectory_msgs/msg/JointTrajectoryPoint']
+    duration = text.types['builtin_interfaces/msg/Duration'](0, 0)
+    none = np.zeros(0)
+    writer.add_topic(topic, CONTROLLER, msgdef=text.generate_msgdef(CONTROLLER, ros_version=2)[0])
+    for stamp, position, setpoint in zip(STAMPS.tolist(), positions, setpoints):
+        message = text.types[CONTROLLER](header(stamp), list(JOINTS), *(
+            point(values, none, none, none, duration) for values in (setpoint, position)))
+        writer.write(topic, stamp, bytes(text.serialize_cdr(message, CONTROLLER)))
+
+
+def test_a_controller_tells_the_setpoints_beside_the_joint_states(tmp_path, capsys):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        for stamp, raw in zip(STAMPS.tolist(), encode_joint_states(STAMPS, JOINTS, Q)):
+            writer.write('/joint_states', stamp, raw)
+        controller_states(writer, '/arm_controller/controller_state', Q + 5.0, 3.0 * Q)
+    recorded, topics = imported(tmp_path, tmp_path / 'bag')
+    np.testing.assert_array_equal(recorded.position, Q)
+    assert topics['/joint_states'][1] == topics['/joint_setpoints'][1] == N
+    assert ('/arm_controller/controller_state: states of shoulder, elbow left out: those of '
+            '/joint_states count') in capsys.readouterr().out
+
+
+def test_two_controllers_of_the_same_joints_are_asked_for(tmp_path, capsys):
+    with BagWriter(tmp_path / 'bag') as writer:
+        for topic in ('/a/controller_state', '/b/controller_state'):
+            controller_states(writer, topic, Q, Q)
+    assert main(['import', str(tmp_path / 'bag'), str(tmp_path / 'new')]) == 3
+    assert '--topic /a/controller_state or --topic /b/controller_state' in capsys.readouterr().err
+    recorded, _ = imported(tmp_path, tmp_path / 'bag', '--topic', '/b/controller_state')
+    np.testing.assert_array_equal(recorded.position, Q)
+
+
+def test_a_joint_without_a_position_leaves_no_bag(tmp_path, capsys):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        for stamp, raw in zip(STAMPS.tolist(), encode_joint_states(
+                STAMPS, JOINTS, np.full(Q.shape, np.nan), velocity=Q)):
+            writer.write('/joint_states', stamp, raw)
+    assert main(['import', str(tmp_path / 'bag'), '--joint', 'elbow', str(tmp_path / 'new')]) == 2
+    assert '--joint elbow: ' in capsys.readouterr().err
+    assert not (tmp_path / 'new').exists()
+
+
+@pytest.mark.parametrize('options, says', [
+    (('--use', 'motor=a', '--rate', '9'), '--use, --rate: no effect with a bag as FILE'),
+    (('--set', 'a=1'), '--set: no effect with a bag as FILE, expected --topic, --joint or'),
+    (('--arm-topic', '/b', '--joint', 'a'), '--joint: no effect with --params or --arm-topic')])
+def test_options_that_a_bag_does_not_use_are_refused(tmp_path, capsys, options, says):
+    publish(tmp_path / 'bag', {'/joint_states': (JOINTS, Q, STAMPS)})
+    assert main(['import', str(tmp_path / 'bag'), *options, str(tmp_path / 'new')]) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_poses_of_bodies_are_refused_by_name(tmp_path, capsys):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/multi', MULTI)
+        writer.write('/multi', T0, bytes(STORE.serialize_cdr(STORE.types[MULTI](
+            header(T0), [], [], [], []), MULTI)))
+    assert main(['import', str(tmp_path / 'bag'), str(tmp_path / 'new')]) == 2
+    assert 'MultiDOFJointState: poses of bodies' in capsys.readouterr().err
+
+
+def bursts(stamps, size):
+    """Return when packets of `size` samples were received, with a microsecond in between."""
+    last = np.minimum(np.arange(len(stamps)) // size * size + size - 1, len(stamps) - 1)
+    return stamps[last] + 1000 * (np.arange(len(stamps)) % size) + 400_000
+
+
+@pytest.mark.parametrize('spoil, code, says', [
+    (lambda s: 0 * s, 2, 'all 2400 header stamps are 0'),
+    (lambda s: bursts(s, 16), 1, '400 samples/s on average, stamped in bursts of 16 on receipt'),
+    (lambda s: bursts(s, 16) // 10 ** 6 * 10 ** 6, 1, 'stamped in bursts of 16 on receipt')])
+def test_what_check_recommends_for_stamps_makes_them_even(tmp_path, capsys, spoil, code, says):
+    _, u, y = drive()
+    path = states(tmp_path / 'bag', spoil(STAMPS), ('motor', 'arm'), y, u, log=STAMPS + 200_000)
+    assert main(['check', path]) == code
+    out, err = capsys.readouterr()
+    shown = ' '.join((out + err).split())
+    assert says in shown
+    words = re.search(r'gearbox_monitor (import BAG --stamps \w+ NEW)', shown)[1]
+    words = words.replace('BAG', path).replace('NEW', str(tmp_path / 'new'))
+    assert main(shlex.split(words)) == 0
+    with open_bag(tmp_path / 'new') as reader:
+        found = reader.joint_states('/joint_states', ('motor', 'arm'))
+    steps = np.diff(found.stamp_ns) * 1e-9
+    assert abs(steps.mean() * RATE - 1.0) < 1e-3 and steps.std() < 1e-5
+    assert main(['check', str(tmp_path / 'new'), '--for', 'estimation']) == 0, \
+        capsys.readouterr().out
+
+
+def test_two_publishers_on_one_topic_are_named_and_paired(tmp_path, capsys):
+    _, u, y = drive()
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        motor = encode_joint_states(STAMPS, ['motor'], y[:, :1], effort=u[:, :1])
+        arm = encode_joint_states(STAMPS[::2] + 100_000, ['arm'], y[::2, 1:])
+        for k, stamp in enumerate(STAMPS.tolist()):
+            writer.write('/joint_states', stamp + 200_000, motor[k])
+            if k % 2 == 0:
+                writer.write('/joint_states', stamp + 300_000, arm[k // 2])
+    path = str(tmp_path / 'bag')
+    assert main(['check', path]) == 1
+    shown = ' '.join(capsys.readouterr().out.split())
+    assert re.search(r'the motor at 400\.\d Hz, the arm at 200\.\d Hz, never', shown)
+    assert 'cable' not in shown
+    for command in ('tune', 'diagnose', 'fit-nominal'):
+        (tmp_path / 'drive.yaml').write_text('{}')
+        options = ['--out', str(tmp_path / 'out.yaml')] if command != 'diagnose' else []
+        assert main([command, path, '--model', str(tmp_path / 'drive.yaml'), *options]) == 2
+        assert 'arm_topic' in capsys.readouterr().err
+    assert main(['import', path, '--arm-topic', 'joint_states', str(tmp_path / 'new')]) == 0
+    assert ' on /paired_joint_states, ' in capsys.readouterr().out
+    assert main(['check', str(tmp_path / 'new'), '--for', 'estimation']) == 0
+
+
+def test_resets_are_counted_as_replay_counts_them(tmp_path, capsys):
+    _, u, y = drive()
+    stamps = STAMPS - T0 + 1
+    stamps[1000:] -= stamps[1000] - 1
+    path = states(tmp_path / 'bag', stamps, ('motor', 'arm'), y, u, log=STAMPS)
+    main(['check', path, '--json', '-'])
+    order = next(line for line in json.loads(capsys.readouterr().out)['lines']
+                 if line['name'] == 'order')
+    assert order['values']['restarts'] == 1 and order['verdict'] == 'warn'
+    assert main(['replay', path, '--json']) == 0
+    refused = json.loads(capsys.readouterr().out)['refused']
+    assert refused['backward stamps'] == order['values']['refused'] == 2
+    assert refused['starts'] == 2

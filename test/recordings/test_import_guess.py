@@ -1,0 +1,431 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The proposed mapping: formats, times, roles, units and signs that names and motion show."""
+import json
+
+import numpy as np
+import pyarrow as pa
+from pyarrow import feather, parquet
+import pytest
+import scipy.io
+import yaml
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.recordings.importer.guess import guessed_mapping
+from gearbox_monitor.recordings.read import open_bag
+
+T = np.round(np.arange(2000) * 0.002, 6)
+ARM = np.sin(5.0 * T) + 0.4 * np.sin(11.0 * T + 1.0)
+SPEED = 5.0 * np.cos(5.0 * T) + 4.4 * np.cos(11.0 * T + 1.0)
+ACCELERATION = -25.0 * np.sin(5.0 * T) - 48.4 * np.sin(11.0 * T + 1.0)
+TORQUE = 0.02 * ACCELERATION + 0.1 * SPEED + 0.5 * np.tanh(20.0 * SPEED)
+
+
+def imported(tmp_path, *options):
+    bag = tmp_path / 'bag'
+    assert main(['import', *map(str, options), str(bag)]) == 0
+    with open_bag(bag) as reader:
+        return reader.joint_states('/joint_states', ['motor', 'arm'])
+
+
+def csv(path, columns, delimiter=',', head=''):
+    rows = '\n'.join(delimiter.join(map(repr, map(float, row))) for row in zip(*columns.values()))
+    path.write_text(head + delimiter.join(columns) + '\n' + rows + '\n')
+    return path
+
+
+def test_a_test_bench_without_a_mapping(tmp_path, capsys):
+    """Degrees, rpm, ms, a reversed arm and torque sign, a gear ratio, and a set point."""
+    path = csv(tmp_path / 'bench.csv', {
+        'setpoint [deg]': np.rad2deg(ARM), 'linkAngle [deg]': np.round(-np.rad2deg(ARM), 2),
+        'motorAngle [deg]': 50.0 * np.rad2deg(ARM), 'motorSpeed': 50.0 * SPEED * 60 / (2 * np.pi),
+        'motor_torque [N mm]': -TORQUE / 50.0 * 1e3, 'time_ms': T * 1e3, 'temp': 20.0 + T})
+    assert main(['import', str(path), '--guess']) == 0
+    text = capsys.readouterr().out
+    assert yaml.safe_load(text) == {
+        'format': 'text', 'text': {'header': True}, 'kind': 'rotary', 'gear_ratio': 50.0,
+        'time': {'column': 'time_ms', 'unit': 'ms'}, 'signals': {
+            'motor_position': {'column': 'motorAngle [deg]', 'unit': 'deg'},
+            'arm_position': {'column': 'linkAngle [deg]', 'unit': 'deg', 'sign': -1},
+            'motor_velocity': {'column': 'motorSpeed', 'unit': 'rpm'},
+            'motor_effort': {'column': 'motor_torque [N mm]', 'unit': 'N mm', 'sign': -1},
+            'motor_setpoint': {'column': 'setpoint [deg]', 'unit': 'deg', 'scale': 50.0}}}
+    assert '# Not used: temp.' in text
+    (tmp_path / 'map.yaml').write_text(text)
+    joints = imported(tmp_path, path, '--map', tmp_path / 'map.yaml')
+    (tmp_path / 'bag').rename(tmp_path / 'by_file')
+    directly = imported(tmp_path, path, '--guess')
+    for bag in (joints, directly):
+        np.testing.assert_allclose(bag.position[:, 0], ARM, atol=1e-12)
+        np.testing.assert_allclose(bag.position[:, 1], ARM, atol=np.deg2rad(0.0051))
+        np.testing.assert_allclose(bag.velocity[:, 0], SPEED, atol=1e-12)
+        np.testing.assert_allclose(bag.effort[:, 0], TORQUE, atol=1e-12)
+    assert 'assumed: Gear ratio 50' in capsys.readouterr().out
+
+
+NAMED = {'t': T, 'q': ARM, 'tau': TORQUE}
+
+
+def _files(folder):
+    """Yield a recording in each format."""
+    rows = np.column_stack(list(NAMED.values()))
+    csv(folder / 'semicolon.csv', NAMED, ';')
+    yield folder / 'semicolon.csv'
+    text = (folder / 'semicolon.csv').read_text().replace('.', ',').replace('t;q', 's;rad')
+    (folder / 'decimal_comma.csv').write_text('Made by a machine\nt;q;tau\n' + text)
+    yield folder / 'decimal_comma.csv'
+    np.savetxt(folder / 'saved.txt', rows, fmt='%.17g', header='t q tau')
+    yield folder / 'saved.txt'
+    (folder / 'rows.csv').write_text('\n'.join(
+        ','.join([name, *map(repr, map(float, values))]) for name, values in NAMED.items()))
+    yield folder / 'rows.csv'
+    scipy.io.savemat(folder / 'm.mat', {'run': {'log': NAMED}})
+    yield folder / 'm.mat'
+    entries = [dict(zip(NAMED, map(float, row))) for row in rows]
+    (folder / 'j.json').write_text(json.dumps({'meta': 1, 'log': {'samples': entries}}))
+    yield folder / 'j.json'
+    (folder / 'lines.jsonl').write_text('\n'.join(map(json.dumps, entries)))
+    yield folder / 'lines.jsonl'
+    np.savez(folder / 'n.npz', **NAMED)
+    yield folder / 'n.npz'
+    table = pa.table({**NAMED, 't': pa.array((T * 1e9).astype(int), pa.timestamp('ns'))})
+    parquet.write_table(table, folder / 'p.parquet')
+    yield folder / 'p.parquet'
+    feather.write_feather(table, folder / 'f.feather')
+    yield folder / 'f.feather'
+
+
+def test_every_format_is_recognised(tmp_path):
+    for path in _files(tmp_path):
+        joints = imported(tmp_path, path, '--guess')
+        np.testing.assert_allclose(joints.position[:, 0], ARM, atol=1e-9, err_msg=str(path))
+        np.testing.assert_allclose(joints.effort[:, 0], TORQUE, atol=1e-9, err_msg=str(path))
+        (tmp_path / 'bag').rename(path.with_suffix('.bag'))
+
+
+def test_hdf5_is_recognised(tmp_path):
+    h5py = pytest.importorskip('h5py')
+    with h5py.File(tmp_path / 'r.h5', 'w') as file:
+        for name, values in NAMED.items():
+            file[f'joint/{name}'] = np.rad2deg(values) if name == 'q' else values
+        file['joint/q'].attrs['units'] = 'deg'
+    np.testing.assert_allclose(imported(tmp_path, tmp_path / 'r.h5', '--guess').position[:, 0],
+                               ARM, atol=1e-12)
+
+
+@pytest.mark.parametrize('coding, bits', [('sign_magnitude', 11), ('twos_complement', 16)])
+def test_coded_integers_are_recognised_and_their_scale_is_asked_for(tmp_path, capsys, coding,
+                                                                    bits):
+    raw = np.rint(100.0 * TORQUE)
+    negative = 1024 - raw if coding == 'sign_magnitude' else 65536 + raw
+    path = csv(tmp_path / 'r.csv', {'time': T, 'position': ARM,
+                                    'load': np.where(raw < 0, negative, raw)})
+    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 3
+    message = capsys.readouterr().err.splitlines()[-1]
+    assert 'signals.motor_effort.unit' in message and '--torque-constant K' in message
+    joints = imported(tmp_path, path, '--guess', '--set', 'signals.motor_effort.scale=0.01')
+    np.testing.assert_allclose(joints.effort[:, 0], raw / 100.0, atol=1e-12)
+    guess = guessed_mapping(path)
+    assert [question.topic for question in guess.questions] == ['constant']
+    block = guess.data['signals']['motor_effort']
+    assert (block['bits'], block.get('coding', 'twos_complement')) == (bits, coding)
+
+
+def test_counts_of_the_motor_follow_from_those_of_the_arm(tmp_path):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'enc_a': np.rint(8192 * ARM / (2 * np.pi)),
+                                    'enc_b': np.rint(300_000 * ARM / (2 * np.pi))})
+    guess = guessed_mapping(path, ['signals.arm_position.counts_per_rev=8192'])
+    assert guess.data['signals']['motor_position']['column'] == 'enc_b'
+    assert abs(guess.data['signals']['motor_position']['counts_per_rev'] / 300_000 - 1) < 1e-3
+
+
+@pytest.mark.parametrize('columns, expected, code', [
+    ({'q': ARM, 'tau': TORQUE}, 'grows like a time, expected one, or --rate HZ', 3),
+    ({'t': T, 'tau': TORQUE, 'x1': SPEED}, 'no position or velocity among tau, x1', 2),
+    ({'t': T, 'q': 0.0 * ARM, 'tau': TORQUE}, 'q never changes, expected a motion', 2),
+    ({'t': T[:50], 'q': ARM[:50]}, 'expected two or more of at least 100', 2)])
+def test_what_cannot_be_guessed_is_said_in_one_line(tmp_path, capsys, columns, expected, code):
+    path = csv(tmp_path / 'r.csv', columns)
+    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == code
+    message = capsys.readouterr().err
+    assert message.count('\n') == 1 and expected in message and str(path) in message
+
+
+def robot(path, joints, first=0, effort='i'):
+    """Write a recording of joints with names q_0 and i_0 or q_1 and i_1 and so on."""
+    return csv(path, {'t': T, **{f'{name}_{k + first}': np.roll(values, 100 * k)
+                                 for name, values in (('q', ARM), (effort, TORQUE))
+                                 for k in range(joints)}})
+
+
+@pytest.mark.parametrize('options, constants', [
+    (('--torque-constant', '2'), (2.0, 2.0, 2.0)),
+    (('--torque-constant', '2,3,4'), (2.0, 3.0, 4.0)),
+    (('--joint', '1', '--torque-constant', '2,3,4'), (3.0,)),
+    (('--joint', '1', '--torque-constant', '5'), (5.0,))])
+def test_each_joint_takes_its_own_torque_constant(tmp_path, options, constants):
+    path = robot(tmp_path / 'r.csv', 3)
+    bag = tmp_path / 'bag'
+    assert main(['import', str(path), '--guess', *options, str(bag)]) == 0
+    with open_bag(bag) as reader:
+        names = reader.joint_names('/joint_states')
+        effort = reader.joint_states('/joint_states', names).effort[:, :len(constants)]
+    truth = [np.roll(TORQUE, 100 * int(1 if len(constants) == 1 else k)) * constant
+             for k, constant in enumerate(constants)]
+    np.testing.assert_allclose(np.abs(effort), np.abs(np.column_stack(truth)), atol=1e-9)
+
+
+@pytest.mark.parametrize('options, says', [
+    (('--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of each joint '
+     '(joint_0, joint_1, joint_2)'),
+    (('--joint', '1', '--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of'),
+    (('--torque-constant', '2', '--unit', 'effort=N m'), 'needs one (a torque as it is)')])
+def test_torque_constants_that_fit_no_joints_are_refused(tmp_path, capsys, options, says):
+    path = robot(tmp_path / 'r.csv', 3)
+    assert main(['import', str(path), '--guess', *options, str(tmp_path / 'bag')]) == 2
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('first', (0, 1))
+def test_names_of_joints_in_a_list_count_from_the_first_column(tmp_path, first):
+    path = robot(tmp_path / 'r.csv', 3, first, 'tau')
+    (tmp_path / 'joint_list.txt').write_text('base\nelbow\nwrist\n')
+    guess = guessed_mapping(path)
+    assert {name: block['position']['column'] for name, block in guess.data['joints'].items()} \
+        == {name: f'q_{k + first}' for k, name in enumerate(('base', 'elbow', 'wrist'))}
+
+
+def test_a_role_that_is_stated_needs_no_name_that_tells(tmp_path):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'x1': ARM, 'tau': TORQUE})
+    joints = imported(tmp_path, path, '--guess', '--use', 'position=x1')
+    np.testing.assert_allclose(joints.position[:, 0], ARM, atol=1e-12)
+
+
+@pytest.mark.parametrize('stated, says', [
+    ('position=degs', '--unit position=degs: unknown unit, expected one of rad, mrad, deg'),
+    ('arm=deg', '--unit arm=deg: no such role or column, expected one of time, motor_position, '
+     'motor, position, motor_effort, effort, t, q, tau'),
+    ('Q=deg', '--unit Q=deg: no such role or column')])
+def test_a_unit_of_nothing_is_refused(tmp_path, capsys, stated, says):
+    path = csv(tmp_path / 'r.csv', NAMED)
+    assert main(['import', str(path), '--guess', '--unit', stated, str(tmp_path / 'bag')]) == 2
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('name', ('q', 'position', 'motor', 'motor_position'))
+def test_a_unit_is_stated_by_column_or_role(tmp_path, name):
+    joints = imported(tmp_path, csv(tmp_path / 'r.csv', NAMED), '--guess', '--unit', f'{name}=deg')
+    np.testing.assert_allclose(joints.position[:, 0], np.deg2rad(ARM), atol=1e-12)
+
+
+@pytest.mark.parametrize('options, says', [
+    (('--rate', '0'), '--rate: 0, expected > 0'),
+    (('--rate', 'nan'), '--rate: nan, expected > 0'),
+    (('--counts-per-turn', '0'), '--counts-per-turn: 0, expected > 0'),
+    (('--torque-constant', '0'), '--torque-constant: 0, expected > 0'),
+    (('--counts-per-turn', '4096'), '--counts-per-turn 4096: no signal is in counts'),
+    (('--episode', '2'), '--episode 2: no column tells episodes apart'),
+    (('--use', 'effort=none', '--torque-constant', '2'),
+     'no effort that needs one (it has no effort)'),
+    (('--topic', 'x'), '--topic: no effect with --guess'),
+    (('--set', 'time.rate=0'), '--set time.rate=0: expected a number > 0'),
+    (('--set', 'time.rate=1e'), '--set time.rate=1e: expected a number > 0'),
+    (('--set', 'signals.motor_position.counts_per_rev=0'), 'expected a number > 0'),
+    (('--columns', 't,q[0],tau'), '--columns: q[0], expected 1 to 1000'),
+    (('--columns', 't,q[99999999999],tau'), 'expected 1 to 1000')])
+def test_numbers_without_sense_or_effect_are_refused(tmp_path, capsys, options, says):
+    path = csv(tmp_path / 'r.csv', NAMED)
+    assert main(['import', str(path), '--guess', *options, str(tmp_path / 'bag')]) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_two_filtered_positions_are_asked_for(tmp_path, capsys):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'q_filt_a': ARM, 'q_filt_b': np.sin(T ** 2)})
+    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 3
+    assert 'no name tells motor from arm: --use motor=q_filt_a' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('names, start, used', [
+    (('joint_states.csv', 'joint_commands.csv'), 0.0, True),
+    (('run3_state_motor.csv', 'run3_control.csv'), 0.0, True),
+    (('friction_gravity_state.csv', 'friction_gravity_control.csv'), 0.0, True),
+    (('run3_state.csv', 'run4_control.csv'), 0.0, False),
+    (('states.csv', 'commands.csv'), 100.0, False)])
+def test_setpoints_in_a_file_beside_the_states(tmp_path, names, start, used, capsys):
+    """Names that differ in words of the vocabulary, the same joints, and the same clock."""
+    path = csv(tmp_path / names[0], {'t [s]': T, **{f'q_{k} [deg]': np.roll(ARM, k)
+                                                   for k in range(3)}})
+    csv(tmp_path / names[1], {'time_ms': 1e3 * (T + start), **{
+        f'q_{k}': 2.0 * np.roll(ARM, k) for k in range(3)}})
+    assert main(['import', str(tmp_path if used else path), '--guess',
+                 str(tmp_path / 'bag')]) == 0
+    with open_bag(tmp_path / 'bag') as reader:
+        assert ('/joint_setpoints' in reader.topics) == used
+        if used:
+            setpoints = reader.joint_states('/joint_setpoints', ['joint_0', 'joint_2'])
+            np.testing.assert_allclose(setpoints.position[:, 1], np.deg2rad(2.0 * np.roll(ARM, 2)),
+                                       atol=1e-12)
+    # Setpoints alone are no positions, unless a user says so.
+    alone = ['import', str(tmp_path / names[1]), '--guess']
+    assert main(alone) == (3 if used else 0)
+    assert (f'{names[0]} beside it has the positions' in capsys.readouterr().err) == used
+    assert main([*alone, '--use', 'motor=q']) == 0
+
+
+def test_two_files_of_setpoints_are_asked_for_and_none_can_be_stated(tmp_path, capsys):
+    folder = tmp_path / 'run'
+    folder.mkdir()
+    for name in ('joint_states.csv', 'joint_commands.csv', 'joint_control.csv'):
+        robot(folder / name, 2)
+    state = [str(folder), '--guess', '--torque-constant', '2']
+    assert main(['import', *state, str(tmp_path / 'bag')]) == 3
+    assert 'joint_commands.csv, joint_control.csv: setpoints' in capsys.readouterr().err
+    (folder / 'joint_control.csv').unlink()
+    assert main(['import', *state, '--use', 'setpoint=none', str(tmp_path / 'bag')]) == 0
+    with open_bag(tmp_path / 'bag') as reader:
+        assert '/joint_setpoints' not in reader.topics
+
+
+def test_a_list_of_joints_is_no_second_recording_of_a_folder(tmp_path):
+    folder = tmp_path / 'run'
+    folder.mkdir()
+    robot(folder / 'state_motor.csv', 2, effort='tau')
+    (folder / 'joint_list.txt').write_text('base\nelbow\n')
+    assert main(['import', str(folder), '--guess', str(tmp_path / 'bag')]) == 0
+    with open_bag(tmp_path / 'bag') as reader:
+        assert reader.joint_names('/joint_states') == ('base', 'elbow')
+
+
+def test_a_robot_with_prismatic_and_revolute_joints(tmp_path):
+    """Each joint in its own units: deg and N m, mm and N, m and A."""
+    path = csv(tmp_path / 'r.csv', {
+        't': T, 'q_1 [deg]': np.rad2deg(ARM), 'q_2 [mm]': 1e3 * np.roll(ARM, 50),
+        'q_3 [m]': np.roll(ARM, 90), 'tau_1 [Nm]': TORQUE, 'tau_2 [kN]': 1e-3 * TORQUE,
+        'tau_3 [A]': 0.5 * TORQUE})
+    bag = tmp_path / 'bag'
+    assert main(['import', str(path), '--guess', str(bag)]) == 3
+    assert main(['import', str(path), '--guess', '--joint', '3', '--torque-constant', '2',
+                 str(tmp_path / 'third')]) == 0
+    assert main(['import', str(path), '--guess', '--set',
+                 'joints.joint_3.effort.torque_constant=2', str(tmp_path / 'by_key')]) == 0
+    assert main(['import', str(path), '--guess', '--torque-constant', '1,1,2', str(bag)]) == 0
+    with open_bag(bag) as reader:
+        names = reader.joint_names('/joint_states')
+        states = reader.joint_states('/joint_states', names)
+    truth = np.column_stack([ARM, np.roll(ARM, 50), np.roll(ARM, 90)])
+    np.testing.assert_allclose(states.position, truth, atol=1e-9)
+    np.testing.assert_allclose(states.effort, TORQUE[:, None] * np.ones(3), atol=1e-9)
+
+
+def test_counts_of_a_prismatic_axis_are_asked_for(tmp_path, capsys):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'position [counts]': np.round(1e5 * ARM),
+                                    'force [N]': TORQUE})
+    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == 3
+    assert '--set signals.motor_position.scale=M (m per count)' in capsys.readouterr().err
+    joints = imported(tmp_path, path, '--guess', '--set', 'signals.motor_position.scale=1e-5')
+    np.testing.assert_allclose(joints.position[:, 0], ARM, atol=6e-6)
+
+
+def test_a_resolution_of_both_encoders_gives_the_gear_ratio(tmp_path, capsys):
+    """Stated for both, it tells by how much the motor turns more than the arm."""
+    path = csv(tmp_path / 'r.csv', {'t [s]': T, 'motor [counts]': np.rint(20 * 4096 * ARM),
+                                    'arm [counts]': np.rint(4096 * ARM), 'tau [Nm]': TORQUE})
+    assert main(['import', str(path), '--guess', '--counts-per-turn', '4096']) == 0
+    assert yaml.safe_load(capsys.readouterr().out)['gear_ratio'] == 20.0
+
+
+@pytest.mark.parametrize('second', ('output_torque', 'current'))
+def test_torques_of_an_arm_without_a_motor_are_asked_for(tmp_path, capsys, second):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'link_position': ARM, 'link_torque': TORQUE,
+                                    second: 0.8 * TORQUE + 0.1 * np.cos(T)})
+    assert main(['import', str(path), '--guess']) == 3
+    assert f'--use effort=link_torque or --use effort={second}' in capsys.readouterr().err
+
+
+def test_options_of_a_question_can_be_pasted(tmp_path, capsys):
+    path = csv(tmp_path / 'r.csv', {'t': T, 'Encoder A': ARM, 'Encoder B': np.sin(T ** 2)})
+    assert main(['import', str(path), '--guess']) == 3
+    assert "--use 'motor=Encoder A' --use 'arm=Encoder B'" in capsys.readouterr().err
+
+
+LONG = {'t': np.round(np.repeat(T, 2) + 0.001 * np.tile([0, 1], len(T)), 6),
+        'q': np.column_stack([ARM, 2.0 * ARM]).ravel(),
+        'dq': np.column_stack([SPEED, np.nan * T]).ravel(),
+        'tau': np.column_stack([TORQUE, 3.0 * TORQUE]).ravel()}
+NOISE = 1e-3 * np.random.default_rng(0).standard_normal(len(T))
+ROW_KEYS = np.tile(['elbow', 'wrist'], len(T))
+
+
+def _long_files(folder):
+    """Yield a row for each joint, of which the second has no velocity, in four formats."""
+    columns = {'joint': ROW_KEYS.tolist(), **{
+        name: [None if np.isnan(x) else float(x) for x in values]
+        for name, values in LONG.items()}}
+    (folder / 'c.csv').write_text(','.join(columns) + '\n' + ''.join(
+        ','.join('' if x is None else str(x) for x in row) + '\n'
+        for row in zip(*columns.values())))
+    yield folder / 'c.csv'
+    (folder / 'j.jsonl').write_text('\n'.join(
+        json.dumps(dict(zip(columns, row))) for row in zip(*columns.values())))
+    yield folder / 'j.jsonl'
+    np.savez(folder / 'n.npz', joint=ROW_KEYS, **LONG)
+    yield folder / 'n.npz'
+    parquet.write_table(pa.table({**columns, 'joint': pa.array(
+        columns['joint']).dictionary_encode()}), folder / 'p.parquet')
+    yield folder / 'p.parquet'
+
+
+def test_a_row_for_each_joint_in_every_format(tmp_path, capsys):
+    for path in _long_files(tmp_path):
+        bag = path.with_suffix('.bag')
+        assert main(['import', str(path), '--guess', '--stamps', 'even', str(bag)]) == 0
+        out, told = capsys.readouterr()
+        assert "by its name: 'dq'" in told and 'JOINT' not in told
+        assert 'laid on an even grid' in out
+        with open_bag(bag) as reader:
+            states = reader.joint_states('/joint_states', ['elbow', 'wrist'])
+        assert np.isnan(states.velocity[:, 1]).all()
+        np.testing.assert_allclose(states.position[:, 0], ARM, atol=1e-9, err_msg=str(path))
+        np.testing.assert_allclose(states.effort[1:, 1], 3.0 * np.interp(
+            T, T + 0.001, TORQUE)[1:], atol=1e-4)
+
+
+@pytest.mark.parametrize('columns, expected', [
+    # A temperature that flickers between two numbers is no name of a joint.
+    ({**NAMED, 'motor_temp': np.random.default_rng(0).integers(41, 43, len(T))},
+     {'motor_position': 'q', 'motor_effort': 'tau'}),
+    # Of an ODrive: what it is to do, no input shaft.
+    ({'t': T, 'input_pos': ARM, 'pos_estimate': np.roll(ARM, 3), 'torque_estimate': TORQUE},
+     {'motor_position': 'pos_estimate', 'motor_setpoint': 'input_pos',
+      'motor_effort': 'torque_estimate'}),
+    ({'t': T, 'input_pos': 20.0 * ARM, 'output_pos': ARM + NOISE, 'tau': TORQUE},
+     {'motor_position': 'input_pos', 'arm_position': 'output_pos', 'motor_effort': 'tau'})])
+def test_roles_of_one_joint(tmp_path, columns, expected):
+    guess = guessed_mapping(csv(tmp_path / 'log.csv', columns))
+    assert {role: block['column'] for role, block in guess.data['signals'].items()} == expected
+
+
+def test_names_of_joints_with_words_of_signals_beside_units_and_temperatures(tmp_path):
+    columns = {'t': T}
+    for k, joint in enumerate(('motor0', 'motor1', 'motor2'), 1):
+        columns.update({f'{joint}.pos_estimate': k * ARM, f'{joint}.vel_estimate': k * SPEED,
+                        f'{joint}.temp': 30.0 + 0.1 * ARM})
+    guess = guessed_mapping(csv(tmp_path / 'log.csv', columns))
+    assert guess.data['joints'] == {joint: {
+        'position': {'column': f'{joint}.pos_estimate', 'unit': 'turns'},
+        'velocity': {'column': f'{joint}.vel_estimate', 'unit': 'turns/s'}}
+        for joint in ('motor0', 'motor1', 'motor2')}
+
+
+def test_runs_one_after_another_and_torques_with_gaps_are_asked_for(tmp_path, capsys):
+    rows = ''.join(f'{run},{t!r},{q!r},{tau!r}\n' for run in ('slow', 'fast')
+                   for t, q, tau in zip(T.tolist(), ARM.tolist(), TORQUE.tolist()))
+    (tmp_path / 'runs.csv').write_text('trial,t,q,tau\n' + rows)
+    assert main(['import', str(tmp_path / 'runs.csv'), '--guess']) == 3
+    assert 'grows like a time' in capsys.readouterr().err
+    gaps = np.where(np.arange(len(T)) % 50, TORQUE, np.nan)
+    path = csv(tmp_path / 'two.csv', {'t': T, 'q': ARM, 'tau_meas': gaps,
+                                      'torque_b': 0.9 * TORQUE + 50.0 * NOISE})
+    assert main(['import', str(path), '--guess']) == 3
+    assert 'no name tells which' in capsys.readouterr().err
