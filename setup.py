@@ -7,6 +7,7 @@ from pathlib import Path
 import shutil
 import subprocess
 import sys
+import warnings
 
 from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
@@ -16,6 +17,9 @@ try:
     from setuptools.command.bdist_wheel import bdist_wheel
 except ImportError:  # setuptools up to 70
     from wheel.bdist_wheel import bdist_wheel
+
+# Said of every editable installation, whatever is installed.
+warnings.filterwarnings('ignore', 'Editable installation')
 
 package_name = 'gearbox_monitor'
 HAVE_COMPILER = bool(os.environ.get('CC')) or any(map(shutil.which, ('cc', 'gcc', 'clang')))
