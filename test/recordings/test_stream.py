@@ -249,8 +249,8 @@ def test_differences_behind_a_loss_are_explained_in_any_blocks(drive, tmp_path, 
     found = []
     for size, wait in ((1 << 20, joint_input.MATCH_WAIT), (1, 300 * MS)):
         monkeypatch.setattr(read, 'BLOCK_BYTES', size)
-        monkeypatch.setattr(joint_input, 'WAIT', wait)
-        monkeypatch.setattr('gearbox_monitor.recordings.replay.WAIT', wait)
+        monkeypatch.setattr(joint_input, 'MATCH_WAIT', wait)
+        monkeypatch.setattr('gearbox_monitor.recordings.replay.MATCH_WAIT', wait)
         with open_bag(tmp_path / 'hole') as reader:
             found.append(replay(reader).comparison)
     assert found[0] == found[1]
