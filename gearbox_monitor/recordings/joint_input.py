@@ -120,7 +120,7 @@ class StampMatcher:
         return matched
 
     def expired(self, log_ns: int | None = None) -> tuple[Integers, Integers]:
-        """Remove rows that have waited for MATCH_WAIT at `log_ns` (None: all); return their stamps."""
+        """Remove rows that waited for MATCH_WAIT at `log_ns` (None: all); return their stamps."""
         stamps = []
         for side in (self._left, self._right):
             overdue = np.ones(len(side.arrival), bool) if log_ns is None else \
