@@ -41,7 +41,7 @@ from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.recordings.importer import load_mapping, read_recording
 from gearbox_monitor.robot.dynamics import GRAVITY
 from gearbox_monitor.signals.admission import admitted
-from gearbox_monitor.signals.recording import at_one_rate, UniformRecording
+from gearbox_monitor.signals.uniform import at_one_rate, UniformRecording
 
 DT = 5e-3                    # s, BAM's time grid
 WHOLE = 1000.0               # s: longer than the recordings

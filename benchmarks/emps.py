@@ -30,7 +30,7 @@ from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.recordings.importer import load_mapping, read_recording
 from gearbox_monitor.signals.admission import admitted
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 FILES = ('DATA_EMPS.mat', 'DATA_EMPS_PULSES.mat')  # identification, test
 START = 20           # samples from which the state of the test recording may be taken

@@ -24,7 +24,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DT, SECONDS, FEW = 1e-3, 16, 1000  # FEW samples are enough for solve_ivp
 ERROR = 1e-3                       # rad, after so many

@@ -32,7 +32,7 @@ from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.recorded_samples import read_samples
 from gearbox_monitor.recordings.robot_values import load_log, load_values, robot_model
 from gearbox_monitor.signals.admission import prepared
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 from gearbox_monitor.simulators.robot_model import read_robot
 
 Cause = tuple[str, str]  # effect, joint or link; '' of a single drive

@@ -29,7 +29,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.change_watch import COMPARED
 from gearbox_monitor.signals.admission import prepared, weighed
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 CHANGES = ('none', 'gap', 'stiffness', 'friction', 'gain')
 FILES = ('exact', 'values off', 'effects missing')

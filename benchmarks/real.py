@@ -41,7 +41,7 @@ from benchmarks.static_compensation import fit_static
 from gearbox_monitor.diagnosis.joint.unit_adaptation import adapt
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings.importer import load_mapping, read_recording
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 NAMES = [f'{x}{y}' for x in range(5) for y in range(4)]
 SPLITS = {

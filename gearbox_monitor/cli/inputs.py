@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from gearbox_monitor.cli.options import stated
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.signals.recording import REPEATED, UniformRecording
+from gearbox_monitor.signals.uniform import REPEATED, UniformRecording
 
 if TYPE_CHECKING:
     from gearbox_monitor.library.recording import Recording

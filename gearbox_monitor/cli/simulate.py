@@ -32,7 +32,7 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.diagnosis_evidence import notable_windows
 from gearbox_monitor.report.words import number, percent, unit_of
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 PICTURES = ('windows.png', 'free_run.png')
 

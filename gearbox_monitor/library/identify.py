@@ -24,7 +24,7 @@ from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import Saved, Shown
 from gearbox_monitor.signals.admission import measured_samples
-from gearbox_monitor.signals.recording import at_one_rate, UniformRecording
+from gearbox_monitor.signals.uniform import at_one_rate, UniformRecording
 
 Recorded = Recording | UniformRecording
 Progress = Callable[..., object]

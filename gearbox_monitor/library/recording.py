@@ -28,7 +28,7 @@ from gearbox_monitor.recordings.recorded_samples import samples_of
 from gearbox_monitor.recordings.robot_input import TABLES
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.signals.admission import admitted, prepared, require_samples, weighed
-from gearbox_monitor.signals.recording import merged, REPEATED, UniformRecording
+from gearbox_monitor.signals.uniform import merged, REPEATED, UniformRecording
 
 FIELDS = {'t': 'stamp', 'u': 'effort of the motor', 'setpoint': 'position of the setpoint',
           'motor': 'position of the motor',

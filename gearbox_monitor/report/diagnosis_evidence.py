@@ -22,7 +22,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from gearbox_monitor.report.words import (
     dense_regions, gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES, number,
     percent, place_text, sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows,
     value_text)
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 ROLES = ('nominal', 'closed')

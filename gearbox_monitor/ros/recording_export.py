@@ -30,7 +30,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.write import BagWriter, WriteError
 from gearbox_monitor.signals.admission import prepared, weighed
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 SECOND = 1_000_000_000
 BLOCK = 1024       # rows

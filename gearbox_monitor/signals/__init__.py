@@ -14,8 +14,8 @@ Public names, by module:
     examine: Examination, examine
     finding: BAD, OK, PURPOSES, WARN
     parts: joined, SAMPLES, WINDOWS
-    recording: at_one_rate, expect_one_rate, merged, prepare, RecordingKind, REPEATED, rms_of,
-        UniformRecording
     smoothed_motion: SmoothedMotion
     stamps: evened
+    uniform: at_one_rate, expect_one_rate, merged, prepare, RecordingKind, REPEATED, rms_of,
+        UniformRecording
 """

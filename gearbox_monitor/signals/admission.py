@@ -13,9 +13,9 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.signals.input_checks import check
-from gearbox_monitor.signals.recording import Doubt, prepare, RecordingKind, UniformRecording
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.stamps import burst_size
+from gearbox_monitor.signals.uniform import Doubt, prepare, RecordingKind, UniformRecording
 from gearbox_monitor.signals.unphysical import is_uninitialised, physical_columns
 
 # Faults of channels, signs and units, which say how the data would have to be read.

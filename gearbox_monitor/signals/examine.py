@@ -19,11 +19,11 @@ from gearbox_monitor.signals.admission import (
     kind_of, ONE_ENCODER, takes_one_encoder, two_publishers, unstamped)
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, OK, PURPOSES, WARN)
-from gearbox_monitor.signals.recording import held_rate, merged, prepare, REPEATED
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
 from gearbox_monitor.signals.stamps import StampClock
 from gearbox_monitor.signals.stretch import EvenStretch
+from gearbox_monitor.signals.uniform import held_rate, merged, prepare, REPEATED
 from gearbox_monitor.signals.unphysical import is_uninitialised, physical_columns
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model')

@@ -20,12 +20,12 @@ from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.signals import encoders, wiring
 from gearbox_monitor.signals.excitation_checks import reversal_finding, reversals
 from gearbox_monitor.signals.finding import DataFinding
-from gearbox_monitor.signals.recording import held_rate, UniformRecording
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.smoothed_motion import HALF_WIDTHS, SmoothedMotion
 from gearbox_monitor.signals.stamps import held_rows
 from gearbox_monitor.signals.stretch import EvenStretch
 from gearbox_monitor.signals.torque import limits as torque_limits
+from gearbox_monitor.signals.uniform import held_rate, UniformRecording
 from gearbox_monitor.signals.wiring import Variant
 
 

@@ -5,7 +5,7 @@
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 HALF_WIDTHS = (0.015, 0.03, 0.06, 0.12)  # s, of the smoothing
 

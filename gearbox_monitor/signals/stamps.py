@@ -12,8 +12,8 @@ from gearbox_monitor.estimation.sample_loop import (
     BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.signals.finding import BAD, DataFinding, everything, Grade, hurts, OK, WARN
-from gearbox_monitor.signals.recording import absent_samples
 from gearbox_monitor.signals.recording_limits import LIMITS
+from gearbox_monitor.signals.uniform import absent_samples
 
 _GROUP = 'stamps'
 

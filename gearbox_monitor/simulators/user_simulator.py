@@ -28,7 +28,7 @@ from gearbox_monitor.plant.simulate import PackedDrive, plugin_of, read_all, Sch
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.removed import refusal
 from gearbox_monitor.robot.compiled_model import kind_of, mujoco_module, name_of, scalar_joints
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 from gearbox_monitor.simulators.mjcf_file import (
     drive_in, MjcfDrive, posture_of, RobotFile, values_in)
 

@@ -12,7 +12,7 @@ import pytest
 from benchmarks import emps
 from benchmarks.__main__ import main
 from gearbox_monitor.plant.simulate import Plant
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'emps'
 DT = 1e-3

@@ -13,7 +13,7 @@ from scipy.stats import multivariate_normal
 
 from gearbox_monitor.diagnosis.joint.innovations import InnovationLikelihood
 from gearbox_monitor.plant.drive import DriveModel, Transmission
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 SIDES, SIGMA = ('motor', 'arm'), np.array([1e-3, 2e-3])
 LOOSE = DriveModel(coulomb_friction=0.0, viscous_friction=0.2, damping=0.03, position_gain=0.4,

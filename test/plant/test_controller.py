@@ -11,7 +11,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import fastest_eigenvalue, model_from_dict
 from gearbox_monitor.plant.effects import N_MEMORY
 from gearbox_monitor.plant.simulate import Plant
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DT = 0.01
 T = DT * np.arange(200)

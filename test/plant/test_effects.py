@@ -26,7 +26,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.composition import actuator
 from gearbox_monitor.plant.faults import Faults, FaultyPlant
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 PAGE = Path(__file__).parents[2] / 'docs/extend.md'
 DT = 1e-3

@@ -13,7 +13,7 @@ from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DT = 2e-3
 OWN_EQUATIONS = [

@@ -30,7 +30,7 @@ from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 plain = DriveModel()
 model = plain.with_(effects=[{'id': 'quadratic_friction', 'Cq': 0.02}])

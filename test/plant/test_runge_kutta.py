@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, ShootingWindows, Simulator
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DT, SAMPLES, TORQUE = 0.02, 10, 1.5
 START = np.array([0.3, 0.1, 1.0, -0.5])

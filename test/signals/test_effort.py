@@ -10,9 +10,9 @@ from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.signals import effort
 from gearbox_monitor.signals.finding import OK, WARN
-from gearbox_monitor.signals.recording import UniformRecording
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
+from gearbox_monitor.signals.uniform import UniformRecording
 
 MODEL = DriveModel()
 DT, WEIGHT = 1e-3, 2.0  # s, N m

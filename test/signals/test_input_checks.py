@@ -21,7 +21,7 @@ from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.recordings.csv import read_csv
 from gearbox_monitor.recordings.importer import load_mapping, read_recording
 from gearbox_monitor.signals.input_checks import check
-from gearbox_monitor.signals.recording import (
+from gearbox_monitor.signals.uniform import (
     at_one_rate, merged, prepare, RecordingKind, UniformRecording)
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'

@@ -16,7 +16,7 @@ from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 from gearbox_monitor.simulators.user_simulator import (
     confirmation, passed, user_simulator, UserSimulator)
 

@@ -17,7 +17,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.recordings.examples import NOISE
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DT = 1e-3  # s
 SECONDS = {'windows': 0.5}  # length of one

@@ -27,7 +27,7 @@ from gearbox_monitor.diagnosis.joint.windows import WindowRuns
 from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.effects.arm_side import burst
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 REFITTED = 6      # iterations of the fit beside bursts
 ROUNDS = 3        # searches, each in the remainder of the previous one

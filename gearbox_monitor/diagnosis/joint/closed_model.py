@@ -26,7 +26,7 @@ from gearbox_monitor.diagnosis.joint.windows import (
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.free_runs import Begin
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DRAWS = 2000
 COVERAGE = (5.0, 95.0)  # percentiles

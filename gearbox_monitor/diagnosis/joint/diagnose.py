@@ -33,7 +33,7 @@ from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.motor_side import LUGRE
-from gearbox_monitor.signals.recording import expect_one_rate, UniformRecording
+from gearbox_monitor.signals.uniform import expect_one_rate, UniformRecording
 
 MOST_READINGS = 3  # of the torque between the stamps, each with the effects of the previous one
 # Effects faster than a slow log: what they do within a sample is what its torque is read by.

@@ -22,7 +22,7 @@ from gearbox_monitor.diagnosis.joint.windows import (
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 # s, how long torque that no model explains may last on a real drive; iterations of a fit with each
 LASTING_TIMES, TIME_ITERATIONS = (0.1, 0.3, 1.0), 8

@@ -28,7 +28,7 @@ from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
 from gearbox_monitor.plant.effects.composition import DELAY1, DELAY2
 from gearbox_monitor.plant.effects.registry import INTEGRAL, LATE_A, LATE_B, LATE_C
 from gearbox_monitor.plant.simulate import N_STATE, packed_drive, PackedDrive, plugin_of
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 FIRST_NOISE = 0.05  # of the standard deviation of the torque
 BEGIN = 0.04        # s of readings from which the states at the begin of a part are taken

@@ -30,7 +30,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
 

@@ -8,7 +8,7 @@ import scipy
 from gearbox_monitor.kernels.sensor_noise import noise_levels, white_noise_std
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 MOTION = 60.0  # Hz, above which motion has hardly anything
 STILL = 0.05   # s, after which a reading that repeats stands still: slower encoders repeat less

@@ -40,7 +40,7 @@ from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.presentation import Drawn
-from gearbox_monitor.signals.recording import expect_one_rate, UniformRecording
+from gearbox_monitor.signals.uniform import expect_one_rate, UniformRecording
 
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
 WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file

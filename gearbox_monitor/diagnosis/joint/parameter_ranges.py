@@ -27,7 +27,7 @@ from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import Saved, Shown
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 CONFIDENCE = 0.9
 NORMAL = 1.6448536269514722  # deviations of a normal that hold CONFIDENCE

@@ -24,7 +24,7 @@ from gearbox_monitor.plant.effects.composition import (
 from gearbox_monitor.plant.free_runs import Begin, Driving, free_runs, RunResult, RunSpans
 from gearbox_monitor.plant.simulate import (
     N_STATE, packed_drive, plugin_of, ProcessNoise, with_plugin)
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 N_MEMORY = N_STATE - 4
 # Accuracy, not stability, sets the step: h lambda <= 1.2 keeps free runs of 1 s within 0.01 sigma.

@@ -21,7 +21,7 @@ from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.equivalent_torque import gains, imbalance, imbalance_with, true_motion
 from gearbox_monitor.plant.simulate import N_STATE, packed_drive, plugin_of
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 X1, X3, A1, MOVES, SMOOTH_U = range(5)  # columns of the motor's motion; SMOOTH_U acts on it
 HALF_WIDTHS = (0.003, 0.005, 0.008, 0.012, 0.018, 0.025, 0.035, 0.05)  # s

@@ -31,7 +31,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
 from gearbox_monitor.plant.drive import DriveModel, TOLERANCES
 from gearbox_monitor.presentation import Saved, Shown
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 # Tolerance of the model -> the fitted values that it is of.
 VALUES_OF = {'friction_tolerance': ('Cc',), 'damping_tolerance': ('Cv', 'D'),

@@ -28,7 +28,7 @@ from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE, GRAVITY
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.presentation import Paged
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 NONE, EFFECT, INCOMPLETE, UNKNOWN = 'none', 'effect', 'incomplete', 'unknown'
 KINDS = (NONE, EFFECT, INCOMPLETE, UNKNOWN)

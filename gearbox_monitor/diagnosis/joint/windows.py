@@ -21,7 +21,7 @@ from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MAX_SETPOINT_DELAY
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 WORST = 1e6    # standard deviations
 SECONDS = 1.0  # of a window

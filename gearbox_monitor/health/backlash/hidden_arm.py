@@ -31,7 +31,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_OFFSET
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
 from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
-from gearbox_monitor.signals.recording import prepare, RecordingKind, rms_of, UniformRecording
+from gearbox_monitor.signals.uniform import prepare, RecordingKind, rms_of, UniformRecording
 
 STEP = 2e-3         # s between the readings of a fit: resonances lie below 100 Hz
 LONGEST = 20.0      # s of a window that are fitted, its last ones

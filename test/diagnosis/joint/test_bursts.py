@@ -12,7 +12,7 @@ from gearbox_monitor.diagnosis.joint.bursts import rectangles, torque_of, with_b
 from gearbox_monitor.diagnosis.joint.evidence import Evidence
 from gearbox_monitor.diagnosis.joint.localisation import InputEstimate, SPACING, triangles
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 WINDOWS, SAMPLES, DT = 12, 1001, 1e-3
 BASIS = triangles(SAMPLES, 0, DT)

@@ -10,7 +10,7 @@ import pytest
 
 from gearbox_monitor.diagnosis.joint.candidates import Starts
 from gearbox_monitor.plant.drive import model_from_dict
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 T = 1e-3 * np.arange(2000)
 

@@ -16,7 +16,7 @@ from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DT, PHI = 1e-3, np.exp(-1e-3 / 5e-3)
 WEAK = {'id': 'arm_coulomb', 'Cac': 0.05}

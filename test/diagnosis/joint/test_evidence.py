@@ -11,7 +11,7 @@ from gearbox_monitor.diagnosis.joint.evidence import evidence_of, silent
 from gearbox_monitor.diagnosis.joint.innovation_fit import InnovationFit
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DT, SIGMA = 1e-3, np.array([1e-3, 3e-3])
 MODEL = DriveModel()

@@ -21,7 +21,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 MODEL = DriveModel()
 SIGMA = np.array([0.005, 0.005])

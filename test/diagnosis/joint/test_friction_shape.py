@@ -9,7 +9,7 @@ from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DT = 1e-3
 U = Excitation().torque(DT * np.arange(6000))

@@ -21,7 +21,7 @@ from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import Controller, DriveModel, Transmission
 from gearbox_monitor.plant.effects.registry import INTEGRAL, MEMORIES
 from gearbox_monitor.plant.simulate import advance, N_STATE, PackedDrive, Plant, ProcessNoise
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DT, SIGMA = 1e-3, np.array([1e-3, 2e-3])
 LINEAR = DriveModel(coulomb_friction=0.0, transmission=Transmission(half_gap=0.0))

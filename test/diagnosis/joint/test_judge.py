@@ -30,7 +30,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels import sensor_noise
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.signals.recording import Doubt, UniformRecording
+from gearbox_monitor.signals.uniform import Doubt, UniformRecording
 
 DT, SIGMA = 0.001, np.array([0.002, 0.002])
 CASES = {

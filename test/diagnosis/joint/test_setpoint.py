@@ -15,7 +15,7 @@ from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.signals.admission import admitted
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DT = 0.01
 STATED = {'kp': 6.3, 'kd': 0.145, 'torque_limit': 8.0, 'tolerance': 0.06}  # the true ones: 6, 0.15

@@ -25,7 +25,7 @@ from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.recordings.importer import load_mapping, read_recording
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 DATA = Path(__file__).resolve().parents[4] / 'shared' / 'data' / 'davinci_backend'
 DT = 1e-3

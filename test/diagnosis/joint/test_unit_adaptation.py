@@ -19,7 +19,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
-from gearbox_monitor.signals.recording import UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 UNIT = DriveModel().with_(motor_inertia=0.0070, coulomb_friction=0.33, viscous_friction=0.08,
                           stiffness=29.0, half_gap=0.12, arm_load='none')
